@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.grammar.settings import Setting, setting, whole
 from scenelang.interpreter.plugins import entry_points_of
-from scenelang.interpreter.scene.primitives import seen_words
+from scenelang.interpreter.scene.primitives import geometric_words
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.entity import Scene
@@ -103,7 +103,7 @@ class Accepts:
 
     def primitives(self) -> tuple[str, ...]:
         """Return the words of the supported primitives."""
-        return seen_words() if self.words is None else self.words
+        return geometric_words() if self.words is None else self.words
 
 
 @dataclass(frozen=True, slots=True)

@@ -802,9 +802,9 @@ class Scene:
     @typed
     def diff(self, other: Scene, tolerance: float = 1e-5, limit: int = 2_000_000) -> Changes:
         """Return the changes from this scene to ``other``; see ``scenelang.diff``."""
-        from scenelang.scene_changes import changes_between, sheets_of
+        from scenelang.scene_changes import changes_between, compared_frames
 
-        return changes_between(sheets_of(self.graph, limit), sheets_of(other.graph, limit), tolerance)
+        return changes_between(compared_frames(self.graph, limit), compared_frames(other.graph, limit), tolerance)
 
     def to_json(self) -> dict[str, Any]:
         """Return the scene in the schema of the JSON export (docs/exports.md); mesh paths are relative to the current
@@ -974,4 +974,4 @@ def _copy(entity: Entity, children: tuple[Any, ...], look: Mapping[str, Any]) ->
     shape = entity.shape
     if shape is not None and "color" in look:
         shape = replace(shape, color=color_of(entity.word, look["color"]))
-    return Entity(entity.word, embedding, children, shape, entity.tainted, entity.places)
+    return Entity(entity.word, embedding, children, shape, entity.tainted, entity.call_sites)

@@ -14,10 +14,16 @@ import numpy as np
 
 from scenelang.backends.files import read_regular
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.scene.difference import ComparedSolid, Sheet, compare_frames, sheet_of, solid_of
+from scenelang.interpreter.scene.difference import (
+    ComparedFrame,
+    ComparedSolid,
+    compare_frames,
+    compared_frame,
+    solid_of,
+)
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.scene.difference import FrameDifference, Sheet
+    from scenelang.interpreter.scene.difference import ComparedFrame, FrameDifference
     from scenelang.interpreter.scene.entity import Scene
 
 
@@ -85,21 +91,23 @@ class Changes:
 # --- comparison --------------------------------------------------------------------------------------------------
 
 
-def sheets_of(scene: Scene, limit: int) -> list[Sheet]:
+def compared_frames(scene: Scene, limit: int) -> list[ComparedFrame]:
     """Flatten the frames of a scene for comparison; raises LimitError for more than ``limit`` primitives."""
     from scenelang.interpreter.scene.flatten import flatten
 
-    return [sheet_of(frame) for frame in flatten(scene, limit).frames]
+    return [compared_frame(frame) for frame in flatten(scene, limit).frames]
 
 
-def sheets_in(path: str, limit: int) -> list[Sheet] | None:
+def compared_frames_in(path: str, limit: int) -> list[ComparedFrame] | None:
     """Read the frames of a flattened scene from a JSON file; None for another kind of file; raises SceneError."""
     from scenelang.backends.exports.scene_json import holds_scene
 
-    return read_sheets(path, limit) if path.lower().endswith(".json") and not holds_scene(path) else None
+    return read_compared_frames(path, limit) if path.lower().endswith(".json") and not holds_scene(path) else None
 
 
-def changes_between(frames_a: Sequence[Sheet], frames_b: Sequence[Sheet], tolerance: float = TOLERANCE) -> Changes:
+def changes_between(
+    frames_a: Sequence[ComparedFrame], frames_b: Sequence[ComparedFrame], tolerance: float = TOLERANCE
+) -> Changes:
     """Compare frames pairwise; differences up to ``tolerance``, relative to the scene's size, are ignored. Raises
     SceneError if coordinates are too large to compare."""
     if not tolerance >= 0.0:
@@ -113,11 +121,11 @@ def changes_between(frames_a: Sequence[Sheet], frames_b: Sequence[Sheet], tolera
     return Changes((len(frames_a), len(frames_b)), matched, tuple(changes))
 
 
-def _changes(frame: int, a: Sheet, b: Sheet, found: FrameDifference) -> Iterator[Change]:
+def _changes(frame: int, a: ComparedFrame, b: ComparedFrame, found: FrameDifference) -> Iterator[Change]:
     rows_a = [*found.moved[:, 0].tolist(), *found.recolored[:, 0].tolist(), *found.missing.tolist()]
     rows_b = [*found.moved[:, 1].tolist(), *found.recolored[:, 1].tolist(), *found.extra.tolist()]
-    before = [_side(a, row, label, found.places_a[row]) for row, label in zip(rows_a, a.labels(rows_a))]
-    after = [_side(b, row, label, found.places_b[row]) for row, label in zip(rows_b, b.labels(rows_b))]
+    before = [_side(a, row, label, found.positions_a[row]) for row, label in zip(rows_a, a.labels(rows_a))]
+    after = [_side(b, row, label, found.positions_b[row]) for row, label in zip(rows_b, b.labels(rows_b))]
     moved, paired = len(found.moved), len(found.moved) + len(found.recolored)
     for i in range(paired):
         kind = "moved" if i < moved else "recoloured"
@@ -128,8 +136,8 @@ def _changes(frame: int, a: Sheet, b: Sheet, found: FrameDifference) -> Iterator
         yield Change("extra", frame, b.solid(rows_b[i]).word, None, after[i])
 
 
-def _side(sheet: Sheet, row: int, label: str, place: Any) -> dict[str, Any]:
-    solid = sheet.solid(row)
+def _side(frame: ComparedFrame, row: int, label: str, place: Any) -> dict[str, Any]:
+    solid = frame.solid(row)
     look: dict[str, Any] = {"block": solid.look} if solid.is_block else {"color": list(solid.color)}
     return {"path": label, "at": place.tolist(), **look}
 
@@ -233,11 +241,11 @@ _MAX_FILE_SIZE = 128_000_000  # bytes; parsed data can take thirty times as much
 _MAX_PATH_LENGTH = 1_000
 
 
-def read_sheets(path: str, limit: int) -> list[Sheet]:
+def read_compared_frames(path: str, limit: int) -> list[ComparedFrame]:
     """Read the frames of a file, with at most ``limit`` primitives in total; raises SceneError if it is malformed."""
     try:
         data = json.loads(_text(path), parse_constant=_refuse_constant)
-        return _sheets(data, path, limit)
+        return _compared_frames(data, path, limit)
     except RecursionError:
         raise SceneError("file", f"{path} is nested too deeply for a flattened scene") from None
     except MemoryError:
@@ -273,17 +281,17 @@ def _member(data: Any, name: str, where: str) -> list[Any]:
     return value
 
 
-def _sheets(data: Any, path: str, limit: int) -> list[Sheet]:
+def _compared_frames(data: Any, path: str, limit: int) -> list[ComparedFrame]:
     frames = _member(data, "frames", "the file")
     lists = [_member(frame, "primitives", f"frames[{i}]") for i, frame in enumerate(frames)]
     total = sum(map(len, lists))
     if total > limit:
         message = f"{path} contains {total:,} primitives, which exceeds the limit of {limit:,}"
         raise LimitError("primitives", message, hint="raise it with --max-primitives")
-    return [_sheet(primitives, i) for i, primitives in enumerate(lists)]
+    return [_compared_frame(primitives, i) for i, primitives in enumerate(lists)]
 
 
-def _sheet(primitives: Sequence[Any], frame: int) -> Sheet:
+def _compared_frame(primitives: Sequence[Any], frame: int) -> ComparedFrame:
     solids: dict[ComparedSolid, int] = {}
     paths: dict[tuple[str, ...], int] = {}
     count = len(primitives)
@@ -297,7 +305,7 @@ def _sheet(primitives: Sequence[Any], frame: int) -> Sheet:
             path_index[i] = paths.setdefault(_path(primitive.get("path")), len(paths))
         except (ValueError, OverflowError) as error:
             raise ValueError(f"frames[{frame}].primitives[{i}] {error}") from None
-    return Sheet(tuple(solids), index, matrices, tuple(paths), path_index)
+    return ComparedFrame(tuple(solids), index, matrices, tuple(paths), path_index)
 
 
 def _solid(primitive: Any) -> ComparedSolid:
@@ -311,7 +319,7 @@ def _solid(primitive: Any) -> ComparedSolid:
     word = primitive.get("shape") or primitive.get("word")
     if not isinstance(word, str):
         raise ValueError('has neither "shape" nor "word"')
-    return solid_of(word, attributes, scaled_blocks="block_type" not in primitive)
+    return solid_of(word, attributes, use_block_scale="block_type" not in primitive)
 
 
 def _matrix(value: Any) -> list[list[float]]:

@@ -30,11 +30,11 @@ from scenelang.interpreter.lint.lint import (
     apply_fixes,
     find_root,
     lint,
-    lint_of_forms,
-    not_allowed,
+    lint_forms,
     unread_attributes,
     with_fixes,
     without_consequences,
+    without_suppressed,
     word_warnings,
 )
 from scenelang.interpreter.program.interactive import JournaledRuntime, TopLevel, Version, Versions
@@ -45,7 +45,7 @@ from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.interpreter.scene.numbering import automatic_entries, graft, serials_at
+from scenelang.interpreter.scene.numbering import apply_overrides, overrides_by_path, serials_at
 from scenelang.sandbox.supervision import limited, link
 from scenelang.sandbox.worker import trial
 from scenelang.stdlib.library import build_library
@@ -318,7 +318,7 @@ class Session:
         def work() -> Translation:
             translation = translate(source)
             checked = self._check(source, translation)
-            return translation.checked(checked.diagnostics)
+            return translation.with_diagnostics(checked.diagnostics)
 
         try:
             with limited(self.options.limits):
@@ -395,7 +395,7 @@ class Session:
 
             found = [in_python(d) for d in found]
         if not program.ok:
-            return [*found, *(lint_of_forms(program) if is_written else ())]
+            return [*found, *(lint_forms(program) if is_written else ())]
         if not is_written:
             return [*found, *word_warnings(program), *root]
         is_scene = lambda: word is not None and not root and not self._is_imported(program.main)
@@ -437,7 +437,7 @@ class Session:
             return Evaluated(checked.program, None, checked.diagnostics)
         program = checked.program
         runtime = self._runtime(source)
-        runtime.meter.renew(started)
+        runtime.meter.reset(started)
         run = lambda: self._run(program, runtime)
         try:
             scene = run_with_room(run, self.options.limits.depth, runtime.meter.cancel, self.folders(source))
@@ -448,7 +448,7 @@ class Session:
             used = ", ".join(f"<{name}>" for name in list(self.options.z_entries)[:8])
             note = Note(f"embeddings are applied to {used}; remove one with `embeddings FILE set HANDLE --clear`")
             problem = replace(problem, notes=(*problem.notes, note))
-        warnings = not_allowed(runtime.warnings.values(), program.sources)
+        warnings = without_suppressed(runtime.warnings.values(), program.sources)
         diagnostics = [*checked.diagnostics, *warnings, *([problem] if problem else [])]
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total)
 
@@ -465,7 +465,7 @@ class Session:
             except SceneError as error:
                 found = [error.diagnostic]
         sources = result.program.sources if result.program is not None else ()
-        return [*result.diagnostics, *not_allowed(found, sources)]
+        return [*result.diagnostics, *without_suppressed(found, sources)]
 
     @property
     def _macro_limits(self) -> Limits:
@@ -544,13 +544,13 @@ class Session:
     def _with_entries(self, program: Program, runtime: Runtime, word: str, scene: Scene) -> Scene:
         """Apply embeddings to entities with automatic handles; the program runs again to restore the states of the
         random streams."""
-        entries, unused = automatic_entries(scene, self.options.z_entries)
+        entries, unused = overrides_by_path(scene, self.options.z_entries)
         for name in unused:
             runtime.warn("unused-entry", f"the embedding `<{name}>` matches no entity of the scene")
         if not entries:
             return scene
         again = self._runtime(program.main, serials_at(scene, entries))
-        grafted = graft(again, self._run_once(program, again, word), entries)
+        grafted = apply_overrides(again, self._run_once(program, again, word), entries)
         runtime.warnings.update(again.warnings)
         return grafted
 
@@ -638,7 +638,7 @@ def settled(
 
             found = explain(source, [with_fixes(d) for d in found])
     found = without_consequences(found, program)
-    return tuple(with_fixes(d) for d in _sorted(not_allowed(found, sources)))
+    return tuple(with_fixes(d) for d in _sorted(without_suppressed(found, sources)))
 
 
 def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:

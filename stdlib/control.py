@@ -8,7 +8,7 @@ from scenelang.grammar.datum import Symbol
 from scenelang.grammar.diagnostics import CODES, SceneError, suggest
 from scenelang.interpreter.runtime.procedures import Condition
 from scenelang.interpreter.runtime.runtime import Runtime
-from scenelang.interpreter.runtime.show import LONGEST, show
+from scenelang.interpreter.runtime.show import MAX_LENGTH, show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import make_list
 from scenelang.stdlib.operands import is_true, items, iterate, wrong_type
@@ -230,7 +230,7 @@ def _message(rt: Runtime, value: Any) -> str:
     """The value that an error has for its message, as text that is not too long for one."""
     if type(value) is not str:
         return rt.show(value, 1000)
-    return value if len(value) <= LONGEST else value[: LONGEST - 3] + "..."
+    return value if len(value) <= MAX_LENGTH else value[: MAX_LENGTH - 3] + "..."
 
 
 @registry.define("raise", "value::Any", "Any",
@@ -247,8 +247,8 @@ def raise_(rt: Runtime, value: Any) -> Any:
                  ("(eq? (gensym) (gensym))", "#f"))  # fmt: skip
 def gensym(rt: Runtime, prefix: str = "g") -> Symbol:
     rt.charge(len(prefix) >> 8)
-    rt.symbols_made += 1
-    return Symbol(f"{prefix}|{rt.symbols_made}|")
+    rt.generated_symbols += 1
+    return Symbol(f"{prefix}|{rt.generated_symbols}|")
 
 
 @registry.define("assertion-failed", "message::Any", "Any", "Raises the error of `assert`, which calls this.",
@@ -270,7 +270,7 @@ def error_message(rt: Runtime, caught: Any) -> str:
     if type(caught) is Condition:
         error: SceneError = caught.error
         if error.name not in _TOLD:
-            rt.look_at_error()
+            rt.read_error()
         return error.message
     return rt.display(caught)
 

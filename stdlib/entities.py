@@ -14,7 +14,7 @@ from scenelang.interpreter.runtime.types import Mismatch, Registry, numbers_of, 
 from scenelang.interpreter.runtime.values import NIL, Embedding, Keyword, Matrix, Pair, Procedure, Vector, make_list
 from scenelang.interpreter.scene import parts, pose
 from scenelang.interpreter.scene.bounds import UNIT_BOX, parts_box
-from scenelang.interpreter.scene.entity import Entity, Frames, lays_blocks
+from scenelang.interpreter.scene.entity import Entity, Frames, contains_blocks
 
 # Poses: the matrices of the paper's table (docs/language.md, section 6: right-handed, +y up, radians).
 
@@ -168,7 +168,7 @@ def call_embeddings(rt: Runtime, word: str, arguments: Any) -> Any:
     ("(apply-entity-function (lambda (z gamma) (length gamma)) <z1> (list <z2>))", "1"),
 )
 def apply_entity_function(rt: Runtime, function: Procedure, z: Embedding, rest: Any) -> Any:
-    return rt.shared_application(function, z, rest)
+    return rt.apply_memoised(function, z, rest)
 
 
 @define(
@@ -333,7 +333,7 @@ def is_primitive(rt: Runtime, x: Any) -> bool:
 def has_blocks(rt: Runtime, x: Any) -> bool:
     members = parts.parts_of(rt, x)
     rt.charge(len(members))
-    return any(lays_blocks(part.car, rt.charge) for part in members)
+    return any(contains_blocks(part.car, rt.charge) for part in members)
 
 
 def box_of(rt: Runtime, x: Any) -> tuple[float, ...]:

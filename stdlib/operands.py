@@ -9,7 +9,7 @@ import numpy as np
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime import values
-from scenelang.interpreter.runtime.procedures import array_rows, warn_of_order
+from scenelang.interpreter.runtime.procedures import array_rows, warn_set_order
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import from_numpy as from_numpy
 from scenelang.interpreter.runtime.show import numbers_to_numpy as numbers_to_numpy
@@ -292,7 +292,7 @@ def _other_items(rt: Runtime, value: Any, name: str, ordered: bool) -> list[Any]
         rt.read(value)
         members = list(value.entries.values())
         if ordered:
-            warn_of_order(rt, members)
+            warn_set_order(rt, members)
         return members
     raise not_a_sequence(name, value)
 

@@ -12,10 +12,10 @@ from support import evaluate
 from scenelang.backends.pictures.appearance import MATERIALS, look_of
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.primitives import (
+    all_primitives,
     attributes_read,
     docs_of_attributes,
     docs_of_words,
-    every,
     shape_of,
     words,
 )
@@ -42,7 +42,7 @@ def test_what_a_primitive_is_said_to_read_changes_it(word: str, name: str) -> No
 
 @pytest.mark.parametrize("word", [*words(), "chair"])
 def test_what_a_primitive_reads_is_said(word: str) -> None:
-    assert set(shape_of(word, {}).defining()) <= set(attributes_of(word))
+    assert set(shape_of(word, {}).defining_attributes()) <= set(attributes_of(word))
     unread = {name: value for name, value in OTHER.items() if name not in attributes_of(word)}
     if word != "delete-blocks":  # a colour is taken, and there is nothing to show it
         assert shape_of(word, unread) == shape_of(word, {})
@@ -63,7 +63,9 @@ def _cube(attributes: str) -> Entity:
 
 def test_docs_of_attributes() -> None:
     assert tuple(docs_of_words()) == words()
-    assert all(each.doc and attribute.doc and attribute.type for each in every() for attribute in each.attributes)
+    assert all(
+        each.doc and attribute.doc and attribute.type for each in all_primitives() for attribute in each.attributes
+    )
     meanings = docs_of_attributes()
     assert {name for word in words() for name in attributes_read(word)} == set(meanings)
     assert attribute_doc("cube", "radius") is None

@@ -19,25 +19,25 @@ from support import evaluate
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.difference import (
+    ComparedFrame,
     ComparedSolid,
     FrameDifference,
-    Sheet,
     compare_frames,
-    sheet_of,
+    compared_frame,
     solid_of,
 )
 from scenelang.interpreter.scene.flatten import flatten
-from scenelang.scene_changes import read_sheets
+from scenelang.scene_changes import read_compared_frames
 
 CORPUS = Path(__file__).parent / "corpus"
 Row = tuple[ComparedSolid, Any]  # a solid and the upper rows of its matrix
 
 
-def sheet(rows: Sequence[Row], paths: Sequence[tuple[str, ...]] = ()) -> Sheet:
+def frame_of(rows: Sequence[Row], paths: Sequence[tuple[str, ...]] = ()) -> ComparedFrame:
     matrices = np.array([matrix for _, matrix in rows], float).reshape(len(rows), 3, 4)
     known = list(dict.fromkeys(paths)) or [()]
     path_index = np.array([known.index(path) for path in paths] or [0] * len(rows), np.int64)
-    return Sheet(tuple(solid for solid, _ in rows), np.arange(len(rows)), matrices, tuple(known), path_index)
+    return ComparedFrame(tuple(solid for solid, _ in rows), np.arange(len(rows)), matrices, tuple(known), path_index)
 
 
 def counts(found: FrameDifference) -> tuple[int, int, int, int, int]:
@@ -51,9 +51,9 @@ def pose(*position: float, linear: Any = None) -> Any:
     return matrix
 
 
-def of_program(text: str) -> Sheet:
+def of_program(text: str) -> ComparedFrame:
     (frame,) = flatten(evaluate(f'(bind "a" (lambda () (union {text})))')).frames
-    return sheet_of(frame)
+    return compared_frame(frame)
 
 
 CUBE = ComparedSolid("cube", "cube", "", (1.0, 1.0, 1.0))
@@ -98,11 +98,11 @@ def test_same_geometry(a: str, b: str, same: bool) -> None:
 
 
 def test_multiplicity_counts() -> None:
-    twice, thrice = sheet([FAR, *[(CUBE, pose(0, 0, 0))] * 2]), sheet([*[(CUBE, pose(0, 0, 0))] * 3, FAR])
+    twice, thrice = frame_of([FAR, *[(CUBE, pose(0, 0, 0))] * 2]), frame_of([*[(CUBE, pose(0, 0, 0))] * 3, FAR])
     assert counts(compare_frames(twice, twice)) == (3, 0, 0, 0, 0)
     assert counts(compare_frames(twice, thrice)) == (3, 0, 0, 0, 1)
     assert counts(compare_frames(thrice, twice)) == (3, 0, 0, 1, 0)
-    nothing = sheet([])
+    nothing = frame_of([])
     assert counts(compare_frames(nothing, nothing)) == (0, 0, 0, 0, 0)
     assert counts(compare_frames(nothing, twice)) == (0, 0, 0, 0, 3)
 
@@ -111,28 +111,28 @@ def test_tolerance_is_relative() -> None:
     for size in (1e-2, 1.0, 1e6):
         rows = [(CUBE, pose(0, 0, 0, linear=np.eye(3) * size)), (CUBE, pose(size, 0, 0, linear=np.eye(3) * size))]
         near, far = ([rows[0], (CUBE, pose(size * (1 + x), 0, 0, linear=np.eye(3) * size))] for x in (9e-6, 1.2e-5))
-        assert compare_frames(sheet(rows), sheet(near)).equal
-        assert not compare_frames(sheet(rows), sheet(far)).equal
-        assert compare_frames(sheet(rows), sheet(far), tolerance=1e-4).equal
+        assert compare_frames(frame_of(rows), frame_of(near)).equal
+        assert not compare_frames(frame_of(rows), frame_of(far)).equal
+        assert compare_frames(frame_of(rows), frame_of(far), tolerance=1e-4).equal
 
 
 def test_numbers_too_large() -> None:
-    huge = sheet([(CUBE, pose(1e300, 0, 0, linear=np.eye(3) * 1e300)), (CUBE, pose(0, 0, 0))])
+    huge = frame_of([(CUBE, pose(1e300, 0, 0, linear=np.eye(3) * 1e300)), (CUBE, pose(0, 0, 0))])
     with pytest.raises(SceneError):
-        compare_frames(huge, sheet([(CUBE, pose(-1e308, 0, 0)), (CUBE, pose(1e308, 0, 0))]))
+        compare_frames(huge, frame_of([(CUBE, pose(-1e308, 0, 0)), (CUBE, pose(1e308, 0, 0))]))
 
 
 def test_as_many_as_possible_are_paired() -> None:
     """Nearest first would pair 4 with 5 and leave 0 and 9 alone."""
     step = 1e-5 * 10 / 6
     a, b = ([FAR, (CUBE, pose(0, 0, 0))] + [(CUBE, pose(x * step, 0, 0)) for x in xs] for xs in ((5, 9), (0, 4)))
-    wanted = compare_frames(sheet(a[:1] + a[2:]), sheet(b[:1] + b[2:]))
+    wanted = compare_frames(frame_of(a[:1] + a[2:]), frame_of(b[:1] + b[2:]))
     assert counts(wanted) == (3, 0, 0, 0, 0)
 
 
 def test_colours_are_paired_so_that_most_agree() -> None:
     colored = lambda r: (ComparedSolid("cube", "cube", "", (r, 0.0, 0.0)), pose(0, 0, 0))
-    found = compare_frames(sheet([FAR, colored(0.2), colored(0.3)]), sheet([FAR, colored(0.3), colored(0.1)]))
+    found = compare_frames(frame_of([FAR, colored(0.2), colored(0.3)]), frame_of([FAR, colored(0.3), colored(0.1)]))
     assert counts(found) == (2, 0, 1, 0, 0)
 
 
@@ -142,38 +142,50 @@ def test_colours_are_paired_so_that_most_agree() -> None:
 def test_moved_things_pair_with_the_nearest_alike() -> None:
     before = [FAR, (CUBE, pose(0, 0, 0)), (CUBE, pose(1, 0, 0)), (RED, pose(2, 0, 0))]
     after = [FAR, (RED, pose(2, 1, 0)), (CUBE, pose(1, 0.5, 0)), (CUBE, pose(0, 0.25, 0))]
-    found = compare_frames(sheet(before), sheet(after))
+    found = compare_frames(frame_of(before), frame_of(after))
     assert counts(found) == (1, 3, 0, 0, 0)
     assert found.moved.tolist() == [[1, 3], [2, 2], [3, 1]]
-    assert found.places_a[1].tolist() == [0, 0, 0]
-    assert found.places_b[3].tolist() == [0, 0.25, 0]
+    assert found.positions_a[1].tolist() == [0, 0, 0]
+    assert found.positions_b[3].tolist() == [0, 0.25, 0]
 
 
 def test_small_turned_cubes_are_seen() -> None:
     for angle, same in ((1e-4, True), (0.01, False), (np.pi / 4, False), (np.pi / 2, True)):
         turn = [[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
         before, after = ([(CUBE, pose(100, 0, 0)), (CUBE, pose(0, 0, 0, linear=m))] for m in (np.eye(3), turn))
-        assert compare_frames(sheet(before), sheet(after), 2e-6).equal == same, angle
+        assert compare_frames(frame_of(before), frame_of(after), 2e-6).equal == same, angle
 
 
 def test_turned_things_have_moved_but_larger_ones_not() -> None:
     turned = pose(0, 0, 0, linear=[[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]])
-    assert counts(compare_frames(sheet([FAR, (CUBE, pose(0, 0, 0))]), sheet([FAR, (CUBE, turned)]))) == (1, 1, 0, 0, 0)
+    assert counts(compare_frames(frame_of([FAR, (CUBE, pose(0, 0, 0))]), frame_of([FAR, (CUBE, turned)]))) == (
+        1,
+        1,
+        0,
+        0,
+        0,
+    )
     larger = pose(0, 0, 0, linear=np.eye(3) * 1.1)
-    assert counts(compare_frames(sheet([FAR, (CUBE, pose(0, 0, 0))]), sheet([FAR, (CUBE, larger)]))) == (1, 0, 0, 1, 1)
+    assert counts(compare_frames(frame_of([FAR, (CUBE, pose(0, 0, 0))]), frame_of([FAR, (CUBE, larger)]))) == (
+        1,
+        0,
+        0,
+        1,
+        1,
+    )
 
 
 def test_a_block_of_another_type_is_recoloured() -> None:
     stone, dirt = (solid_of("block", {"block_type": f"minecraft:{name}"}) for name in ("stone", "dirt"))
-    found = compare_frames(sheet([FAR, (stone, pose(1, 2, 3))]), sheet([(dirt, pose(1, 2, 3)), FAR]))
+    found = compare_frames(frame_of([FAR, (stone, pose(1, 2, 3))]), frame_of([(dirt, pose(1, 2, 3)), FAR]))
     assert counts(found) == (1, 0, 1, 0, 0)
 
 
 def test_labels() -> None:
     rows = [(CUBE, pose(i, 0, 0)) for i in range(4)]
-    made = sheet(rows, [("a", "b"), ("a",), ("a", "b"), ("c",)])
+    made = frame_of(rows, [("a", "b"), ("a",), ("a", "b"), ("c",)])
     assert made.labels([0, 1, 2, 3]) == ["a/b[0]", "a", "a/b[1]", "c"]
-    assert sheet(rows).labels([2]) == ["[2]"]
+    assert frame_of(rows).labels([2]) == ["[2]"]
 
 
 # --- random scenes -----------------------------------------------------------------------------------------------------
@@ -211,7 +223,7 @@ def test_order_and_noise_do_not_matter(scene: list[Row], random: Any) -> None:
     noise = lambda: np.array([[random.uniform(-2e-5, 2e-5) for _ in range(4)] for _ in range(3)])
     shuffled = [(solid, matrix + noise()) for solid, matrix in scene]
     random.shuffle(shuffled)
-    found = compare_frames(sheet(scene), sheet(shuffled))
+    found = compare_frames(frame_of(scene), frame_of(shuffled))
     assert counts(found) == (len(scene), 0, 0, 0, 0)
 
 
@@ -221,8 +233,8 @@ def test_one_more_and_one_less(scene: list[Row], more: Row, random: Any) -> None
     grown = [*scene, more]
     random.shuffle(grown)
     size = len(scene)
-    assert counts(compare_frames(sheet(scene), sheet(grown))) == (size, 0, 0, 0, 1)
-    assert counts(compare_frames(sheet(grown), sheet(scene))) == (size, 0, 0, 1, 0)
+    assert counts(compare_frames(frame_of(scene), frame_of(grown))) == (size, 0, 0, 0, 1)
+    assert counts(compare_frames(frame_of(grown), frame_of(scene))) == (size, 0, 0, 1, 0)
 
 
 @RUNS
@@ -233,7 +245,7 @@ def test_one_moved(scene: list[Row], row: Row, random: Any) -> None:
     moved[random.randrange(3), 3] += random.choice([-1, 1]) * random.uniform(0.01, 5)
     after = [*scene, (solid, moved)]
     random.shuffle(after)
-    found = compare_frames(sheet([*scene, row]), sheet(after))
+    found = compare_frames(frame_of([*scene, row]), frame_of(after))
     assume(not any(other is solid for other, _ in scene))
     assert counts(found) == (len(scene), 1, 0, 0, 0)
     assert found.moved[0, 0] == len(scene) or scene[found.moved[0, 0]][0] == solid  # an equal one may stand for it
@@ -247,7 +259,7 @@ def test_one_recoloured(scene: list[Row], row: Row, color: Any, random: Any) -> 
     assume(painted != solid)
     after = [*scene, (painted, matrix)]
     random.shuffle(after)
-    found = compare_frames(sheet([*scene, row]), sheet(after))
+    found = compare_frames(frame_of([*scene, row]), frame_of(after))
     assert counts(found) == (len(scene), 0, 1, 0, 0)
 
 
@@ -261,14 +273,14 @@ def test_large_scenes_take_seconds() -> None:
     paths = np.zeros(count, np.int64)
     kinds = tuple(ComparedSolid("cube", "cube", "", tuple(random.random(3)), (1.0, 2.0, 3.0)) for _ in range(50))
     index = random.integers(0, 50, count)
-    before = Sheet(kinds, index, matrices, ((),), paths)
+    before = ComparedFrame(kinds, index, matrices, ((),), paths)
     shifted = matrices.copy()
     shifted[:, :, 3] += 1
     started = time.perf_counter()
-    assert compare_frames(before, Sheet(kinds, index[order], matrices[order], ((),), paths)).equal
-    moved = compare_frames(before, Sheet(kinds, index[order], shifted[order], ((),), paths))
+    assert compare_frames(before, ComparedFrame(kinds, index[order], matrices[order], ((),), paths)).equal
+    moved = compare_frames(before, ComparedFrame(kinds, index[order], shifted[order], ((),), paths))
     assert counts(moved) == (0, count, 0, 0, 0)
-    stacked = Sheet(kinds, paths, np.repeat(matrices[:1], count, axis=0), ((),), paths)
+    stacked = ComparedFrame(kinds, paths, np.repeat(matrices[:1], count, axis=0), ((),), paths)
     assert compare_frames(stacked, stacked).equal
     assert time.perf_counter() - started < 30
 
@@ -280,7 +292,7 @@ def test_large_scenes_take_seconds() -> None:
 def test_equality_agrees_with_the_corpus_tool(golden: Path, tmp_path: Path) -> None:
     data = json.loads(golden.read_text())
     random = np.random.default_rng(1)
-    before = read_sheets(str(golden), 10**6)
+    before = read_compared_frames(str(golden), 10**6)
     for amount in (0.0, 1e-7, 1e-5, 1e-3):
         changed = json.loads(golden.read_text())
         for frame in changed["frames"]:
@@ -290,7 +302,7 @@ def test_equality_agrees_with_the_corpus_tool(golden: Path, tmp_path: Path) -> N
                 primitive["matrix"][0][2] += amount * random.uniform(-3, 3)
         path = tmp_path / "changed.json"
         path.write_text(json.dumps(changed))
-        found = [compare_frames(a, b) for a, b in zip(before, read_sheets(str(path), 10**6))]
+        found = [compare_frames(a, b) for a, b in zip(before, read_compared_frames(str(path), 10**6))]
         wanted = compare(data, changed)
         assert all(frame.equal for frame in found) == wanted["equal"], amount
         assert sum(len(frame.moved) + len(frame.missing) for frame in found) == wanted["only_a"]
@@ -342,7 +354,7 @@ def test_malformed_files(text: str, tmp_path: Path) -> None:
     path = tmp_path / "wrong.json"
     path.write_text(text)
     with pytest.raises(SceneError) as caught:
-        read_sheets(str(path), 1000)
+        read_compared_frames(str(path), 1000)
     assert caught.value.name == "file"
     assert str(path) in caught.value.message
 
@@ -352,21 +364,21 @@ def test_malformed_primitives(primitive: Any, tmp_path: Path) -> None:
     path = tmp_path / "wrong.json"
     path.write_text(json.dumps({"frames": [{"primitives": [PRIMITIVE, primitive]}]}))
     with pytest.raises(SceneError, match=r"frames\[0\]\.primitives\[1\]"):
-        read_sheets(str(path), 1000)
+        read_compared_frames(str(path), 1000)
 
 
 def test_files_have_limits(tmp_path: Path) -> None:
     path = tmp_path / "many.json"
     path.write_text(json.dumps({"frames": [{"primitives": [PRIMITIVE] * 6}, {"primitives": [PRIMITIVE] * 5}]}))
-    assert [len(frame) for frame in read_sheets(str(path), 11)] == [6, 5]
+    assert [len(frame) for frame in read_compared_frames(str(path), 11)] == [6, 5]
     with pytest.raises(SceneError) as caught:
-        read_sheets(str(path), 10)
+        read_compared_frames(str(path), 10)
     assert caught.value.name == "primitives"
     (tmp_path / "bytes.json").write_bytes(b'{"frames": "\xff"}')
     for name in ("bytes.json", "nothing.json", "folder.json"):
         (tmp_path / "folder.json").mkdir(exist_ok=True)
         with pytest.raises(SceneError):
-            read_sheets(str(tmp_path / name), 10)
+            read_compared_frames(str(tmp_path / name), 10)
 
 
 data = st.recursive(
@@ -392,7 +404,7 @@ def test_no_file_crashes_the_reader(anything: Any, changes: list[dict[str, Any]]
             path = Path(folder) / "any.json"
             path.write_text(json.dumps(content))
             try:
-                for frame in read_sheets(str(path), 1000):
+                for frame in read_compared_frames(str(path), 1000):
                     assert compare_frames(frame, frame).equal
             except SceneError:
                 pass

@@ -154,7 +154,7 @@ def test_figure_2_counts() -> None:
 
 
 def test_figure_2_handles() -> None:
-    lines = list(outline(scene_of("paper/chessboard"), every=True))
+    lines = list(outline(scene_of("paper/chessboard"), expand=True))
     words = [re.sub(r"^[│├└─ ]*", "", line) for line in lines]
     numbers = dict(enumerate(words, 1))
     assert len(numbers) == 99

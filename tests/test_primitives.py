@@ -33,11 +33,11 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Matrix, Pair, Vector
 from scenelang.interpreter.scene import pose, primitives
 from scenelang.interpreter.scene.bounds import entity_box
-from scenelang.interpreter.scene.difference import compare_frames, sheet_of
+from scenelang.interpreter.scene.difference import compare_frames, compared_frame
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.base import Primitive
-from scenelang.interpreter.scene.primitives.mesh import areas_of, first_hits, posed, sampled, volume_of
+from scenelang.interpreter.scene.primitives.mesh import areas_of, first_hits, posed, sample_surface, volume_of
 from scenelang.primer import attribute_doc, attributes_of, description
 
 trimesh = later("trimesh")
@@ -100,9 +100,9 @@ def _package(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(folder))
         invalidate_caches()
-        primitives.forget_packages()
+        primitives.clear_package_cache()
         yield
-    primitives.forget_packages()
+    primitives.clear_package_cache()
 
 
 @pytest.fixture(scope="module")
@@ -228,7 +228,7 @@ def test_samples_lie_evenly_on_the_surface(made: Made) -> None:
     assert points.shape == normals.shape == (count, 3)
     assert shape.contains(points - 1e-7 * size * normals).mean() > 0.999
     assert shape.contains(points + 1e-7 * size * normals).mean() < 0.001
-    others, _ = sampled(shape.triangulate(2e-4 * size), count, np.random.default_rng(8))
+    others, _ = sample_surface(shape.triangulate(2e-4 * size), count, np.random.default_rng(8))
     for axis in range(3):
         for share in (0.1, 0.3, 0.5, 0.7, 0.9):
             edge = np.quantile(others[:, axis], share) + 1e-6 * size  # many may lie in one plane
@@ -523,7 +523,7 @@ def test_scenes_with_it_are_compared(made: Made) -> None:
     far = (Entity("cube", Embedding(), (), primitives.shape_of("cube", {})), pose.translation(9.0, 0.0, 0.0))
 
     def sheet(entity: Entity, at: Matrix) -> Any:
-        return sheet_of(flatten_entity(Entity("scene", Embedding(), (Pair(entity, at), Pair(*far)))))
+        return compared_frame(flatten_entity(Entity("scene", Embedding(), (Pair(entity, at), Pair(*far)))))
 
     plain = sheet(made.entity(), pose_of(made))
     assert compare_frames(plain, sheet(made.entity(), pose_of(made))).equal

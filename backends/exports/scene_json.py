@@ -257,6 +257,6 @@ class _Reader:
     def _shape(self, word: str, attributes: dict[str, Any], file: Any, where: str) -> Primitive:
         cls = class_of(word)
         if not cls.is_file:
-            return cls.made(word, attributes)
+            return cls.from_attributes(word, attributes)
         asset = self.assets.measure(self.text(file, f"the file of {where}"))
-        return cls.made(word, {**attributes, "file": asset.path}, asset)
+        return cls.from_attributes(word, {**attributes, "file": asset.path}, asset)

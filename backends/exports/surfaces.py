@@ -165,7 +165,7 @@ class Patch:
 
 def merged(entity: Entity, segments: int = SEGMENTS) -> tuple[Patch, ...]:
     """Return all primitives below ``entity``, in its frame, as one patch per material, ignoring colour."""
-    frame = flatten_entity(entity, whole_cells=False)
+    frame = flatten_entity(entity, snap_blocks=False)
     found: dict[Look, list[ExportSurface]] = {}
     for number, primitive in enumerate(frame.primitives):
         look = look_of(primitive)
@@ -222,4 +222,4 @@ def _frames(entities: Sequence[Entity], what: str, hint: str | None) -> list[Fla
     total = sum(primitive_count(entity) for entity in entities)
     if 3 * total > MAX_VERTICES:  # check before anything is expanded
         raise LimitError("primitives", f"{what} would have {total:,} primitives, more than the limit", hint=hint)
-    return [flatten_entity(entity, whole_cells=False) for entity in entities]
+    return [flatten_entity(entity, snap_blocks=False) for entity in entities]

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from scenelang.backends.base import need
 from scenelang.backends.pictures.studio import from_srgb
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.scene.primitives.asset import Asset, read_files_by
+from scenelang.interpreter.scene.primitives.asset import Asset, set_mesh_loader
 from scenelang.interpreter.scene.primitives.mesh import Mesh
 
 # Support function of a point set: the extremes of a linear form. Points are sorted along a Morton curve into blocks
@@ -577,7 +577,7 @@ def load_asset(file: str | Path, root: str | Path | None = None) -> Mesh:
     return _loaded(str(path), str(root or path.resolve().parent), state.st_mtime_ns, state.st_size)
 
 
-read_files_by(load_asset)
+set_mesh_loader(load_asset)
 
 
 _NULL_HANDLER = logging.NullHandler()

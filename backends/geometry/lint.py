@@ -594,7 +594,7 @@ def _named(bodies: Bodies, finding: Finding, frame: int) -> _Named:
 
 
 def _place(bodies: Bodies, i: int) -> Span | None:
-    places = bodies.entities[bodies.entity[i]].places
+    places = bodies.entities[bodies.entity[i]].call_sites
     return places[0] if places else None
 
 

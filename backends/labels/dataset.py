@@ -98,7 +98,7 @@ def _corner_and_size(box: npt.NDArray[np.float64]) -> list[float]:
 def _masks(truth: Truth, seen: IntArray, boxes: Boxes) -> list[list[int]]:
     """Return the run lengths of the instances ``seen``, level by level, each computed inside its box."""
     out: dict[int, list[int]] = {}
-    for depth in range(truth.ancestry.deepest + 1):
+    for depth in range(truth.ancestry.max_depth + 1):
         map_ = truth.at_depth(depth)
         for instance in seen[truth.ancestry.depth[seen] == depth].tolist():
             out[instance] = _run_lengths(map_, instance, boxes.visible[instance])
@@ -345,7 +345,7 @@ def arrays_of(truth: Truth) -> dict[str, npt.NDArray[Any]]:
 
 def _levels(truth: Truth) -> list[IntArray]:
     """Return the instances (H, W) at each depth of the hierarchy."""
-    return [truth.at_depth(depth) for depth in range(min(truth.ancestry.deepest, _MAX_DEPTH) + 1)]
+    return [truth.at_depth(depth) for depth in range(min(truth.ancestry.max_depth, _MAX_DEPTH) + 1)]
 
 
 def _arrays_of(
@@ -398,7 +398,7 @@ def _legend(truth: Truth, handles: Sequence[str]) -> dict[str, Any]:
     """Return the legend of the maps' numbers and colours, for visible instances and their ancestors."""
     ancestry = truth.ancestry
     shown = sorted(
-        {int(i) for depth in range(ancestry.deepest + 1) for i in np.unique(truth.at_depth(depth)) if i >= 0}
+        {int(i) for depth in range(ancestry.max_depth + 1) for i in np.unique(truth.at_depth(depth)) if i >= 0}
     )
     words = word_numbers(truth)
     return {

@@ -148,7 +148,7 @@ def correspondence_of(truth: Truth) -> Correspondence:
         words[entity.word] += count
     repeated = np.array([words[entity.word] > 1 for entity in ancestry.nodes], bool)
     unit_of = np.full(len(ancestry), NOTHING, np.int64)
-    for depth in range(1, ancestry.deepest + 1):
+    for depth in range(1, ancestry.max_depth + 1):
         rows = np.flatnonzero(ancestry.depth == depth)
         above = unit_of[ancestry.parent[rows]]
         own = np.where(repeated[ancestry.node[rows]], rows, NOTHING)
@@ -222,7 +222,7 @@ def boxes_in(truth: Truth) -> Boxes:
 
 def _accumulate(ancestry: Ancestry, visible: IntArray, area: IntArray, full: FloatArray) -> None:
     """Accumulate the boxes and areas of instances into their parents, from the deepest level up."""
-    for depth in range(ancestry.deepest, 0, -1):
+    for depth in range(ancestry.max_depth, 0, -1):
         rows = np.flatnonzero(ancestry.depth == depth)
         parent = ancestry.parent[rows]
         np.add.at(area, parent, area[rows])
@@ -357,7 +357,7 @@ class PathNumbers:
     def of(self, ancestry: Ancestry) -> IntArray:
         """Return the path number (M,) of every instance; the root's is 0."""
         out = np.zeros(len(ancestry), np.int64)
-        for depth in range(1, ancestry.deepest + 1):
+        for depth in range(1, ancestry.max_depth + 1):
             rows = np.flatnonzero(ancestry.depth == depth)
             above, position = out[ancestry.parent[rows]].tolist(), ancestry.position[rows].tolist()
             table = self._numbers

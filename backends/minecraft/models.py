@@ -416,9 +416,9 @@ def _as_cubes(root: Entity, limit: int) -> tuple[Entity, tuple[Diagnostic, ...]]
     if root.is_primitive:
         root = Entity(root.word, ANONYMOUS, (Pair(root, IDENTITY),))
     _check(primitive_count(root), limit, "primitives")
-    flat = flatten_entity(root, whole_cells=False)
+    flat = flatten_entity(root, snap_blocks=False)
     is_block = np.array([primitive.is_block for primitive in flat.primitives])[flat.index]
-    blocks, parts = flat.only(is_block), parts_of(root, is_block)
+    blocks, parts = flat.select(is_block), parts_of(root, is_block)
     inks = [_ink(primitive) for primitive in blocks.primitives]
     pairs, number = np.unique(parts.owner * len(inks) + blocks.index, return_inverse=True)
     owners, ink = pairs // len(inks), pairs % len(inks)
@@ -527,7 +527,7 @@ def _cube_of(word: str, look: Look, place: Span | None) -> Entity:
     if any(look.emission):
         attributes["emission"] = Vector(look.emission)
     embedding = Embedding(attributes={"color": Vector(look.color), **attributes})
-    return Entity(word, embedding, (), CubeShape(color=look.color), places=(place,) if place else ())
+    return Entity(word, embedding, (), CubeShape(color=look.color), call_sites=(place,) if place else ())
 
 
 _PLAIN = (("opacity", 1.0), ("metallic", 0.0))

@@ -50,7 +50,7 @@ def asked_state(entity: Entity) -> BlockState:
     Raises SceneError("attribute"), with the location in the program, if ``:block-type`` or ``:block-kwargs`` is missing
     or invalid.
     """
-    if isinstance(entity.shape, SetCuboid) and entity.shape.lays_air:
+    if isinstance(entity.shape, SetCuboid) and entity.shape.removes_blocks:
         return AIR_STATE
     name = entity.embedding.attributes.get("block-type")
     if not isinstance(name, str) or not name.strip():
@@ -118,7 +118,7 @@ def _text(value: Any) -> str:
 
 def place_of(entity: Entity) -> Span | None:
     """Return where the program created a primitive, the first of several locations."""
-    return entity.places[0] if entity.places else None
+    return entity.call_sites[0] if entity.call_sites else None
 
 
 def _problem(entity: Entity, name: str, expected: str) -> SceneError:
@@ -527,7 +527,7 @@ def voxelised(root: Entity, limit: int = 2_000_000, most_cells: int = MAX_CELLS)
         paint(cells, origin, _cuboids_of(pattern.entity, tree, requested), stamps)
         touched = cells != _UNTOUCHED
         stamps.append(Stamp(cells, None if touched.all() else touched))
-    flat = flatten_entity(tree.root, whole_cells=False)
+    flat = flatten_entity(tree.root, snap_blocks=False)
     laid = _laid_of(flat, tree, requested)
     origin, size = cells_around(laid, most_cells)
     cells = np.zeros(size, np.uint32)
@@ -604,7 +604,7 @@ def _check_count(entities: Sequence[Entity], limit: int) -> None:
 
 def _cuboids_of(entity: Entity, tree: Folded, requested: _Requested) -> Laid:
     """Return the cuboids and stamps that ``entity`` places, in order; raises SceneError("blocks")."""
-    return _laid_of(flatten_entity(entity, whole_cells=False), tree, requested)
+    return _laid_of(flatten_entity(entity, snap_blocks=False), tree, requested)
 
 
 def _laid_of(flat: FlatFrame, tree: Folded, requested: _Requested) -> Laid:

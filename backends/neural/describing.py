@@ -172,9 +172,9 @@ def has_meaning(word: str) -> bool:
 def thing(entity: Entity) -> str:
     """What an entity is, in words: `"piece_body"` is a piece body, a mesh file with no other word has its own name."""
     shape = entity.shape
-    own = None if shape is None else shape.name_of(entity.word)
+    own = None if shape is None else shape.display_name(entity.word)
     if own is not None:
-        return spaced(own) or (shape.meaning if shape is not None else None) or "thing"
+        return spaced(own) or (shape.common_name if shape is not None else None) or "thing"
     return spaced(entity.word) or "thing"
 
 

@@ -289,7 +289,7 @@ def units_of(ancestry: Ancestry, handles: Sequence[str], granularity: Granularit
         chosen[_called(ancestry, handles, name)] = True
     if chosen.any():
         units = units.copy()
-        for level in range(ancestry.deepest + 1):  # from the root, so that what is highest counts
+        for level in range(ancestry.max_depth + 1):  # from the root, so that what is highest counts
             rows = np.flatnonzero(ancestry.depth == level)
             above = np.where(ancestry.parent[rows] >= 0, ancestry.parent[rows], rows)
             inside = chosen[units[above]] & (above != rows)

@@ -21,8 +21,8 @@ import numpy.typing as npt
 
 from scenelang.backends.pictures.studio import from_srgb
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene import primitives
+from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.primitives import items_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -102,7 +102,7 @@ def look_of(entity: Entity) -> Look:
     attributes, shape = entity.embedding.attributes, entity.shape
     color = shape.color if shape is not None else (1.0, 1.0, 1.0)
     if attributes.get("color") is None and shape is not None:
-        chosen = shape.own_color(entity.word, attributes)
+        chosen = shape.color_seed(entity.word, attributes)
         color = color if chosen is None else tint(*chosen)
     given = {name: value for name in READ if (value := attributes.get(name)) is not None}
     if not given:

@@ -76,7 +76,7 @@ def parts_of(staging: Staging, frame: int) -> Parts | None:
         found = _prototype(staging, flat.primitives[number], flat.matrices[index == number])
         if found is not None:
             prototypes.append(found)
-    loose = flat.only(~is_cut[index])
+    loose = flat.select(~is_cut[index])
     return Parts(tuple(prototypes), normalized(solids_of(loose), staging.center, staging.scale))
 
 
@@ -442,13 +442,13 @@ def segments_for(solids: Solids, pixels: FloatArray) -> IntArray:
 
 def is_too_flat(solids: Solids) -> npt.NDArray[np.bool_]:
     """Return which solids (N,) are too flat for the exact shapes of their forms in single precision."""
-    flattest = np.array([kind.flattest for kind in solids.kinds])[solids.forms]
-    return np.asarray(thinness(solids.matrices) < flattest * sizes_of(solids.matrices), bool)
+    min_aspect_ratio = np.array([kind.min_aspect_ratio for kind in solids.kinds])[solids.forms]
+    return np.asarray(thinness(solids.matrices) < min_aspect_ratio * sizes_of(solids.matrices), bool)
 
 
 def dissolves(form: CanonicalForm, matrix: FloatArray) -> bool:
     """Whether the pose (3, 4) is too flat for the exact shapes of a form in single precision."""
-    return bool(thinness(matrix[None])[0] < form.flattest * sizes_of(matrix[None])[0])
+    return bool(thinness(matrix[None])[0] < form.min_aspect_ratio * sizes_of(matrix[None])[0])
 
 
 def sizes_of(matrices: FloatArray) -> FloatArray:

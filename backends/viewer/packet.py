@@ -90,7 +90,7 @@ def graph_of(scene: Scene, definitions: Mapping[str, Span]) -> PacketGraph:
     columns: dict[str, npt.NDArray[Any]] = {
         "nodeWord": _column(words.number(entity.word, entity.word) for entity in nodes),
         "nodeEmbedding": _column(_embedding(embeddings, entity.embedding) for entity in nodes),
-        "nodePlace": _column(_places(places, entity.places) for entity in nodes),
+        "nodePlace": _column(_places(places, entity.call_sites) for entity in nodes),
         "nodeDefinition": _column(_places(places, _definition(entity, definitions)) for entity in nodes),
         "nodeStart": start,
         "nodeChild": _column(number[id(part.car)] for entity in nodes for part in entity.children),

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from generator.markdown import NOTICE, anchor, block, formatted, table, valued
 from scenelang.interpreter.expand.forms import ABSENT, FORM_EXAMPLES, FORMS
-from scenelang.interpreter.scene.primitives import every
+from scenelang.interpreter.scene.primitives import all_primitives
 from scenelang.primer import attribute_doc, attribute_names
 from scenelang.stdlib.reference import TOPICS, ReferenceRecord, records
 
@@ -40,7 +40,10 @@ def stdlib_page() -> str:
 def _attributes() -> Iterator[str]:
     """The primitives and the attributes that they read."""
     yield from (f"## {_PRIMITIVES}", "", "Words that no `bind` binds. Any other word is a box of its `:scale`.", "")
-    rows = [(f'`"{one.word}"`', one.doc, " ".join(f"`:{name}`" for name in one.attribute_names())) for one in every()]
+    rows = [
+        (f'`"{cls.word}"`', cls.doc, " ".join(f"`:{name}`" for name in cls.attribute_names()))
+        for cls in all_primitives()
+    ]
     yield from table(("word", "what it is", "attributes"), rows)
     yield from ("All that has a `:color` reads the attributes of the material too.", "")
     meanings = [(f"`:{name}`", attribute_doc(None, name) or "") for name in attribute_names()]

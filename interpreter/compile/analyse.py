@@ -317,7 +317,7 @@ def undefined(rt: Runtime, name: str, span: Span) -> SceneError:
 
     The current call is marked as not shareable, because its result would change once the variable is defined.
     """
-    rt.drew = True
+    rt.drew_random = True
     return SceneError("undefined-yet", f"`{name}` is used before its definition", None, span)
 
 

@@ -96,7 +96,7 @@ def _check_assignment(datum: ListDatum, operands: Sequence[Datum]) -> None:
                 datum.items[1].span,
                 "define a variable with `define` or `let`",
             )
-        hint = "use `(set-ref! xs i value)` to change an item of a list or table"
+        hint = "to change an item of a list or table, write `(set-ref! xs i value)`"
         raise syntax_error("set!", "the target of `set!` must be a variable", datum.items[1].span, hint)
     variable.assigned = True
 
@@ -125,7 +125,7 @@ def expand_bind(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     _count(datum, 2, 2)
     literal = datum.items[1]
     if is_identifier(literal) and scope.lookup(literal.value) is None:
-        hint = f'put it in quotes: `(bind "{base_name(literal.value)}" ...)`'
+        hint = f'write it in quotes: `(bind "{base_name(literal.value)}" ...)`'
         raise SceneError("word", "a word must be a string", hint, literal.span)
     word = expander.expand(literal, scope)
     spelled = literal.value if isinstance(literal, Atom) and type(literal.value) is str else "entity function"

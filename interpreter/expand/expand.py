@@ -1,8 +1,7 @@
 """Macro expander: convert datums to core datums, resolving names, expanding macros and lowering derived forms.
 
 The output is parsed by ``core.lark``: heads are ``ast.Head``, and identifiers are replaced by their bindings. Derived
-forms
-are in ``derived``, macros in ``macros``; this module handles names, bodies, functions and calls.
+forms are in ``derived``, macros in ``macros``; this module handles names, bodies, functions and calls.
 """
 
 from __future__ import annotations
@@ -46,11 +45,11 @@ from scenelang.interpreter.runtime.types import BASE_TYPES, Builtin, Type, parse
 # Runs a macro's function on operands as data; returns the value, and whether it is deterministic.
 RunMacro = Callable[[Datum, list[Any]], tuple[Any, bool]]
 
-MAX_EXPANSIONS = 100_000
-MAX_EXPANDED = 200_000
-MAX_MACRO_DEPTH = 1_000
+MAX_EXPANSIONS = 100_000  # macro uses per file
+MAX_EXPANDED = 200_000  # forms produced by macros
+MAX_MACRO_DEPTH = 1_000  # nesting of expansions
 
-_PLACES = {
+_PLACEMENT_HINTS = {
     "else": "use `else` to start the last clause of `cond` or `case`",
     "=>": "use `=>` in a clause of `cond`: `(test => function)`",
     "_": "`_` is only allowed as a parameter or in a pattern, where it ignores a value",
@@ -124,10 +123,10 @@ class Expander:
         binding = scope.lookup(atom.value)
         if binding is None:
             raise self.unbound(atom, scope)
-        self.note_use(atom, binding)
+        self.record_use(atom, binding)
         return binding
 
-    def note_use(self, atom: Datum, binding: Any, defines: bool = False) -> None:
+    def record_use(self, atom: Datum, binding: Any, defines: bool = False) -> None:
         """Record the binding of an identifier of the source text, if requested."""
         if self.uses is not None and atom.span.expansion is None:
             self.uses.append(Use(atom.span, binding, defines))
@@ -136,11 +135,11 @@ class Expander:
         name = base_name(atom.value)
         if name in ABSENT:
             return SceneError("absent", f"`{name}` is not supported", ABSENT[name], atom.span)
-        if name in _PLACES:
-            return SceneError("misplaced", f"misplaced `{name}`", _PLACES[name], atom.span)
+        if name in _PLACEMENT_HINTS:
+            return SceneError("misplaced", f"misplaced `{name}`", _PLACEMENT_HINTS[name], atom.span)
         if name in self.bound_words():
             return SceneError(
-                "unbound", f"`{name}` is a word, not a function", f'call the word: `(call "{name}")`', atom.span
+                "unbound", f"`{name}` is a word, not a function", f'to call it, write `(call "{name}")`', atom.span
             )
         module = self.importable_from(name)
         near: list[str] = []
@@ -191,7 +190,7 @@ class Expander:
         """Return the binding of ``datum``, or None if it is not a bound identifier."""
         binding = scope.lookup(datum.value) if is_identifier(datum) else None
         if isinstance(binding, (Special, Macro, PaperForm)):
-            self.note_use(datum, binding)
+            self.record_use(datum, binding)
         return binding
 
     def is_literal(self, datum: Any, name: str, scope: Scope) -> bool:
@@ -228,7 +227,7 @@ class Expander:
         variable.from_macro = isinstance(atom.value, Alias)
         variable.shadows = isinstance(existing, (Builtin, PaperForm))
         scope.bind(atom.value, variable)
-        self.note_use(atom, variable, defines=True)
+        self.record_use(atom, variable, defines=True)
         return variable
 
     def global_variable(self, name: str, span: Span) -> Variable:
@@ -312,7 +311,8 @@ class Expander:
                         "expansion", message, "check whether a macro duplicates its operands", _outermost(datum.span)
                     )
             if datum.tail is not None:
-                raise SceneError("bad-dot", "a dotted pair cannot be evaluated", "quote it: `'(a . b)`", datum.span)
+                hint = "to write it as data, quote it: `'(a . b)`"
+                raise SceneError("bad-dot", "a dotted pair cannot be evaluated", hint, datum.span)
             if not datum.items:
                 message = "`()` cannot be evaluated"
                 raise SceneError("empty-application", message, "write the empty list as `'()` or `(list)`", datum.span)
@@ -328,9 +328,8 @@ class Expander:
                 raise self.unbound(datum.items[0], scope)
             if isinstance(binding, PaperForm):
                 return core(binding.terminal, self.expand_all(datum.items[1:], scope), datum.span)
-            head = self.expand(
-                datum.items[0], scope
-            )  # before the operands, whose errors would be consequential if the head is misspelt
+            # The head first: if it is misspelt, errors of the operands would be consequential.
+            head = self.expand(datum.items[0], scope)
             operands = self.expand_all(datum.items[1:], scope)
             return ListDatum((head, *operands), None, datum.span)
 
@@ -634,14 +633,14 @@ def scan_define_syntax(expander: Expander, datum: ListDatum, scope: Scope, pendi
     if len(datum.items) != 3 or not is_identifier(datum.items[1]):
         raise syntax_error("define-syntax", "`define-syntax` expects a name and `syntax-rules`", datum.span)
     name = datum.items[1]
-    _refuse_reserved(expander, name, scope)
+    _check_not_reserved(expander, name, scope)
     try:
         macro = macros.syntax_rules(expander, datum.items[2], scope, base_name(name.value), datum.span)
     except SceneError:
         scope.bind(name.value, macros.broken(base_name(name.value), datum.span))
         raise
     scope.bind(name.value, macro)
-    expander.note_use(name, macro, defines=True)
+    expander.record_use(name, macro, defines=True)
 
 
 @scans("define-macro")
@@ -650,7 +649,7 @@ def scan_define_macro(expander: Expander, datum: ListDatum, scope: Scope, pendin
     if not isinstance(head, ListDatum) or not head.items or not is_identifier(head.items[0]):
         raise syntax_error("define-macro", "`define-macro` expects (name parameter ...) and a body", datum.span)
     name = head.items[0]
-    _refuse_reserved(expander, name, scope)
+    _check_not_reserved(expander, name, scope)
     parameters: Datum = ListDatum(head.items[1:], head.tail, head.span)
     if len(head.items) == 1 and head.tail is not None:
         parameters = head.tail
@@ -660,10 +659,10 @@ def scan_define_macro(expander: Expander, datum: ListDatum, scope: Scope, pendin
         scope.bind(name.value, macros.broken(base_name(name.value), datum.span))
         raise
     scope.bind(name.value, macro)
-    expander.note_use(name, macro, defines=True)
+    expander.record_use(name, macro, defines=True)
 
 
-def _refuse_reserved(expander: Expander, name: Datum, scope: Scope) -> None:
+def _check_not_reserved(expander: Expander, name: Datum, scope: Scope) -> None:
     """Check a macro's name like that of a variable, by declaring it in a temporary scope."""
     uses, expander.uses = expander.uses, None
     expander.declare(name, Scope(scope))
@@ -693,9 +692,9 @@ def scan_define_record(expander: Expander, datum: ListDatum, scope: Scope, pendi
             return expander.expand_lambda(earlier, [default], scope, default.span, f"{spelled}-{fields[index]}")
 
         declared = tuple(expander.annotated_type(t, datum.span) if t else None for t in types)
-        facts = core("QUOTE", [opaque("DATUM", (spelled, tuple(fields), declared), datum.span)], datum.span)
+        definition = core("QUOTE", [opaque("DATUM", (spelled, tuple(fields), declared), datum.span)], datum.span)
         operands = [default_function(index) for index in range(len(fields))]
-        return ListDatum((Atom(MAKE_RECORD, datum.span), facts, *operands), None, datum.span)
+        return ListDatum((Atom(MAKE_RECORD, datum.span), definition, *operands), None, datum.span)
 
     pending.append(_definition(target, value, datum))
 

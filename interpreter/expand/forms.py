@@ -55,12 +55,12 @@ def _comprehensions() -> list[Form]:
     }
     forms = []
     for star in ("", "*"):
-        how = "sequences are nested" if star else "sequences are iterated in parallel, nested after a test"
-        for suffix, (value, what) in kinds.items():
+        order = "sequences are nested" if star else "sequences are iterated in parallel, nested after a test"
+        for suffix, (value, effect) in kinds.items():
             name = f"for{star}{suffix}"
-            forms.append(Form(name, f"({name} {_CLAUSES} body ...)", f"{what}: {value}; {how}."))
+            forms.append(Form(name, f"({name} {_CLAUSES} body ...)", f"{effect}: {value}; {order}."))
         name = f"for{star}/fold"
-        doc = f"Fold with accumulators; the body returns their next values (a list if there are several); {how}."
+        doc = f"Fold with accumulators; the body returns their next values (a list if there are several); {order}."
         forms.append(Form(name, f"({name} ((acc init) ...) {_CLAUSES} body ...)", doc, 2))
     return forms
 
@@ -243,7 +243,7 @@ FORM_EXAMPLES: Mapping[str, tuple[str, str | None]] = {
     "import": ('(import "std/python.scene" :prefix py/)\n(py/py-+ "a" "b")', '"ab"'),
     "scene": ('(bind "tree" (lambda ((:height 2)) (call "cone" :p1 [0 height 0])))\n(scene "tree" :height 5)', None),
     "param": (
-        '(param floors 3 "how many floors" :min 1 :max 9)\n(bind "house"\n  (lambda ()\n'
+        '(param floors 3 "number of floors" :min 1 :max 9)\n(bind "house"\n  (lambda ()\n'
         '    (union-loop floors (lambda (i) (transform (call "cube") (translate [0 i 0]))))))',
         None,
     ),
@@ -465,8 +465,8 @@ def snippet(form: Form) -> str:
             pieces.append(token)
             continue
         number += 1
-        place = f"${{{number}:{name}}}"
-        pieces.append(f'"{place}"' if token.startswith('"') else place)
+        placeholder = f"${{{number}:{name}}}"
+        pieces.append(f'"{placeholder}"' if token.startswith('"') else placeholder)
     return "".join(pieces) + "$0"
 
 

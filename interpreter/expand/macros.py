@@ -170,7 +170,7 @@ def procedural(
     def transform(use: Datum, use_scope: Scope) -> Datum:
         origins: dict[int, Datum] = {}
         assert isinstance(use, ListDatum)
-        place = use_span(use, name, span)
+        expansion_span = use_span(use, name, span)
         saved, expander.template_aliases = expander.template_aliases, {}
         saved_scope, expander.template_scope = expander.template_scope, scope
         try:
@@ -178,7 +178,7 @@ def procedural(
             value, repeatable = expander.run_macro(function, arguments)
             if not repeatable:
                 expander.mark_random()
-            return datum_of(value, place, origins)
+            return datum_of(value, expansion_span, origins)
         except LimitError as error:
             notes: tuple[Note, ...] = (Note("macro defined here", span),)
             hint = "look for an infinite loop or recursion; the body of a macro has separate limits"
@@ -338,12 +338,12 @@ def _match(ruleset: _Rules, pattern: Datum, datum: Datum, scope: Scope, bound: d
         return False
     captures = []
     for item in given[len(before) : len(before) + repeats]:
-        one: dict[Any, Any] = {}
-        if not _match(ruleset, repeated, item, scope, one):
+        match: dict[Any, Any] = {}
+        if not _match(ruleset, repeated, item, scope, match):
             return False
-        captures.append(one)
+        captures.append(match)
     for variable in _pattern_variables(ruleset, repeated):
-        bound[variable] = [one[variable] for one in captures]
+        bound[variable] = [match[variable] for match in captures]
     pairs = [*zip(before, given), *zip(after, given[len(before) + repeats :])]
     for each_pattern, each_datum in pairs:
         if not _match(ruleset, each_pattern, each_datum, scope, bound):
@@ -477,6 +477,6 @@ class _Instance:
             raise SceneError("macro", message, None, self.span)
         out: list[Datum] = []
         for index in range(lengths.pop()):
-            one = {**bound, **{v: bound[v][index] for v in variables}}
-            out += self._repeat(item, one, depth - 1) if depth > 1 else [self.build(item, one)]
+            iteration = {**bound, **{v: bound[v][index] for v in variables}}
+            out += self._repeat(item, iteration, depth - 1) if depth > 1 else [self.build(item, iteration)]
         return out

@@ -1,8 +1,8 @@
 """Scopes and bindings at expansion time: resolution of identifiers.
 
-Hygiene is implemented with aliases. Each expansion of a macro's template renames its symbols to fresh ``Alias``
-objects; an
-alias that is not bound by the expanded code refers to the binding of its symbol where the macro was defined.
+Hygiene is implemented with aliases (renaming, as in Clinger and Rees, "Macros That Work", 1991). Each expansion of a
+macro's template renames its symbols to fresh ``Alias`` objects; an alias that is not bound by the expanded code refers
+to the binding of its symbol where the macro was defined.
 """
 
 from __future__ import annotations
@@ -50,9 +50,9 @@ class TemplateKeyword(Keyword):
     alias: Alias
 
     def __new__(cls, keyword: Keyword, alias: Alias) -> TemplateKeyword:
-        made = super().__new__(cls, keyword)
-        made.alias = alias
-        return made
+        keyword_alias = super().__new__(cls, keyword)
+        keyword_alias.alias = alias
+        return keyword_alias
 
 
 def base_name(symbol: Symbol) -> str:

@@ -10,13 +10,13 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.kinds.calls import keyword_fixes
 from scenelang.interpreter.kinds.infer import FormKinds, infer_form
 from scenelang.interpreter.kinds.kinds import ANY, ARRAYS, LIST, PARTS, Kind, join
+from scenelang.interpreter.kinds.scene_forms import keyword_fixes
 from scenelang.interpreter.runtime.types import STD
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.lint.rules import Facts
+    from scenelang.interpreter.lint.rules import FormFacts
     from scenelang.interpreter.program.program import Program
 
 _LIBRARY_RESULTS = {"stack": join(LIST, ARRAYS), "call": ANY, "union": LIST, "union-loop": LIST, "transform": ANY}
@@ -61,7 +61,7 @@ class _Version:
 
     def __init__(self, program: Program, library: Mapping[Variable, Any]) -> None:
         self._library = library
-        self.facts: Sequence[Facts] = program.facts
+        self.facts: Sequence[FormFacts] = program.facts
         self.homes = {variable: index for index, each in enumerate(self.facts) for variable in each.defined}
         self.groups = [0] * len(self.facts)
         self.kinds: dict[Variable, Kind] = {}
@@ -213,7 +213,7 @@ def _unreached(finding: Diagnostic) -> Diagnostic:
     return replace(finding, name="conditional-failure") if finding.is_error else finding
 
 
-def reached_forms(facts: Sequence[Facts], root: str) -> set[int] | None:
+def reached_forms(facts: Sequence[FormFacts], root: str) -> set[int] | None:
     """Return the ids of the facts of all forms that may be evaluated: those that the root's function mentions, and so
     on, apart from words that are computed. None if no form binds the root."""
     by_word = {each.word: each for each in facts if each.word is not None}
@@ -304,5 +304,3 @@ def _endless(function: ast.Lambda, span: Span) -> Diagnostic:
     message = f"{name} calls itself whenever it is called, so it never ends"
     hint = "put the call into a branch: `(if test (...) ...)`"
     return Diagnostic("endless-recursion", message, span, hint)
-
-

@@ -23,24 +23,19 @@ from scenelang.interpreter.kinds.builtins import (
 from scenelang.interpreter.kinds.kinds import (
     ANY,
     ENTITY,
-    LIST,
     NEVER,
-    PART,
-    PARTS,
     Kind,
     accepts,
     describe,
-    join,
     length_of,
 )
 from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter
 from scenelang.interpreter.runtime.values import Keyword
-from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, Attribute, find
 
 if TYPE_CHECKING:
     from scenelang.interpreter.kinds.infer import Inference, RecordCode
 
-_MAX_SHOWN = 40  # characters of source text in a message
+MAX_SHOWN = 40  # characters of source text in a message
 _FEW = 4  # keyword arguments that a hint lists
 _ENTITY_ARGUMENTS = 2
 
@@ -53,7 +48,7 @@ def function_of(builtin: Builtin) -> Kind:
 def shown(node: Any, kind: Kind) -> str:
     """Return what was found, for messages: the kind, and the source text where it is short."""
     text = node.span.text
-    if node.span.expansion is None and len(text) <= _MAX_SHOWN and "\n" not in text:
+    if node.span.expansion is None and len(text) <= MAX_SHOWN and "\n" not in text:
         return f"{describe(kind)}: {text}"
     return describe(kind)
 
@@ -104,23 +99,33 @@ def report_not_a_function(
     if function.tag in ("Vector", "List", "Array", "Matrix", "MutableList", "Table") and len(arguments) == 1:
         if is_written and type(head) is ast.Reference:
             written = f"(ref {text} {node.arguments[0].span.text})"
-            hint = f"write `{written}`" if len(written) <= _MAX_SHOWN else "use `ref` to read an item"
-            fixes = (Fix(f"Write `{written[:_MAX_SHOWN]}`", (Edit(node.span, written),), safe=True),)
+            hint = f"write `{written}`" if len(written) <= MAX_SHOWN else "use `ref` to read an item"
+            fixes = (Fix(f"Write `{written[:MAX_SHOWN]}`", (Edit(node.span, written),), safe=True),)
         else:
             hint = "use `ref` to read an item: `(ref sequence index)`"
     elif type(head) is ast.Constant and function.tag == "String" and is_written:
         hint = f"call a word with `call`: `(call {text} ...)`"
-        fixes = (Fix("Call the word", (Edit(Span(head.span.source, head.span.start, head.span.start), "call "),), safe=True),)
+        fixes = (
+            Fix("Call the word", (Edit(Span(head.span.source, head.span.start, head.span.start), "call "),), safe=True),
+        )
     elif type(head) is ast.Reference and isinstance(head.target, Variable) and head.target.shadows:
         hint = f"`{head.target.name}` is redefined here; call the builtin function as `std/{head.target.name}`"
     elif function is ENTITY and is_written and type(head) is ast.Call:
         at = Span(head.span.source, head.span.start, head.span.start)
         hint = "several parts are put together by `union`"
         fixes = (Fix("Write `union`", (Edit(at, "union "),), safe=True),)
-    elif not node.arguments and is_written and type(head) in (
-        ast.Constant, ast.Reference, ast.Application, ast.Call,
+    elif (
+        not node.arguments
+        and is_written
+        and type(head)
+        in (
+            ast.Constant,
+            ast.Reference,
+            ast.Application,
+            ast.Call,
+        )
     ):
-        hint = f"remove the parentheses: `{text}`" if len(text) <= _MAX_SHOWN else "remove the parentheses"
+        hint = f"remove the parentheses: `{text}`" if len(text) <= MAX_SHOWN else "remove the parentheses"
         fixes = (Fix("Remove the parentheses", (Edit(node.span, text),), safe=True),)
     return inference.report(
         "not-a-procedure", f"expected a function to call, got {shown(head, function)}", node.span, hint, fixes=fixes,
@@ -160,9 +165,7 @@ def split(inference: Inference, node: Any, arguments: Sequence[Any], name: str, 
 
 def _may_hide_keywords(inference: Inference, positional: Sequence[Any]) -> bool:
     """Return whether a positional argument of unknown kind may be a keyword, which takes the next argument along."""
-    return any(
-        inference.result.kinds[node] is ANY and _may_be_keyword(node) for node in positional
-    )
+    return any(inference.result.kinds[node] is ANY and _may_be_keyword(node) for node in positional)
 
 
 def _may_be_keyword(node: Any) -> bool:
@@ -224,8 +227,8 @@ def _report_arity(inference: Inference, node: ast.Application, builtin: Builtin,
     hint, fixes = _grouped(inference, node, builtin, nodes)
     return inference.report(
         "arity", f"`{builtin.name}` expects {expected} {noun}, got {given}", node.span,
-        hint or f"signature: {builtin.usage}", fixes=fixes, expected=f"{expected} {noun}", found=plural(given, "argument"),
-        signature=builtin.usage,
+        hint or f"signature: {builtin.usage}", fixes=fixes, expected=f"{expected} {noun}",
+        found=plural(given, "argument"), signature=builtin.usage,
     )  # fmt: skip
 
 
@@ -288,7 +291,9 @@ def _swapped(
             if a.type.name == "Any" or b.type.name == "Any" or ANY in (kinds[i], kinds[j]):
                 continue
             rest = all(
-                accepts(parameters[k].type, kinds[k]) for k in range(min(len(nodes), len(parameters))) if k not in (i, j)
+                accepts(parameters[k].type, kinds[k])
+                for k in range(min(len(nodes), len(parameters)))
+                if k not in (i, j)
             )
             wrong = not (accepts(a.type, kinds[i]) and accepts(b.type, kinds[j]))
             if rest and wrong and accepts(a.type, kinds[j]) and accepts(b.type, kinds[i]):
@@ -311,19 +316,19 @@ def _advice(
     """Return a hint and a fix for one argument of the wrong kind."""
     name = parameter.type.name
     text = argument.span.text if argument.span.expansion is None else ""
-    is_short = bool(text) and len(text) <= _MAX_SHOWN and "\n" not in text
+    is_short = bool(text) and len(text) <= MAX_SHOWN and "\n" not in text
     if name == "Numeric" and kind.tag == "List":
         if is_short:
-            return f"arithmetic needs an array: `(array {text})`", (_wrap(argument, "array"),)
+            return f"arithmetic needs an array: `(array {text})`", (wrap_fix(argument, "array"),)
         return "arithmetic needs an array: `(vector a b)`, `(array list)`", ()
     if name in ("Numeric", "Number", "Float", "Integer") and kind.tag == "String":
-        hint, fixes = _unquoted(argument)
+        hint, fixes = unquoted_number(argument)
         if hint is None and builtin.name == "+" and node.function.span.expansion is None:
             head = Edit(node.function.span, "string-append")
             return "texts are joined by `string-append`", (Fix("Write `string-append`", (head,), safe=True),)
         return hint, fixes
     if name == "String" and kind.tag in ("Integer", "Float"):
-        fixes = (_wrap(argument, "string"),) if is_short else ()
+        fixes = (wrap_fix(argument, "string"),) if is_short else ()
         return "convert the number: `(string x)`", fixes
     if name in ("Vector", "Point") and kind.tag in ("Integer", "Float"):
         return "write a point as `[x y z]`", ()
@@ -335,13 +340,13 @@ def _advice(
             fixes = (Fix("Write a function", (Edit(argument.span, f"(lambda (_) {text})"),), safe=True),)
         return "pass a function: `(lambda (x) ...)`", fixes
     if name == "Entity" and kind.tag == "String" and is_short:
-        return f"call the word: `(call {text})`", (_wrap(argument, "call"),)
+        return f"call the word: `(call {text})`", (wrap_fix(argument, "call"),)
     if name == "Parts" and kind.tag == "String" and is_short:
-        return f"call the word: `(call {text})`", (_wrap(argument, "call"),)
+        return f"call the word: `(call {text})`", (wrap_fix(argument, "call"),)
     return None, ()
 
 
-def _wrap(node: Any, head: str) -> Fix:
+def wrap_fix(node: Any, head: str) -> Fix:
     return Fix(f"Write `({head} ...)`", (Edit(node.span, f"({head} {node.span.text})"),), safe=True)
 
 
@@ -349,9 +354,7 @@ def _replace(node: Any, text: str) -> Fix:
     return Fix(f"Change to `{text}`", (Edit(node.span, text),), safe=True)
 
 
-def _check_builtin_keywords(
-    inference: Inference, builtin: Builtin, keywords: Sequence[tuple[str, Any, Any]]
-) -> bool:
+def _check_builtin_keywords(inference: Inference, builtin: Builtin, keywords: Sequence[tuple[str, Any, Any]]) -> bool:
     known = {parameter.name: parameter for parameter in builtin.signature.keywords}
     ok = True
     for key, key_node, value in keywords:
@@ -392,10 +395,10 @@ def _abbreviated(key: str, known: Any) -> list[str]:
 # --- values of arguments ---------------------------------------------------------------------------------------------
 
 
-_TURN = 2 * math.pi
+TURN = 2 * math.pi
 
 
-def _number(node: Any) -> float | None:
+def number_of(node: Any) -> float | None:
     """Return the value of a literal number."""
     if type(node) is ast.Constant and type(node.value) in (int, float):
         return float(node.value)
@@ -492,7 +495,7 @@ def _check_cxr(inference: Inference, node: Any, name: str, argument: Any, kind: 
 
 
 def _is_zero(node: Any) -> bool:
-    return _number(node) == 0.0
+    return number_of(node) == 0.0
 
 
 def _near_fixes(error: SceneError, nodes: Sequence[Any]) -> tuple[Fix, ...]:
@@ -510,7 +513,7 @@ def _check_index(inference: Inference, node: Any, name: str, sequence: Any, kind
     length = length_of(kind) if kind.tag in ("List", "Vector") else None
     if type(sequence) is ast.Constant and type(sequence.value) is str:
         length = len(sequence.value)
-    value = _number(index)
+    value = number_of(index)
     if length is None or value is None or not value.is_integer():
         return True
     lowest = -length if name == "ref" else 0
@@ -526,12 +529,12 @@ def _check_index(inference: Inference, node: Any, name: str, sequence: Any, kind
 
 def check_angle(inference: Inference, node: Any) -> None:
     """Warn about a literal angle that is surely given in degrees: more than two turns of radians."""
-    value = _number(node)
-    if value is None or abs(value) <= 2 * _TURN or node.span.expansion is not None:
+    value = number_of(node)
+    if value is None or abs(value) <= 2 * TURN or node.span.expansion is not None:
         return
     text = node.span.text
     inference.warn(
-        "out-of-range", f"angles are in radians, and {text} is {abs(value) / _TURN:.0f} turns", node.span,
+        "out-of-range", f"angles are in radians, and {text} is {abs(value) / TURN:.0f} turns", node.span,
         f"convert degrees: `(radians {text})`", (Fix("Convert from degrees", (Edit(node.span, f"(radians {text})"),)),),
     )  # fmt: skip
 
@@ -546,10 +549,12 @@ def check_callback(
     if function.tag != "Function":
         return
     code, count = function.code, len(arguments)
-    low, high, name, usage = _arity(code)
+    low, high, name, usage = arity_of(code)
     if low is None or low <= count <= high:
         return
-    expected = f"{'at least ' if high == math.inf else ''}{low if low == high or high == math.inf else f'{low} to {high}'}"
+    expected = (
+        f"{'at least ' if high == math.inf else ''}{low if low == high or high == math.inf else f'{low} to {high}'}"
+    )
     fixes: tuple[Fix, ...] = ()
     head = re.match(r"\(lambda\s+\(\)", node.span.text) if node.span.expansion is None else None
     if head is not None and count == 1:
@@ -562,7 +567,7 @@ def check_callback(
     )  # fmt: skip
 
 
-def _arity(code: Any) -> tuple[int | None, float, str, str]:
+def arity_of(code: Any) -> tuple[int | None, float, str, str]:
     """Return the least and greatest number of positional arguments, the function's name and its usage."""
     if isinstance(code, Builtin):
         signature = code.signature
@@ -628,19 +633,21 @@ def _call_lambda(
     has_rest = any(p.kind == "rest" for p in code.parameters)
     unsure = bool(named or takes_any) and _may_hide_keywords(inference, nodes)
     if (len(nodes) < required or (len(nodes) > len(given) and not has_rest)) and not unsure:
-        return _report_lambda_arity(inference, node, code, nodes, owner, required, len(given), has_rest, named, keywords)
+        return _report_lambda_arity(
+            inference, node, code, nodes, owner, required, len(given), has_rest, named, keywords
+        )
     swap = _swapped_parameters(inference, node, given, nodes)
     if swap is not None:
         hint, fixes = swap
         return inference.report(
             "type", f"two arguments of {owner} are swapped", node.span, f"{hint}: `{code.usage}`", fixes=fixes,
-            expected=code.usage, found=" ".join(describe(inference.result.kinds[n]) for n in nodes), signature=code.usage,
+            expected=code.usage, found=" ".join(describe(inference.result.kinds[n]) for n in nodes),
+            signature=code.usage,
         )  # fmt: skip
     ok = [
-        _check_parameter(inference, owner, parameter, argument, code.usage)
-        for parameter, argument in zip(given, nodes)
+        _check_parameter(inference, owner, parameter, argument, code.usage) for parameter, argument in zip(given, nodes)
     ]
-    ok.append(_check_keywords(inference, node, owner, "argument", code, keywords, () if unsure else None))
+    ok.append(check_keywords(inference, node, owner, "argument", code, keywords, () if unsure else None))
     return result if all(ok) else ANY
 
 
@@ -658,7 +665,7 @@ def _swapped_parameters(
     return None
 
 
-def _check_keywords(
+def check_keywords(
     inference: Inference,
     node: Any,
     owner: str,
@@ -674,7 +681,9 @@ def _check_keywords(
     unknown = [key for key in keywords if key[0] not in named and not takes_any]
     for key, key_node, _ in unknown:
         report_unknown_keyword(inference, owner, key, key_node.span, named, code.usage)
-    ok = [_check_parameter(inference, owner, named[key], value, code.usage) for key, _, value in keywords if key in named]
+    ok = [
+        _check_parameter(inference, owner, named[key], value, code.usage) for key, _, value in keywords if key in named
+    ]
     given = {key for key, _, _ in keywords}
     missing = [name for name, p in named.items() if p.default is None and name not in given]
     if missing and not unknown and positional is None:  # an unknown name is probably the missing one, misspelled
@@ -689,16 +698,17 @@ def _check_parameter(inference: Inference, owner: str, parameter: ast.Parameter,
         return True
     kind = inference.result.kinds[value]
     fits = accepts(parameter.type, kind)
-    if fits and parameter.type.name == "Integer" and (number := _number(value)) is not None:
+    if fits and parameter.type.name == "Integer" and (number := number_of(value)) is not None:
         fits = number.is_integer()
     if fits:
         return True
     sign = ":" if parameter.kind == "keyword" else ""
     expected = expected_name(parameter.type.name)
-    hint, fixes = _unquoted(value) if parameter.type.name in _NUMBERS else (None, ())
+    hint, fixes = unquoted_number(value) if parameter.type.name in _NUMBERS else (None, ())
     inference.report(
         "type", f"the parameter `{sign}{parameter.name}` of {owner} expects {expected}, got {shown(value, kind)}",
-        value.span, hint or f"parameters: {usage}", fixes=fixes, expected=expected, found=describe(kind), signature=usage,
+        value.span, hint or f"parameters: {usage}", fixes=fixes, expected=expected, found=describe(kind),
+        signature=usage,
     )  # fmt: skip
     return False
 
@@ -707,7 +717,7 @@ _NUMBERS = ("Number", "Float", "Integer")
 _QUOTED_NUMBER = re.compile(r'"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"')
 
 
-def _unquoted(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
+def unquoted_number(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
     """Return the hint and fix for a number that is written as a string."""
     match = _QUOTED_NUMBER.fullmatch(node.span.text) if node.span.expansion is None else None
     if match is None:
@@ -799,9 +809,7 @@ def _report_lambda_arity(
     )  # fmt: skip
 
 
-def _report_missing(
-    inference: Inference, node: Any, owner: str, missing: Sequence[str], usage: str, what: str
-) -> Kind:
+def _report_missing(inference: Inference, node: Any, owner: str, missing: Sequence[str], usage: str, what: str) -> Kind:
     names = " and ".join(f"`:{name}`" for name in missing)
     return inference.report(
         "keyword", f"missing {what}{'s' * (len(missing) > 1)} {names} of {owner}", node.span, f"parameters: {usage}",
@@ -860,419 +868,3 @@ def _call_constructor(inference: Inference, node: ast.Application, code: RecordC
             expected=" ".join(missing), found="nothing", signature=usage,
         )  # fmt: skip
     return result
-
-
-# --- words -----------------------------------------------------------------------------------------------------------
-
-
-def call_word(inference: Inference, node: ast.Call, word: Kind, arguments: Sequence[Kind]) -> Kind:
-    """Check ``(call word argument ...)``."""
-    if not accepts("Word", word):
-        report_word(inference, node.word, word, "call")
-        return ENTITY
-    name = node.word.value if type(node.word) is ast.Constant else None
-    owner = f'"{name}"' if name is not None else "the word"
-    if not _check_embeddings(inference, node, owner):
-        return ENTITY
-    parts = split(inference, node, node.arguments, owner, "")
-    if parts is None or name is None:
-        return ENTITY
-    positional, keywords = parts
-    function = inference.world.word_function(name)
-    if function is not None:
-        _call_bound(inference, node, name, function, positional, keywords)
-    elif not inference.world.may_be_bound(name):
-        check_primitive(inference, node, name, positional, keywords)
-    return ENTITY
-
-
-def report_word(inference: Inference, node: Any, kind: Kind, form: str) -> None:
-    text = node.span.text
-    is_name = type(node) is ast.Reference and node.span.expansion is None
-    hint = f'write the word in quotes: `"{text}"`' if is_name else None
-    inference.report(
-        "word", f"`{form}` expects a string for the word, got {shown(node, kind)}", node.span, hint,
-        expected="a String", found=describe(kind),
-    )  # fmt: skip
-
-
-def _check_embeddings(inference: Inference, node: ast.Call, owner: str) -> bool:
-    """Check that what is passed by position can be an embedding."""
-    pending = iter(node.arguments)
-    for argument in pending:
-        if type(argument) is ast.Constant and type(argument.value) is Keyword:
-            if next(pending, None) is None:
-                break
-            continue
-        kind = inference.result.kinds[argument]
-        if kind is ANY or kind is NEVER:
-            next(pending, None)  # it may be a keyword, and this its value
-            continue
-        tags = {option.tag for option in kind.options}
-        if tags & {"Embedding", "String", "Keyword"}:
-            continue
-        text = argument.span.text
-        hint = f"name the attribute: `:name {text}`" if len(text) <= _MAX_SHOWN else "name the attribute: `:name value`"
-        fixes: tuple[Fix, ...] = ()
-        if len(node.arguments) == 1 and type(node.word) is ast.Constant and argument.span.expansion is None:
-            only = _only_attribute(inference, node.word.value, kind)
-            if only is not None:
-                hint = f"name the attribute: `:{only} {text}`" if len(text) <= _MAX_SHOWN else f"write `:{only}` before it"
-                fixes = (Fix(f"Name it `:{only}`", (Edit(argument.span, f":{only} {text}"),), safe=True),)
-        inference.report(
-            "embedding", f"`call` expects embeddings and `:name value` attributes, but {owner} got {shown(argument, kind)}",
-            argument.span, hint, fixes=fixes, expected="an Embedding", found=describe(kind),
-        )  # fmt: skip
-        return False
-    return True
-
-
-def _only_attribute(inference: Inference, word: str, kind: Kind) -> str | None:
-    """Return the one attribute of a word that a value of this kind can be."""
-    function = inference.world.word_function(word)
-    if function is not None:
-        names = [p.name for p in function.parameters if p.kind == "keyword" and _takes(p, kind)]
-        return names[0] if len(names) == 1 else None
-    if inference.world.may_be_bound(word) or (cls := _primitive(word)) is None:
-        return None
-    names = [each.name for each in cls.attributes if any(accepts(name, kind) for name in each.accepts)]
-    return names[0] if len(names) == 1 else None
-
-
-def _primitive(word: str) -> Any:
-    try:
-        return find(word)
-    except SceneError:
-        return None
-
-
-def _takes(parameter: ast.Parameter, kind: Kind) -> bool:
-    return parameter.type is None or accepts(parameter.type, kind)
-
-
-def _call_bound(
-    inference: Inference,
-    node: ast.Call,
-    word: str,
-    function: ast.Lambda,
-    positional: Sequence[Any],
-    keywords: Sequence[tuple[str, Any, Any]],
-) -> None:
-    owner = f'"{word}"'
-    named = {p.name: p for p in function.parameters if p.kind == "keyword"}
-    takes_any = any(p.kind == "keys" for p in function.parameters)
-    required = sum(p.kind == "required" for p in function.parameters)
-    if required > _ENTITY_ARGUMENTS:
-        _report_too_many_required(inference, node, word, function, required)
-        return
-    if not named and not takes_any:
-        _warn_plain_parameters(inference, node, word, function, keywords)
-        return
-    brings = () if any(map(_may_carry_attributes, positional)) else None
-    _check_keywords(inference, node, owner, "attribute", function, keywords, brings)
-
-
-def _may_carry_attributes(node: Any) -> bool:
-    """Return whether an embedding may have attributes of its own; a text has none, a handle may have some in Z."""
-    return not (type(node) is ast.Constant and type(node.value) is str)
-
-
-def _report_too_many_required(
-    inference: Inference, node: ast.Call, word: str, function: ast.Lambda, required: int
-) -> None:
-    hint = f"make them keyword parameters, such as `:{function.parameters[0].name}`; parameters: {function.usage}"
-    inference.report(
-        "arity", f'the function of "{word}" has {required} required parameters, but `call` passes at most two', node.span,
-        hint, expected="at most 2 required parameters", found=str(required), signature=function.usage,
-    )  # fmt: skip
-
-
-def _warn_plain_parameters(
-    inference: Inference, node: ast.Call, word: str, function: ast.Lambda, keywords: Sequence[tuple[str, Any, Any]]
-) -> None:
-    """Warn about ``(call "leg" :height 2)`` where the function has ``height`` as a positional parameter."""
-    names = {p.name: p for p in function.parameters if p.kind in ("required", "optional")}
-    for key, key_node, _ in keywords:
-        if key in names:
-            what = "the embedding" if names[key] is function.parameters[0] else "an embedding"
-            message = f'"{word}" takes `{key}` by position, so that it is {what}, not the value of `:{key}`'
-            hint = f"make it a keyword parameter: `(lambda (:{key}) ...)`"
-            fixes = keyword_fixes(names[key], function)
-            inference.warn("plain-parameter", message, key_node.span, hint, fixes)
-            return
-
-
-def keyword_fixes(parameter: ast.Parameter, function: ast.Lambda) -> tuple[Fix, ...]:
-    """Return the fix that makes a positional parameter a keyword parameter."""
-    span = parameter.target.span if isinstance(parameter.target, Variable) else None
-    if span is None or span.expansion is not None or function.span.expansion is not None:
-        return ()
-    edit = Edit(Span(span.source, span.start, span.start), ":")
-    return (Fix("Make it a keyword parameter", (edit,), safe=True),)
-
-
-# --- primitives ------------------------------------------------------------------------------------------------------
-
-
-def check_primitive(
-    inference: Inference,
-    node: Any,
-    word: str,
-    positional: Sequence[Any],
-    keywords: Sequence[tuple[str, Any, Any]],
-) -> None:
-    """Check the attributes of a primitive: their kinds, and the values of literals."""
-    cls = _primitive(word)
-    attributes = cls.attributes if cls is not None else ()
-    known = {attribute.name: attribute for attribute in (COLOR, *MATERIALS, *attributes)}
-    for key, _, value in keywords:
-        attribute = known.get(key)
-        if attribute is not None and attribute.accepts:
-            _check_attribute(inference, word, attribute, value)
-
-
-def _check_attribute(inference: Inference, word: str, attribute: Attribute, value: Any) -> None:
-    kind = inference.result.kinds[value]
-    if kind is ANY or kind is NEVER or any(option.tag == "None" for option in kind.options):
-        return
-    if not any(accepts(name, kind) for name in attribute.accepts):
-        hint, fixes = _attribute_advice(attribute, value, kind)
-        inference.report(
-            "attribute", f'the attribute `:{attribute.name}` of "{word}" must be {attribute.type}, got {shown(value, kind)}',
-            value.span, hint or attribute.doc, fixes=fixes, expected=attribute.type, found=describe(kind),
-        )  # fmt: skip
-        return
-    _check_range(inference, word, attribute, value)
-
-
-def _attribute_advice(attribute: Attribute, value: Any, kind: Kind) -> tuple[str | None, tuple[Fix, ...]]:
-    text = value.span.text
-    is_literal = type(value) is ast.Constant and type(value.value) is str and value.span.expansion is None
-    if attribute.name == "color" and is_literal:
-        return f"convert the name: `(color {text})`", (_wrap(value, "color"),)
-    if is_literal and _unquoted(value)[0] is not None:
-        return _unquoted(value)
-    if "Triple" in attribute.accepts and "Number" not in attribute.accepts and kind.tag in ("Integer", "Float"):
-        return "write a point as `[x y z]`", ()
-    if attribute.accepts == ("Number",) and kind.tag in ("Vector", "List"):
-        return "it is one number", ()
-    return None, ()
-
-
-def _check_range(inference: Inference, word: str, attribute: Attribute, value: Any) -> None:
-    """Warn about literal values that are outside the range of an attribute."""
-    if attribute.low is None or value.span.expansion is not None:
-        return
-    numbers = [_number(item) for item in value.items] if type(value) is ast.ArrayLiteral else [_number(value)]
-    wrong = [n for n in numbers if n is not None and (n < attribute.low or n > attribute.high)]
-    if not wrong:
-        return
-    hint = _range_hint(attribute, value, numbers)
-    limits = "not be negative" if attribute.high == math.inf else f"be {attribute.low:g} to {attribute.high:g}"
-    inference.warn(
-        "out-of-range", f'the attribute `:{attribute.name}` of "{word}" should {limits}, got {value.span.text}',
-        value.span, hint,
-    )  # fmt: skip
-
-
-def _range_hint(attribute: Attribute, value: Any, numbers: Sequence[float | None]) -> str | None:
-    """Return what may have been meant by a value out of range: components up to 255, or percent."""
-    known = [number for number in numbers if number is not None]
-    if attribute.name == "color" and len(known) == len(numbers) == 3 and max(known) <= 255 and min(known) >= 0:
-        return f"components from 0 to 255 are converted by `rgb`: `(rgb {' '.join(i.span.text for i in value.items)})`"
-    if attribute.high == 1.0 and len(known) == 1 and 1.0 < known[0] <= 100.0:
-        return f"a share of 1, not percent: write `{known[0] / 100:g}`"
-    return attribute.doc
-
-
-# --- transform and parts ---------------------------------------------------------------------------------------------
-
-
-def transform(inference: Inference, node: ast.Transform, part: Kind, matrix: Kind) -> Kind:
-    """Check ``(transform part matrix)``."""
-    from scenelang.interpreter.kinds.infer import may_be_parts
-
-    is_part, is_pose = may_be_parts(part), accepts("Matrix", matrix)
-    if not (is_part and is_pose):
-        if part is not ANY and matrix is not ANY and accepts("Matrix", part) and may_be_parts(matrix):
-            hint, fixes = swap_fix(node, node.part, node.matrix)
-            usage = "(transform part matrix)"
-            inference.report(
-                "pose", f"`transform` expects the part first and the pose second, got {describe(part)} first",
-                node.span, f"{hint}: write `{usage}`", fixes=fixes, expected="an Entity", found=describe(part),
-                signature=usage,
-            )  # fmt: skip
-        elif not is_part:
-            report_parts(inference, node.part, part, "`transform`")
-        else:
-            _report_pose(inference, node, matrix)
-        return PART
-    if part is ENTITY or part is PART:
-        return PART
-    return PARTS if part.tag == "List" else join(PART, LIST)
-
-
-def _report_pose(inference: Inference, node: ast.Transform, kind: Kind) -> None:
-    value = node.matrix
-    hint, fixes = "a vector becomes a pose with `(translate [x y z])`", ()
-    if kind.tag in ("Vector", "List") and value.span.expansion is None and (length_of(kind) in (3, None)):
-        fixes = (_wrap(value, "translate"),)  # type: ignore[assignment]
-    elif kind.tag == "Function":
-        hint = "call the function to get its pose"
-    inference.report(
-        "pose", f"a pose must be a 4x4 matrix whose last row is 0 0 0 1, got {shown(value, kind)}", value.span, hint,
-        fixes=fixes, expected="a Matrix", found=describe(kind),
-    )  # fmt: skip
-
-
-def report_parts(inference: Inference, node: Any, kind: Kind, place: str) -> None:
-    """Report a value that is neither an entity nor a list of parts."""
-    hint = None
-    fixes: tuple[Fix, ...] = ()
-    culprit = _not_a_part(kind)
-    text = node.span.text
-    is_written = node.span.expansion is None and len(text) <= _MAX_SHOWN
-    if culprit.tag == "None":
-        hint = "use `for/union` in place of `for`" if type(node) is ast.For else "nothing at all is `(union)`"
-        if type(node) is ast.For and node.span.expansion is None and text.startswith("(for "):
-            start = node.span.start + 1
-            fixes = (Fix("Use `for/union`", (Edit(Span(node.span.source, start, start + 3), "for/union"),), safe=True),)
-    elif culprit.tag == "Boolean":
-        hint = "nothing at all is `(union)`"
-    elif culprit.tag == "Matrix":
-        hint = "a pose belongs to an entity: `(transform entity matrix)`"
-    elif culprit.tag == "String" and is_written:
-        hint = f"a word is called: `(call {text})`"
-        fixes = (_wrap(node, "call"),) if type(node) is ast.Constant else ()
-    elif culprit.tag == "Function":
-        hint = f"call the function: `({text})`" if is_written else "call the function"
-        if is_written and type(node) is ast.Reference:
-            fixes = (Fix("Call the function", (Edit(node.span, f"({text})"),), safe=_takes_nothing(kind)),)
-    elif culprit.tag == "Embedding":
-        hint = 'an embedding belongs to a call: `(call "word" embedding)`'
-    elif culprit.tag == "Frames":
-        hint = "only the root's value can be `(frames ...)`"
-    inference.report(
-        "parts", f"{place} expects entities or (entity . matrix) pairs, got {shown(node, culprit)}", node.span, hint,
-        fixes=fixes, expected="an Entity, a posed entity or a list of these", found=describe(culprit),
-    )  # fmt: skip
-
-
-def _takes_nothing(kind: Kind) -> bool:
-    low, _, _, _ = _arity(kind.code)
-    return low == 0
-
-
-def _not_a_part(kind: Kind) -> Kind:
-    """Return the kind of the item that is no part, of a list; otherwise the kind itself."""
-    from scenelang.interpreter.kinds.infer import may_be_parts
-    from scenelang.interpreter.kinds.kinds import item_of
-
-    while kind.tag == "List":
-        items = kind.items if kind.items is not None else (item_of(kind),)
-        inner = next((item for item in items if not may_be_parts(item)), None)
-        if inner is None:
-            return kind
-        kind = inner
-    return kind
-
-
-def report_dropped(inference: Inference, node: Any, kind: Kind) -> None:
-    """Warn about an entity that is made and then not used."""
-    if type(node) is ast.For and node.kind == "each" and node.span.expansion is None:
-        made = inference.result.kinds.get(node.body, ANY)
-        if made is ENTITY or made is PART or _is_parts(made):
-            inference.warn(
-                "dropped-value", "the entities that this loop creates are not used", node.span,
-                "collect them with `for/union`",
-            )  # fmt: skip
-        return
-    if kind is not ENTITY and kind is not PART and not _is_parts(kind):
-        return
-    if node.span.expansion is None:
-        inference.warn(
-            "dropped-value", "this entity is not used: only the last value of a body counts", node.span,
-            "put all parts into one `(union ...)`",
-        )  # fmt: skip
-
-
-def _is_parts(kind: Kind) -> bool:
-    return kind.tag == "List" and kind.item is PART
-
-
-def _is_no_number(inference: Inference, node: Any) -> bool:
-    kind = inference.result.kinds[node]
-    return kind is not ANY and not any(option.tag in ("Integer", "Float") for option in kind.options)
-
-
-def report_array_item(inference: Inference, around: ast.ArrayLiteral, node: Any, kind: Kind) -> None:
-    hint = "use `(list ...)` for a list of other values"
-    fixes: tuple[Fix, ...] = ()
-    number, number_fixes = _unquoted(node)
-    if number is not None:
-        hint, fixes = number, number_fixes
-    elif around.span.expansion is None and around.span.text.startswith("["):
-        edit = Edit(around.span, f"(list {around.span.text[1:-1]})")
-        fixes = (Fix("Write a list", (edit,), safe=all(_is_no_number(inference, item) for item in around.items)),)
-    inference.report(
-        "type", f"expected a number in an array, got {shown(node, kind)}", node.span, hint, fixes=fixes,
-        expected="a number", found=describe(kind),
-    )  # fmt: skip
-
-
-def check_appended(inference: Inference, node: Any, kind: Kind) -> None:
-    """Report a body of ``for/append`` whose value is no list."""
-    if not accepts("List", kind):
-        found = describe(kind)
-        inference.report(
-            "type", f"`for/append` expects a List from its body, got {shown(node, kind)}", node.span,
-            "use `for/list` to collect single values", expected="a List", found=found,
-        )  # fmt: skip
-
-
-def report_bound_value(inference: Inference, node: ast.Bind, kind: Kind) -> None:
-    """Report ``bind`` of something other than a function."""
-    word = f'"{node.word.value}"' if type(node.word) is ast.Constant else "the word"
-    value = node.function
-    fixes: tuple[Fix, ...] = ()
-    hint = "write an entity function as `(lambda (z gamma) ...)` or `(lambda () ...)`"
-    from scenelang.interpreter.kinds.infer import may_be_parts
-
-    if may_be_parts(kind) and value.span.expansion is None:
-        hint = "wrap it in a function: `(lambda () ...)`"
-        fixes = (Fix("Wrap it in a function", (Edit(value.span, f"(lambda () {value.span.text})"),), safe=True),)
-    inference.report(
-        "type", f"`bind` expects a function for {word}, got {describe(kind)}", value.span, hint, fixes=fixes,
-        expected="a Function", found=describe(kind),
-    )  # fmt: skip
-
-
-def report_swapped_loop(inference: Inference, node: ast.UnionLoop) -> None:
-    hint, fixes = swap_fix(node, node.count, node.function)
-    usage = "(union-loop count function)"
-    inference.report(
-        "type", "`union-loop` expects the count first and the function second", node.span, f"{hint}: `{usage}`",
-        fixes=fixes, expected="an Integer", found="a Function", signature=usage,
-    )  # fmt: skip
-
-
-def report_loop_body(inference: Inference, node: ast.UnionLoop, kind: Kind) -> None:
-    """Report a body of ``union-loop`` that is no function."""
-    body, found = node.function, describe(kind)
-    fixes: tuple[Fix, ...] = ()
-    if body.span.expansion is None:
-        fixes = (Fix("Write a function", (Edit(body.span, f"(lambda (i) {body.span.text})"),), safe=True),)
-    inference.report(
-        "not-a-procedure", f"`union-loop` expects a function of the index, got {found}", body.span,
-        "write `(lambda (i) ...)` around the body", fixes=fixes, expected="a Function", found=found,
-    )  # fmt: skip
-
-
-def report_count(inference: Inference, node: Any, kind: Kind) -> None:
-    inference.report(
-        "type", f"`union-loop` expects an Integer count, got {shown(node, kind)}", node.span,
-        "round it: `(round n)`, `(floor n)`", expected="an Integer", found=describe(kind),
-    )  # fmt: skip
-
-
-__all__ = ["call", "call_builtin", "call_word", "transform"]

@@ -21,7 +21,7 @@ from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, Fix
 from scenelang.interpreter.compile.analyse import pattern_variables, walk
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.kinds import calls
+from scenelang.interpreter.kinds import calls, scene_forms
 from scenelang.interpreter.kinds.kinds import (
     ANY,
     ARRAY,
@@ -52,6 +52,7 @@ from scenelang.interpreter.kinds.kinds import (
     kind_of_value,
     list_of,
     list_with,
+    may_be_parts,
     union_of,
     vector_of,
     without_falsy,
@@ -287,24 +288,11 @@ class Inference:
     def check_parts(self, node: Any, kind: Kind, place: str) -> None:
         """Report a value that cannot be parts of an entity."""
         if not may_be_parts(kind):
-            calls.report_parts(self, node, kind, place)
+            scene_forms.report_parts(self, node, kind, place)
 
 
 def _or_any(kind: Kind) -> Kind:
     return ANY if kind is NEVER else kind
-
-
-def may_be_parts(kind: Kind) -> bool:
-    """Return whether a value may be parts: an entity, a posed entity, or a list of these."""
-    if kind is ANY or kind is NEVER:
-        return True
-    return any(_may_be_parts(option) for option in kind.options)
-
-
-def _may_be_parts(kind: Kind) -> bool:
-    if kind.tag == "List":
-        return all(map(may_be_parts, kind.items)) if kind.items is not None else may_be_parts(item_of(kind))
-    return kind.tag in ("Entity", "Part", "Pair", "MutableList")
 
 
 def _kind_of_parameter(parameter: ast.Parameter, position: int, entity_word: bool) -> Kind:
@@ -319,7 +307,7 @@ def _kind_of_parameter(parameter: ast.Parameter, position: int, entity_word: boo
     return ANY
 
 
-# --- handlers of nodes -------------------------------------------------------------------------------------------------
+# --- handlers of nodes ---------------------------------------------------------------------------------------------
 
 
 def _constant(inference: Inference, node: ast.Constant) -> Kind:
@@ -453,7 +441,7 @@ def _body(inference: Inference, node: ast.Body) -> Kind:
                 _report_unreachable(inference, following)
                 return NEVER
             if type(item) is not ast.Define:
-                calls.report_dropped(inference, item, kind)
+                scene_forms.report_dropped(inference, item, kind)
     return kind
 
 
@@ -484,7 +472,7 @@ def _array(inference: Inference, node: ast.ArrayLiteral) -> Kind:
     for item, kind in zip(node.items, kinds):
         tags = {option.tag for option in kind.options}
         if kind is not ANY and kind is not NEVER and not tags & _ROWS:
-            calls.report_array_item(inference, node, item, kind)
+            scene_forms.report_array_item(inference, node, item, kind)
             return ANY
     if all(kind.tag in ("Integer", "Float") or kind is NUMBER for kind in kinds):
         return vector_of(len(kinds), all(kind is INTEGER for kind in kinds))
@@ -526,7 +514,7 @@ def _for(inference: Inference, node: ast.For) -> Kind:
     if node.kind == "union":
         inference.check_parts(_value_of(node.body), body, "`for/union`")
     elif node.kind == "append":
-        calls.check_appended(inference, _value_of(node.body), body)
+        scene_forms.check_appended(inference, _value_of(node.body), body)
     inference.is_certain, inference.narrowed, inference.is_reached = certain, narrowed, reached
     return _result_of_loop(node, body)
 
@@ -569,19 +557,21 @@ def _guard(inference: Inference, node: ast.Guard) -> Kind:
 def _bind(inference: Inference, node: ast.Bind) -> Kind:
     word = inference.infer(node.word)
     if not accepts("Word", word):
-        calls.report_word(inference, node.word, word, "bind")
+        scene_forms.report_word(inference, node.word, word, "bind")
     function = node.function
     if type(function) is not ast.Lambda:
         kind = inference.infer(function)
         if not accepts("Function", kind):
-            calls.report_bound_value(inference, node, kind)
+            scene_forms.report_bound_value(inference, node, kind)
         return NONE
     kind = inference.function(function, entity_word=True)
     inference.result.kinds[function] = kind
     result = kind.item or ANY
     name = node.word.value if type(node.word) is ast.Constant else None
     if not may_be_parts(result) and not (result.tag == "Frames" or _has_frames(result)):
-        calls.report_parts(inference, _value_of(function.body), result, f'"{name}"' if name else "the word's function")
+        scene_forms.report_parts(
+            inference, _value_of(function.body), result, f'"{name}"' if name else "the word's function"
+        )
     return NONE
 
 
@@ -595,7 +585,7 @@ def _call(inference: Inference, node: ast.Call) -> Kind:
         function = inference.world.word_function(node.word.value)
         if function is not None:
             inference.note_call(function, node.span)
-    return calls.call_word(inference, node, word, inference.infer_all(node.arguments))
+    return scene_forms.call_word(inference, node, word, inference.infer_all(node.arguments))
 
 
 def _union(inference: Inference, node: ast.Union) -> Kind:
@@ -607,10 +597,10 @@ def _union(inference: Inference, node: ast.Union) -> Kind:
 def _union_loop(inference: Inference, node: ast.UnionLoop) -> Kind:
     count = inference.infer(node.count)
     if count.tag == "Function" and inference.infer(node.function).tag == "Integer":
-        calls.report_swapped_loop(inference, node)
+        scene_forms.report_swapped_loop(inference, node)
         return PARTS
     if not accepts("Integer", count) or (type(node.count) is ast.Constant and _is_fraction(node.count.value)):
-        calls.report_count(inference, node.count, count)
+        scene_forms.report_count(inference, node.count, count)
     runs = type(node.count) is ast.Constant and type(node.count.value) is int and node.count.value > 0
     if type(node.function) is ast.Lambda:
         function = inference.function(node.function, arguments=[INTEGER])
@@ -620,7 +610,7 @@ def _union_loop(inference: Inference, node: ast.UnionLoop) -> Kind:
     else:
         function = inference.infer(node.function)
     if not accepts("Function", function):
-        calls.report_loop_body(inference, node, function)
+        scene_forms.report_loop_body(inference, node, function)
     else:
         calls.check_callback(inference, node.function, function, [INTEGER], "`union-loop`", runs)
     return PARTS
@@ -632,7 +622,7 @@ def _is_fraction(value: Any) -> bool:
 
 def _transform(inference: Inference, node: ast.Transform) -> Kind:
     part, matrix = inference.infer(node.part), inference.infer(node.matrix)
-    return calls.transform(inference, node, part, matrix)
+    return scene_forms.transform(inference, node, part, matrix)
 
 
 _HANDLERS: dict[type, Callable[[Inference, Any], Kind]] = {

@@ -213,7 +213,7 @@ def kind_of_value(value: Any, depth: int = 0) -> Kind:
     if type(value) is Pair:
         if depth == _MAX_DEPTH:
             return LIST if _is_proper(value) else PAIR
-        items = []
+        items: list[Kind] = []
         while type(value) is Pair and len(items) <= MAX_ITEMS:
             items.append(kind_of_value(value.car, depth + 1))
             value = value.cdr
@@ -403,3 +403,16 @@ def _described(kind: Kind) -> Iterator[str]:
             yield "a List of parts"
         else:
             yield _NAMES[option.tag]
+
+
+def may_be_parts(kind: Kind) -> bool:
+    """Return whether a value may be parts: an entity, a posed entity, or a list of these."""
+    if kind is ANY or kind is NEVER:
+        return True
+    return any(_may_be_parts(option) for option in kind.options)
+
+
+def _may_be_parts(kind: Kind) -> bool:
+    if kind.tag == "List":
+        return all(map(may_be_parts, kind.items)) if kind.items is not None else may_be_parts(item_of(kind))
+    return kind.tag in ("Entity", "Part", "Pair", "MutableList")

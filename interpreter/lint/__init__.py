@@ -1,5 +1,5 @@
-"""Warnings about programs that have no error: what is nearly always a mistake, found before anything runs.
+"""Lints: warnings about programs without errors, found by static analysis.
 
-``rules`` looks at one top-level form, ``lint`` at the whole program and its fixes. What is odd about the geometry of a
-scene is found by ``backends.geometry.lint``.
+``rules`` has the lints of a single top-level form, ``lint`` those of the whole program, fixes and suppression comments.
+Lints of the geometry of a scene are in ``backends.geometry.lint``.
 """

@@ -14,7 +14,7 @@ from scenelang.interpreter.scene.primitives import (
     MATERIALS,
     SCALE,
     find,
-    geometry_read,
+    geometry_attributes,
     is_word,
     solid_words,
 )
@@ -30,30 +30,35 @@ _SIDES = "the sizes along x, y and z are one attribute: `:scale [x y z]`"
 _DIAMETER = "half the diameter is the `:radius`"
 _MATERIAL = "a material is made of `:color`, `:roughness`, `:metallic`, `:opacity`, `:emission` and `:ior`"
 _SMOOTH = "surfaces are exact; `export --tolerance` says how finely they are divided"
+_AXIS = {
+    "height h length depth": _ENDS,
+    "diameter d": _DIAMETER,
+    "r2 top-radius radius-top": 'the radius is constant; that of a "cone" decreases to 0',
+}
+_BOX = {
+    "width height depth length w h x-size y-size z-size": _SIDES,
+    "bevel fillet corner-radius": '"rounded-cube" has rounded edges: `:rounding`',
+}
+_ROUND = {"diameter d": _DIAMETER, "minor-radius tube-radius thickness r2": "the radius of the tube is `:tube`"}
+_ANY = {
+    "position pos location center centre at origin offset translate translation place": _PLACED,
+    "rotation rotate angle orientation axis euler yaw pitch": _TURNED,
+    "texture material shader image uv texture-map bump": _MATERIAL,
+    "segments sides resolution subdivisions facets fn slices stacks": _SMOOTH,
+    "transparency": "`:opacity` is 1 for an opaque surface and 0 for an invisible one",
+}
+
+
+def _by_name(rows: Mapping[str, str]) -> dict[str, str]:
+    return {name: meant for names, meant in rows.items() for name in names.split()}
+
+
 MEANT: Mapping[str, Mapping[str, str]] = {
-    **dict.fromkeys(("cylinder", "cone", "capsule"), {
-        **dict.fromkeys(("height", "h", "length", "depth"), _ENDS),
-        **dict.fromkeys(("diameter", "d"), _DIAMETER),
-        **dict.fromkeys(("r2", "top-radius", "radius-top"), 'the radius is constant, that of a "cone" goes to 0'),
-    }),
-    **dict.fromkeys(("cube", "rounded-cube"), {
-        **dict.fromkeys(("width", "height", "depth", "length", "w", "h", "x-size", "y-size", "z-size"), _SIDES),
-        **dict.fromkeys(("bevel", "fillet", "corner-radius"), '"rounded-cube" has rounded edges: `:rounding`'),
-    }),
-    **dict.fromkeys(("sphere", "torus"), {
-        **dict.fromkeys(("diameter", "d"), _DIAMETER),
-        **dict.fromkeys(("minor-radius", "tube-radius", "thickness", "r2"), "the radius of the tube is `:tube`"),
-    }),
-    "*": {
-        **dict.fromkeys(("position", "pos", "location", "center", "centre", "at", "origin", "offset", "translate",
-                         "translation", "place"), _PLACED),
-        **dict.fromkeys(("rotation", "rotate", "angle", "orientation", "axis", "euler", "yaw", "pitch"), _TURNED),
-        **dict.fromkeys(("texture", "material", "shader", "image", "uv", "texture-map", "bump"), _MATERIAL),
-        **dict.fromkeys(("segments", "sides", "resolution", "subdivisions", "facets", "fn", "slices", "stacks"),
-                        _SMOOTH),
-        "transparency": "`:opacity` is 1 for an opaque surface and 0 for an invisible one",
-    },
-}  # fmt: skip
+    **{word: _by_name(_AXIS) for word in ("cylinder", "cone", "capsule")},
+    **{word: _by_name(_BOX) for word in ("cube", "rounded-cube")},
+    **{word: _by_name(_ROUND) for word in ("sphere", "torus")},
+    "*": _by_name(_ANY),
+}
 
 
 def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
@@ -65,7 +70,7 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
         for argument in node.arguments:
             if type(argument) is ast.Constant and type(argument.value) is Keyword:
                 name, span = str(argument.value), argument.span
-                is_geometric = geometry_read(word) is not None
+                is_geometric = geometry_attributes(word) is not None
                 hint = unread_hint(word, name) if is_geometric else _semantic_hint(word, name)
                 if hint is not None:
                     near = near_attribute(word, name)
@@ -75,7 +80,7 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
                         word,
                         Diagnostic(
                             "idle-attribute", message, span, hint, fixes=fixes, found=f":{name}",
-                            expected=" ".join(f":{n}" for n in geometry_read(word) or ()),
+                            expected=" ".join(f":{n}" for n in geometry_attributes(word) or ()),
                             near=(f":{near}",) if near else (),
                         ),
                     )  # fmt: skip
@@ -100,7 +105,7 @@ def unread_hint(word: str, name: str) -> str | None:
 
     None for an attribute that is read, and for one that may be the program's own.
     """
-    read = geometry_read(word) or ()
+    read = geometry_attributes(word) or ()
     if name in read or any(name == attribute.name for attribute in MATERIALS):
         return None
     for table in (MEANT.get(word, {}), MEANT["*"]):
@@ -123,4 +128,4 @@ def _semantic_hint(word: str, name: str) -> str | None:
 
 def _all_geometry() -> frozenset[str]:
     """Return the attributes that the geometry of some primitive reads."""
-    return frozenset(name for word in solid_words() for name in geometry_read(word) or ())
+    return frozenset(name for word in solid_words() for name in geometry_attributes(word) or ())

@@ -80,7 +80,7 @@ NAMES: Mapping[str, Name] = {
     "difference": Name("OpenSCAD", hint="there is no subtraction of solids; build the shape from parts with `union`"),
     "intersection": Name("OpenSCAD", hint="there is no intersection of solids; build the shape from parts"),
     "hull": Name("OpenSCAD", hint="there is no convex hull; use a \"capsule\" or \"rounded-cube\", or several parts"),
-    "minkowski": Name("OpenSCAD", hint="there is no Minkowski sum; `(call \"rounded-cube\" :rounding .1)` rounds edges"),
+    "minkowski": Name("OpenSCAD", hint="there is no Minkowski sum; \"rounded-cube\" has rounded edges"),
     "linear_extrude": Name("OpenSCAD", hint="there is no extrusion; use \"cube\" or \"cylinder\" of that height"),
     "rotate_extrude": Name("OpenSCAD", hint="there is no revolution; use \"torus\", \"cylinder\" or \"cone\""),
     "polygon": Name("OpenSCAD", hint="there are no flat shapes; use a thin \"cube\" or \"cylinder\""),
@@ -109,7 +109,8 @@ FORMS: Sequence[Form] = (
          "functions are defined by `define`", "name"),
     Form("Clojure", "(def ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
     Form("Common Lisp", "(defvar ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
-    Form("Common Lisp", "(defparameter ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Form("Common Lisp", "(defparameter ?name ?value)", "(define ?name ?value)",
+         "names are defined by `define`", "name"),
     Form("Common Lisp", "(defconstant ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
     Form("JavaScript", "(const ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
     Form("JavaScript", "(var ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
@@ -121,7 +122,8 @@ FORMS: Sequence[Form] = (
     Form("Clojure", "(fn (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
     Form("JavaScript", "(function (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)",
          "functions are written `lambda`"),
-    Form("JavaScript", "((?args ...) => ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
+    Form("JavaScript", "((?args ...) => ?body ...)", "(lambda (?args ...) ?body ...)",
+         "functions are written `lambda`"),
     Form("Python", "(lambda: ?body ...)", "(lambda () ?body ...)", "the parameters of `lambda` stand in parentheses"),
     Form("Python", "(lambda ?x: ?body ...)", "(lambda (?x) ?body ...)",
          "the parameters of `lambda` stand in parentheses", "x"),
@@ -200,25 +202,38 @@ SPELLINGS: Sequence[Spelling] = (
     Spelling("Python", r"(?m)^[ \t]*#(?![|;\\(tf])[^\n]*|(?m:^[ \t]*#[tf]\w[^\n]*)", "", "a comment begins with `;`"),
     Spelling("JavaScript", r"/\*.*?\*/", "", "a comment of several lines is `#| ... |#`"),
     Spelling("Python", r"(?<![\w\"])'([^'\n()\[\]{}\"]+)'", r'"\1"', "strings stand in double quotes"),
-    Spelling("Python", r"\bf(?=\")", "", "values are put into a text by `(format \"{} m\" x)`"),
+    Spelling("Python", r"\bf(?=\")", "", 'values are put into a text by `(format "{} m" x)`'),
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})deg\b", r"(radians \1)", "angles are in radians; `radians` converts"),
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})°", r"(radians \1)", "angles are in radians; `radians` converts"),
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})%", r"(/ \1 100)", "shares are numbers from 0 to 1"),
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})(?:px|pt|cm|mm|m|in|em)\b", r"\1", "lengths have no unit"),
-    Spelling("CSS", r"(?<![\w\"])#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b", r'(color "#\1")',
-             "colours are converted by `color`"),
+    Spelling(
+        "CSS", r"(?<![\w\"])#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b", r'(color "#\1")', "colours are converted by `color`"
+    ),
     Spelling("Python", r"(?<![\w.])(\d+)_(\d{3})\b", r"\1\2", "digits of a number are not grouped"),
     Spelling("Scheme", r"#\(([^()\[\]]*)\)", r"[\1]", "an array is written in square brackets"),
     Spelling("Scheme", r"#\\(\w)(?!\w)", r'"\1"', "a character is a string of length 1"),
     Spelling("Clojure", r"(?<![\w])#'(?=\w)", "", "a function is named without `#'`"),
     Spelling("OpenSCAD", rf"(?<=[\s(])({_WORD})\s*=\s*(?=[\[(\"'\w.:<+-])", r":\1 ", "an attribute is `:name value`"),
     Spelling("JavaScript", rf"(?<=[\s({{])({_WORD}):(?=[\s\[(\"'\d.-])", r":\1", "an attribute is `:name value`"),
-    Spelling("Python", rf"(?<![\w.$\"])({_WORD})\.([xyz])\b(?![.(])", r"(\2-of \1)",
-             "a coordinate is read by `x-of`, `y-of` or `z-of`"),
-    Spelling("Python", rf"(?<![\w.])({_WORD}|{_NUMBER})\*\*({_WORD}|{_NUMBER})(?![\w.*])", r"(expt \1 \2)",
-             "the operator comes first"),
-    Spelling("Python", rf"(?<![\w.*/+-])({_WORD}|{_NUMBER})([*/+])({_WORD}|{_NUMBER})(?![\w.*/+-])", r"(\2 \1 \3)",
-             "the operator comes first"),
+    Spelling(
+        "Python",
+        rf"(?<![\w.$\"])({_WORD})\.([xyz])\b(?![.(])",
+        r"(\2-of \1)",
+        "a coordinate is read by `x-of`, `y-of` or `z-of`",
+    ),
+    Spelling(
+        "Python",
+        rf"(?<![\w.])({_WORD}|{_NUMBER})\*\*({_WORD}|{_NUMBER})(?![\w.*])",
+        r"(expt \1 \2)",
+        "the operator comes first",
+    ),
+    Spelling(
+        "Python",
+        rf"(?<![\w.*/+-])({_WORD}|{_NUMBER})([*/+])({_WORD}|{_NUMBER})(?![\w.*/+-])",
+        r"(\2 \1 \3)",
+        "the operator comes first",
+    ),
     Spelling("PHP", rf"\$({_WORD})", r"\1", "names have no `$`"),
     Spelling("JavaScript", r";(?=\s*[)\]])", "", "statements have no `;` at their end"),
 )
@@ -262,7 +277,7 @@ class Tree:
 
 
 def trees(text: str, start: int = 0, end: int | None = None) -> Tree:
-    """Return the datums of a piece of a text under one root. Brackets that do not match are closed where a list ends."""
+    """Return the datums of a piece of a text under one root. Unmatched brackets are closed where a list ends."""
     end = len(text) if end is None else end
     root = Tree(start, end, "", "top")
     stack = [root]
@@ -316,7 +331,9 @@ def explain(source: Source, diagnostics: Sequence[Diagnostic]) -> list[Diagnosti
         if any(_covers(other, habit) for other in found):
             continue
         (found if any(_explains(habit, d) for d in own) else rest).append(habit)
-    rows = {id(habit.row) for habit in found if isinstance(habit.row, Spelling)}  # a reader stops at the first of its kind
+    rows = {
+        id(habit.row) for habit in found if isinstance(habit.row, Spelling)
+    }  # a reader stops at the first of its kind
     found += [habit for habit in rest if id(habit.row) in rows and not any(_covers(other, habit) for other in found)]
     if not found:
         return list(diagnostics)
@@ -528,8 +545,8 @@ def _comment(source: Source, start: int, end: int, row: Spelling) -> Habit:
     else:
         edits = (Edit(Span(source, begin, begin + length), ";"),)
     message = f"`{mark.group() if mark else '#'}` does not begin a comment"
-    return Habit(begin, end, (), frozenset(),
-                 _diagnostic(source, begin, begin + length, message, row.hint, Fix("Write `;`", edits, safe=True)))  # fmt: skip
+    fix = Fix("Write `;`", edits, safe=True)
+    return Habit(begin, end, (), frozenset(), _diagnostic(source, begin, begin + length, message, row.hint, fix))
 
 
 _HIDDEN = re.compile(r'"(?:[^"\\]|\\.)*"|;[^\n]*(?=\n|$)', re.S)
@@ -548,6 +565,7 @@ def _masked(text: str) -> str:
 
 
 # --- forms -----------------------------------------------------------------------------------------------------------
+
 
 @cache
 def _patterns() -> dict[str, list[tuple[Form, Tree]]]:
@@ -649,7 +667,8 @@ def _foreign_pieces(source: Source) -> list[Habit]:
 
 def _pieces(text: str) -> Iterator[tuple[int, int, list[str]]]:
     """Runs of lines that begin outside all brackets of the language, with their lines."""
-    offset, start, lines = 0, 0, []
+    offset, start = 0, 0
+    lines: list[str] = []
     for line in [*text.splitlines(keepends=True), "("]:
         is_foreign = bool(line.strip()) and not _OWN.match(line) if not lines else not re.match(r"[(;]", line)
         if is_foreign or (lines and not line.strip()):

@@ -1,4 +1,4 @@
-"""All warnings about a program, less those that its comments allow."""
+"""Lints of a program, with their fixes and suppression comments."""
 
 from __future__ import annotations
 
@@ -16,26 +16,42 @@ from scenelang.grammar.reader import piece_at, read_comments
 from scenelang.interpreter.compile.analyse import walk
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds.book import KindBook, findings, reached_forms
-from scenelang.interpreter.lint.rules import FactBook, Facts, can_go, is_written, keeps_root, remove, spaced
+from scenelang.interpreter.lint.rules import (
+    FactCache,
+    FormFacts,
+    is_removable,
+    is_user_written,
+    preserves_root,
+    remove,
+    with_spacing,
+)
 from scenelang.interpreter.program.program import Program
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.primitives import is_word, words
 
-# What can be told of a program's words before it runs: which one is the root, which look like mistakes.
+# Static analysis of the words of a program: the root, and words that look like mistakes.
 
 
-_NEAR = 0.84
+_SIMILARITY = 0.84  # similarity of words that counts as a misspelling (difflib's ratio)
 
 
 def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
-    """The root word (language.md, section 5, "Root") and warnings; raises SceneError when there is none."""
+    """Return the root word (docs/language.md, "Which word is the root") and warnings.
+
+    Raises
+    ------
+    SceneError("no-root")
+        If the program binds no word.
+    SceneError("word")
+        If the operand of ``scene`` is not a string.
+    """
     if program.scene is not None and type(program.scene.word) is ast.Constant:
         if type(program.scene.word.value) is str:
             return program.scene.word.value, []
-        raise SceneError("word", "`scene` wants a string for the root's word", None, program.scene.span)
+        raise SceneError("word", "`scene` expects a string as the root word", None, program.scene.span)
     words = program.words or program.all_words
     if not words:
-        hint = 'bind one: `(bind "word" (lambda () (call "cube")))`'
+        hint = 'bind a word, such as `(bind "word" (lambda () (call "cube")))`'
         raise SceneError("no-root", "the program binds no word, so there is nothing to evaluate", hint)
     used = {text for each in program.facts for text in each.strings}
     candidates = [word for word in words if word not in used]
@@ -47,14 +63,13 @@ def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
     if len(candidates) == 1:
         return root, []
     listed = ", ".join(f'"{word}"' for word in candidates)
-    message = f'several words could be the root: {listed}; taking the last, "{root}"'
-    hint = f'say which: `(scene "{root}")` or --root'
+    message = f'several words could be the root: {listed}; the last one, "{root}", is used'
+    hint = f'name the root with `(scene "{root}")` or `--root`'
     return root, [Diagnostic("ambiguous-root", message, program.all_words.get(root), hint)]
 
 
 def word_warnings(program: Program) -> list[Diagnostic]:
-    """Calls of words that look misspelled or come too early, parameters that no call fills, attributes that no
-    primitive reads."""
+    """Return warnings about misspelled words, calls before a ``bind``, and unused parameters and attributes."""
     found: list[Diagnostic] = []
     bound: set[str] = set()
     near: dict[str, str | None] = {}
@@ -62,30 +77,30 @@ def word_warnings(program: Program) -> list[Diagnostic]:
         found += _early_calls(program, each, bound)
         if each.word is not None:
             bound.add(each.word)
-        for word, span in each.calls:
+        for word, span in each.word_calls:
             if word not in program.all_words and not is_word(word):
                 if word not in near:
                     near[word] = _near_word(word, [*program.all_words, *words()])
                 if near[word]:
                     found.append(_misspelled(word, str(near[word]), span))
-        found += each.unfilled
+        found += each.unpassed
     return [*found, *unread_attributes(program)]
 
 
 def unread_attributes(program: Program) -> list[Diagnostic]:
     """Attributes of calls of primitives that no primitive of the word reads."""
-    return [d for each in program.facts for word, d in each.idle if word not in program.all_words]
+    return [d for each in program.facts for word, d in each.idle_attributes if word not in program.all_words]
 
 
-def _early_calls(program: Program, facts: Facts, bound: set[str]) -> Iterator[Diagnostic]:
-    """Words called by a top-level expression before their ``bind``; bodies of functions run later."""
-    for word, span in facts.early:
+def _early_calls(program: Program, facts: FormFacts, bound: set[str]) -> Iterator[Diagnostic]:
+    """Report words that a top-level expression calls before their ``bind``; bodies of functions run later."""
+    for word, span in facts.early_calls:
         if word in program.all_words and word not in bound:
-            yield Diagnostic("undefined-word", f'"{word}" is called here before it is bound', span)
+            yield Diagnostic("undefined-word", f'"{word}" is called before it is bound', span)
 
 
 def _near_word(word: str, known: Sequence[str]) -> str | None:
-    near = [other for other in known if sorted(other) == sorted(word)] or get_close_matches(word, known, 1, _NEAR)
+    near = [other for other in known if sorted(other) == sorted(word)] or get_close_matches(word, known, 1, _SIMILARITY)
     return near[0] if near else None
 
 
@@ -96,45 +111,49 @@ def _misspelled(word: str, near: str, span: Span) -> Diagnostic:
 
 
 def unreachable_words(program: Program) -> Iterator[Diagnostic]:
-    """Words of the main file that the root, which ``(scene ...)`` names, never reaches."""
+    """Report words of the main file that are not reachable from the root named by ``(scene ...)``."""
     if program.scene is None or type(program.scene.word) is not ast.Constant:
         return
     root = program.scene.word.value
-    if root not in program.words or any(each.makes_strings for each in program.facts):
+    if root not in program.words or any(each.computes_strings for each in program.facts):
         return  # words may be put together
     seen = reached_forms(program.facts, root) or ()
     reached = {root}.union(*(each.strings | {each.word} for each in program.facts if id(each) in seen))
     functions = {each.word for each in program.facts if each.word and type(each.form.function) is ast.Lambda}
     for word, span in program.words.items():
-        if word in functions and word not in reached:  # a second name of another word's function is meant for others
-            message = f'the root "{root}" never reaches the word "{word}"'
+        # A word that is bound to the function of another word is an alias for importers.
+        if word in functions and word not in reached:
+            message = f'the word "{word}" is not reachable from the root "{root}"'
             yield Diagnostic("unreachable-word", message, span)
 
 
 def lint(program: Program, is_scene: Callable[[], bool]) -> list[Diagnostic]:
-    """Warnings about a program without errors. ``is_scene()``: it is surely a scene, not a file of definitions for
-    others to import; asked only where it matters."""
+    """Return the warnings about a program without errors.
+
+    ``is_scene()`` returns whether the program is certainly a scene rather than a library of definitions; it is only
+    called if the answer matters.
+    """
     own = [each for each in program.facts if not _is_library(each.form)]
     found = word_warnings(program)
     for each in own:
-        found += [_with_safe_fixes(diagnostic, program) for diagnostic in each.local]
+        found += [_with_safe_fixes(diagnostic, program) for diagnostic in each.warnings]
     found += unreachable_words(program)
     unused = list(_unused_globals(program, own))
     return [*found, *unused] if unused and is_scene() else found
 
 
-def lint_of_forms(program: Program) -> list[Diagnostic]:
+def lint_forms(program: Program) -> list[Diagnostic]:
     """Warnings about single forms, for a program that has errors elsewhere."""
     whole = (each for each in program.facts if not _is_library(each.form) and id(each.form) not in program.broken)
-    local = (warning for each in whole for warning in each.local)
+    local = (warning for each in whole for warning in each.warnings)
     return [_with_safe_fixes(warning, program) for warning in local]
 
 
 def _with_safe_fixes(diagnostic: Diagnostic, program: Program) -> Diagnostic:
-    """Fixes that could make another word the root are not safe."""
-    if all(not fix.safe or keeps_root(fix, program) for fix in diagnostic.fixes):
+    """Mark fixes as unsafe if they could change the root."""
+    if all(not fix.safe or preserves_root(fix, program) for fix in diagnostic.fixes):
         return diagnostic
-    fixes = (replace(fix, safe=fix.safe and keeps_root(fix, program)) for fix in diagnostic.fixes)
+    fixes = (replace(fix, safe=fix.safe and preserves_root(fix, program)) for fix in diagnostic.fixes)
     return replace(diagnostic, fixes=tuple(fixes))
 
 
@@ -142,8 +161,8 @@ def _is_library(form: Any) -> bool:
     return str(form.span.source.name).startswith(STD)
 
 
-def _unused_globals(program: Program, own: Sequence[Facts]) -> Iterator[Diagnostic]:
-    """Top-level definitions of the main file that no other form reads, nor mentions in a macro."""
+def _unused_globals(program: Program, own: Sequence[FormFacts]) -> Iterator[Diagnostic]:
+    """Report top-level definitions of the main file that no other form or macro refers to."""
     params = {param.span for param in program.params}
     users: dict[Any, set[int]] = {}
     for each in program.facts:
@@ -154,22 +173,23 @@ def _unused_globals(program: Program, own: Sequence[Facts]) -> Iterator[Diagnost
             continue
         for variable in each.defined:
             used = bool(users.get(variable, set()) - {id(each)})
-            if used or len(each.defined) > 1 or not is_written(variable) or variable.name.startswith("_"):
+            if used or len(each.defined) > 1 or not is_user_written(variable) or variable.name.startswith("_"):
                 continue
             if not _is_mentioned(program, variable.name):
-                fixes = (remove(each.form, safe=False),) if can_go(each.form) else ()  # who may import it?
+                fixes = (remove(each.form, safe=False),) if is_removable(each.form) else ()  # other files may import it
                 yield Diagnostic("unused", f"`{variable.name}` is never used", variable.span, fixes=fixes)
 
 
 def _is_mentioned(program: Program, name: str) -> bool:
-    """Whether the name stands in the main file more often than where it is defined: a macro may mean it."""
+    """Return whether the name occurs in the main file outside its definition, for example in a macro."""
     alone = rf"(?<![^\s()\[\]'`,@]){re.escape(name)}(?![^\s()\[\]])"
     return len(re.findall(alone, program.main.text)) > 1
 
 
-# Warnings about forms that join a session: nothing is said of what only a whole program can tell.
+# Warnings about forms that are added to a session.
 
 
+# Lints that require a whole program, and therefore do not apply to single forms of a session.
 WHOLE_FILE = frozenset(("unused", "bound-twice", "undefined-word", "unreachable-word"))
 
 
@@ -177,9 +197,9 @@ def new_form_warnings(
     main: Source, forms: tuple[Any, ...], words: Mapping[str, Span], all_words: Mapping[str, Span]
 ) -> list[Diagnostic]:
     """What is suspicious about core forms, among words that are known already; those of ``WHOLE_FILE`` included."""
-    program = Program(main, (), forms, None, words, all_words, (), (), FactBook(), KindBook({}))
+    program = Program(main, (), forms, None, words, all_words, (), (), FactCache(), KindBook({}))
     kinds = [d for d in findings(program, None) if not d.is_error]  # an error is reported when the form runs
-    return [*(d for each in program.facts for d in each.local), *word_warnings(program), *kinds]
+    return [*(d for each in program.facts for d in each.warnings), *word_warnings(program), *kinds]
 
 
 # Consequences: what is reported only because of another mistake, which is reported too.
@@ -240,14 +260,8 @@ def _misspelled_parameters(found: list[Diagnostic], program: Program) -> list[Di
         fix = Fix(f"Change to `{passed}`", (Edit(place, passed),), safe=True)
         own = Diagnostic("keyword", message, span, f"did you mean `:{passed}`?", fixes=(fix,), near=(f":{passed}",),
                          expected=f":{passed}", found=f":{spelled}")  # fmt: skip
-        inside = lambda d, f=function: _inside_function(d, f)
-        found = [
-            d
-            for d in found
-            if d not in calls
-            or (d.found, d.near) != (call.found, call.near)
-        ]
-        found = [d for d in found if not (inside(d) and _is_about(d, passed, spelled))]
+        others = (d for d in found if d not in calls or (d.found, d.near) != (call.found, call.near))
+        found = [d for d in others if not (_inside_function(d, function) and _is_about(d, passed, spelled))]
         found.append(own)
     return found
 
@@ -290,41 +304,41 @@ def _is_about(diagnostic: Diagnostic, passed: str, spelled: str) -> bool:
     return re.search(rf"(?<![\w-]){re.escape(passed)}(?![\w-])", diagnostic.span.text) is not None
 
 
-# Mending programs: the fixes that a diagnostic's place alone suggests, and applying fixes to a text.
+# Fixes: those that follow from a diagnostic's location alone, and their application to a text.
 
 
 _FRACTION = re.compile(r"([+-]?\d+)/(\d+)\Z")
-_PIECES = re.compile(r"""(?:"(?:[^"\\]|\\.)*"|;[^\n]*|#\|.*?\|#|[()\[\]'`,]|[^\s()\[\]";'`,]+)""", re.S)
+_TOKENS = re.compile(r"""(?:"(?:[^"\\]|\\.)*"|;[^\n]*|#\|.*?\|#|[()\[\]'`,]|[^\s()\[\]";'`,]+)""", re.S)
 _NAME = re.compile(r"[^\s()\[\]\";'`,]+\Z")
 
 
 def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
-    """A diagnostic with its fixes, or with those that its kind and the text at its place suggest. Its place is one in
-    the whole text of a file."""
+    """Return a diagnostic with its fixes, or with those that its name and the text at its location suggest.
+
+    The location must refer to the whole text of a file.
+    """
     span = diagnostic.span
     if diagnostic.name == "foreign-syntax":
         return diagnostic
     if diagnostic.fixes:
-        return replace(diagnostic, fixes=tuple(_careful(_with_lines(fix)) for fix in diagnostic.fixes))
+        return replace(diagnostic, fixes=tuple(_checked_for_comments(_removing_lines(fix)) for fix in diagnostic.fixes))
     if span is None or span.expansion is not None:
         return diagnostic
     text, fix = span.text, None
     if diagnostic.name == "bracket" and text.startswith("[") and text.endswith("]"):
-        fix = Fix("Write parentheses", (Edit(span, f"({text[1:-1]})"),), safe=True)
+        fix = Fix("Replace brackets with parentheses", (Edit(span, f"({text[1:-1]})"),), safe=True)
     elif diagnostic.name == "word" and _NAME.match(text):
-        fix = Fix("Write it in quotes", (Edit(span, f'"{text}"'),), safe=True)
+        fix = Fix("Add quotes", (Edit(span, f'"{text}"'),), safe=True)
     elif diagnostic.name == "bad-atom" and (match := _FRACTION.match(text)):
-        fix = Fix("Write a division", (Edit(span, f"(/ {match[1]} {match[2]})"),), safe=not _is_quoted(span))
-    elif diagnostic.name == "extra-close" and text in (")", "]") and "unmatched" in diagnostic.message:
-        fix = Fix("Remove the bracket", (Edit(span, ""),), safe=True)
+        fix = Fix("Replace with a division", (Edit(span, f"(/ {match[1]} {match[2]})"),), safe=not _is_quoted(span))
     return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
 
 
 def _is_quoted(span: Span) -> bool:
-    """Whether a place is inside quoted data, where a list is no call."""
+    """Return whether a location is inside quoted data, where a list is not a call."""
     quoted = [False]
     last = ""
-    for match in _PIECES.finditer(span.source.text, 0, span.start):
+    for match in _TOKENS.finditer(span.source.text, 0, span.start):
         piece = match.group()
         if piece == "(" or piece == "[":
             quoted.append(quoted[-1] or last in ("'", "`"))
@@ -336,8 +350,8 @@ def _is_quoted(span: Span) -> bool:
     return quoted[-1] or last in ("'", "`")
 
 
-def _careful(fix: Fix) -> Fix:
-    """A fix that would throw comments away is not safe."""
+def _checked_for_comments(fix: Fix) -> Fix:
+    """Mark a fix as unsafe if it would delete comments."""
     for edit in fix.edits:
         comments = read_comments(Source("<edit>", edit.span.text))
         if any(comment.text not in edit.text for comment in comments):
@@ -345,8 +359,8 @@ def _careful(fix: Fix) -> Fix:
     return fix
 
 
-def _with_lines(fix: Fix) -> Fix:
-    """A fix whose removals take the lines with them on which nothing else stands."""
+def _removing_lines(fix: Fix) -> Fix:
+    """Extend the deletions of a fix to the line breaks of lines that become empty."""
     return replace(fix, edits=tuple(_removal(edit.span) if not edit.text else edit for edit in fix.edits))
 
 
@@ -358,39 +372,46 @@ def _removal(form: Span) -> Edit:
     alone = not text[line : form.start].strip() and (text[end - 1 : end] == "\n" or end == len(text))
     if alone:
         return Edit(Span(form.source, line, end), "")
-    return Edit(form, spaced(form, "") or "")
+    return Edit(form, with_spacing(form, "") or "")
 
 
 def apply_fixes(source: Source, diagnostics: Iterable[Diagnostic]) -> tuple[str, int]:
-    """The text of ``source`` with every safe fix applied that does not touch one before it, and their number."""
-    text, applied, free_from = source.text, 0, len(source.text) + 1
+    """Apply all safe fixes to a text, skipping those that overlap another one.
+
+    Returns
+    -------
+    tuple of (str, int)
+        The new text and the number of applied fixes.
+    """
+    text, applied, limit = source.text, 0, len(source.text) + 1
     fixes = [fix for d in diagnostics for fix in d.fixes[:1] if fix.safe and _is_within(fix, source)]
     for fix in sorted(fixes, key=lambda fix: -max(edit.span.end for edit in fix.edits)):
-        if max(edit.span.end for edit in fix.edits) > free_from:
+        if max(edit.span.end for edit in fix.edits) > limit:
             continue
         for edit in sorted(fix.edits, key=lambda edit: -edit.span.start):
             text = text[: edit.span.start] + edit.text + text[edit.span.end :]
-        free_from = min(edit.span.start for edit in fix.edits)
+        limit = min(edit.span.start for edit in fix.edits)
         applied += 1
     return text, applied
 
 
 def _is_within(fix: Fix, source: Source) -> bool:
+    """Return whether all edits of a fix are in ``source``, outside expansions of macros."""
     return all(edit.span.source.name == source.name and edit.span.expansion is None for edit in fix.edits)
 
 
-# Warnings that a program's comments allow: ``; lint: allow unused W304``.
+# Suppression comments: ``; lint: allow unused W304``.
 #
-# At the end of a line it is about that line, on a line of its own about the form that follows, and ``; lint: allow-
-# file`` is about the whole file. Errors cannot be allowed.
+# At the end of a line, a comment applies to that line; on a separate line, to the form that follows;
+# ``; lint: allow-file`` applies to the whole file. Errors cannot be suppressed.
 
 
 _ALLOW = re.compile(r";+\s*lint:\s*allow(?P<file>-file)?\s+(?P<names>.+)")
 
 
 @dataclass(frozen=True, eq=False)
-class Allowance:
-    """What the comments of one text allow: names or codes of warnings, between two offsets."""
+class Suppressions:
+    """Suppression comments of a text: names or codes of warnings, each with a range of offsets."""
 
     source: Source
 
@@ -403,10 +424,10 @@ class Allowance:
             match = _ALLOW.match(comment.text)
             if match is not None:
                 names = frozenset(re.split(r"[\s,]+", match["names"].strip()))
-                found.append((*self._reach(comment.start, comment.end, bool(match["file"])), names))
+                found.append((*self._scope(comment.start, comment.end, bool(match["file"])), names))
         return found
 
-    def _reach(self, start: int, end: int, whole: bool) -> tuple[int, int]:
+    def _scope(self, start: int, end: int, whole: bool) -> tuple[int, int]:
         text = self.source.text
         if whole:
             return 0, len(text)
@@ -415,7 +436,8 @@ class Allowance:
             return line, end
         return piece_at(text, end)
 
-    def allows(self, diagnostic: Diagnostic) -> bool:
+    def suppress(self, diagnostic: Diagnostic) -> bool:
+        """Return whether a comment suppresses the diagnostic."""
         span = diagnostic.span
         if diagnostic.is_error or span is None or span.source.name != self.source.name:
             return False
@@ -425,7 +447,7 @@ class Allowance:
         )
 
 
-def not_allowed(diagnostics: Iterable[Diagnostic], sources: Iterable[Source]) -> list[Diagnostic]:
-    """The diagnostics that no comment in these texts allows."""
-    allowances = [Allowance(source) for source in sources]
-    return [d for d in diagnostics if d.is_error or not any(each.allows(d) for each in allowances)]
+def without_suppressed(diagnostics: Iterable[Diagnostic], sources: Iterable[Source]) -> list[Diagnostic]:
+    """Return the diagnostics that no comment in these texts suppresses."""
+    suppressions = [Suppressions(source) for source in sources]
+    return [d for d in diagnostics if d.is_error or not any(each.suppress(d) for each in suppressions)]

@@ -1,4 +1,4 @@
-"""What lints want to know of one top-level form, gathered once and kept as long as the form stays the same."""
+"""Lint rules that inspect a single top-level form. Their results are cached until the form changes."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ if TYPE_CHECKING:
     from scenelang.interpreter.program.program import Program
 
 
-# Attributes and parameters that never meet.
+# Attributes that no primitive uses, and parameters that no call passes.
 
 
 def optional_parameters(form: Any, word: str | None) -> Iterator[Diagnostic]:
-    """Parameters of a word's function that a ``call`` never fills."""
+    """Report optional positional parameters of an entity function, which ``call`` never passes."""
     function = form.function if word is not None else None
     if type(function) is ast.Lambda:
         for parameter in function.parameters:
             if parameter.kind == "optional":
                 hint = f"make it a keyword parameter: `(:{parameter.name} default)`"
-                message = f'a `call` of "{word}" never fills `{parameter.name}`; it keeps its default'
+                message = f'`call` never passes the optional parameter `{parameter.name}` of "{word}"'
                 yield Diagnostic("optional-embedding", message, function.span, hint)
 
 
@@ -39,20 +39,25 @@ def optional_parameters(form: Any, word: str | None) -> Iterator[Diagnostic]:
 
 
 def turned_after_moved(nodes: Iterable[Any]) -> Iterator[Diagnostic]:
-    """A thing that is moved and then turned by a fixed angle about the origin, so that it swings away from its place.
+    """Report a part that is translated and then rotated by a constant angle about the origin.
 
-    An angle that varies places things round a circle, and a move along the axis commutes with the turn: both are fine.
+    Two cases are excluded: a variable angle arranges parts in a circle, and a translation along the axis commutes with
+    the rotation.
     """
     for node in nodes:
         if type(node) is ast.Transform:
             factors = _factors(node)
-            for turn, move in pairwise(factors):
-                if turn.span.expansion is None and _is_fixed_turn(turn) and _leaves_axis(turn, move):
-                    yield _pose_warning(turn)
+            for rotation, translation in pairwise(factors):
+                if (
+                    rotation.span.expansion is None
+                    and _is_constant_rotation(rotation)
+                    and _is_off_axis(rotation, translation)
+                ):
+                    yield _pose_warning(rotation)
 
 
 def _factors(node: ast.Transform) -> list[Any]:
-    """The matrices on the way to the part, the last applied first."""
+    """Return the matrices that are applied to the part, the last applied first."""
     found: list[Any] = []
     part: Any = node
     if type(node.part) is ast.Transform:
@@ -79,7 +84,8 @@ def _head(node: Any) -> str | None:
     return None
 
 
-def _is_fixed_turn(node: Any) -> bool:
+def _is_constant_rotation(node: Any) -> bool:
+    """Return whether ``node`` is a ``rotate`` about the origin whose angle does not depend on local variables."""
     if _head(node) != "rotate" or len(node.arguments) != 2:
         return False
     return not any(
@@ -88,35 +94,35 @@ def _is_fixed_turn(node: Any) -> bool:
     )
 
 
-def _leaves_axis(turn: Any, move: Any) -> bool:
-    """Whether ``move`` is a translation that surely does not go along the axis of ``turn``."""
-    if _head(move) != "translate" or len(move.arguments) != 1:
+def _is_off_axis(rotation: Any, translation: Any) -> bool:
+    """Return whether ``translation`` certainly has a component perpendicular to the axis of ``rotation``."""
+    if _head(translation) != "translate" or len(translation.arguments) != 1:
         return False
-    axis, offset = _numbers(turn.arguments[1]), _numbers(move.arguments[0])
+    axis, offset = _numbers(rotation.arguments[1]), _numbers(translation.arguments[0])
     if axis is None or offset is None:
         return False
     return any(shift not in (0, None) and along == 0 for along, shift in zip(axis, offset))
 
 
 def _numbers(node: Any) -> list[float | None] | None:
-    """The items of an array literal, None for those that are worked out."""
+    """Return the items of an array literal, with None for items that are not constant, or None for other nodes."""
     if type(node) is not ast.ArrayLiteral:
         return None
     return [item.value if type(item) is ast.Constant else None for item in node.items]
 
 
-def _pose_warning(turn: Any) -> Diagnostic:
-    span: Span = turn.span
-    message = "this turns what was moved before, about the origin: it swings away from its place"
-    hint = "turn first, then move, or give `rotate` a point to turn about"
+def _pose_warning(rotation: Any) -> Diagnostic:
+    span: Span = rotation.span
+    message = "the part is rotated about the origin after it was translated, so it swings away from its position"
+    hint = "rotate first and then translate, or pass a pivot point to `rotate`"
     return Diagnostic("turned-after-moved", message, span, hint)
 
 
-# When a piece of program may be taken out without a change of what the program does.
+# Conditions under which an expression can be removed without changing the behaviour of the program.
 
 
 def written_nodes(form: Any) -> Iterator[Any]:
-    """The nodes of a form that stand in the text for themselves: what a macro was given may be used for anything."""
+    """Iterate over the nodes of a form that are not operands of a macro, which may use them in any way."""
     stack = [form]
     while stack:
         node = stack.pop()
@@ -126,8 +132,10 @@ def written_nodes(form: Any) -> Iterator[Any]:
 
 
 def is_inert(node: Any, ready: Collection[Any] = ()) -> bool:
-    """Whether evaluating an expression does nothing, cannot fail, and draws nothing. ``ready``: variables of bodies
-    that have their values by then."""
+    """Return whether evaluating an expression has no effects, cannot fail, and draws no random numbers.
+
+    ``ready`` are the local variables that have been defined at this point.
+    """
     kind = type(node)
     if kind is ast.Constant or kind is ast.Lambda:
         return True
@@ -139,8 +147,8 @@ def is_inert(node: Any, ready: Collection[Any] = ()) -> bool:
     )
 
 
-def keeps_root(fix: Fix, program: Program) -> bool:
-    """Whether a fix leaves alone which word is the root: where no form says so, the one that nothing mentions."""
+def preserves_root(fix: Fix, program: Program) -> bool:
+    """Return whether a fix cannot change the root, which is inferred from the words that a program does not mention."""
     if program.scene is not None:
         return True
     for edit in fix.edits:
@@ -151,8 +159,8 @@ def keeps_root(fix: Fix, program: Program) -> bool:
 
 
 def is_followed(form: Any, span: Span) -> bool:
-    """Whether another form, which is no string, follows the one at ``span`` in the same parentheses."""
-    found = _list_around(form.span, span)
+    """Return whether the form at ``span`` is followed by another form, other than a string, in the same list."""
+    found = _enclosing_list(form.span, span)
     if found is None:
         return False
     items = found.items
@@ -163,89 +171,98 @@ def is_followed(form: Any, span: Span) -> bool:
     return isinstance(following, ListDatum) or type(getattr(following, "value", "")) is not str
 
 
-def _list_around(outer: Span, inner: Span) -> ListDatum | None:
-    """The list whose direct item stands at ``inner``."""
+def _enclosing_list(outer: Span, inner: Span) -> ListDatum | None:
+    """Return the list that has a direct item at the start of ``inner``, or None."""
     try:
         forms = read(Source("<form>", outer.text)).forms
     except SceneError:
         return None
-    wanted = inner.start - outer.start
+    start = inner.start - outer.start
     stack: list[Datum] = list(forms)
     while stack:
         datum = stack.pop()
-        if isinstance(datum, ListDatum) and any(item.span.start == wanted for item in datum.items[1:]):
+        if isinstance(datum, ListDatum) and any(item.span.start == start for item in datum.items[1:]):
             return datum
-        stack.extend(part for part in subdatums(datum) if part.span.start <= wanted < part.span.end)
+        stack.extend(part for part in subdatums(datum) if part.span.start <= start < part.span.end)
     return None
 
 
-def spaced(span: Span, text: str) -> str | None:
-    """``text`` to stand at ``span``, apart from its neighbours; None where it would join a prefix before it."""
+def with_spacing(span: Span, text: str) -> str | None:
+    """Pad ``text`` for insertion at ``span`` so that it does not merge with its neighbours.
+
+    Returns None if a prefix forbids it.
+    """
     around = span.source.text
     before, after = around[: span.start][-1:], around[span.end : span.end + 1]
     if before == "," and text.startswith("@"):
         return None
-    lead = " " if before and before not in " \t\r\n([{'`,@" else ""
-    trail = " " if after and after not in " \t\r\n)]};" else ""
-    return f"{lead}{text}{trail}" if text else " " if lead and trail else ""
+    before_text = " " if before and before not in " \t\r\n([{'`,@" else ""
+    after_text = " " if after and after not in " \t\r\n)]};" else ""
+    return f"{before_text}{text}{after_text}" if text else " " if before_text and after_text else ""
 
 
-# Conditions that are always true or always false.
+# Constant conditions.
 
 
 _BY_TYPE = frozenset(("eq?", "eqv?", "equal?"))
 _COMPARISONS = frozenset(("=", "<", ">", "<=", ">=", "eq?", "eqv?", "equal?"))
 
-_MOST_READ = 200_000  # letters of conditions of one form that are read again for a fix: they may be nested deeply
+_MAX_REPARSED = 200_000  # characters of conditions per form that are parsed again for a fix; nesting makes it quadratic
 
 
 def constant_conditions(nodes: Iterable[Any], form: Any) -> Iterator[Diagnostic]:
-    """Tests of ``if`` and its kin, and operands of ``and`` and ``or``, that the text alone decides."""
+    """Report constant tests of ``if`` and derived forms, and constant operands of ``and`` and ``or``."""
     written = {id(node) for node in written_nodes(form)}
-    letters = _MOST_READ
+    remaining = _MAX_REPARSED
     for node in nodes:
         kind = type(node)
         if kind is ast.If and node.span.expansion is None:
-            letters -= node.span.end - node.span.start
-            yield from _of_choice(node, id(node) in written, letters > 0)
+            remaining -= node.span.end - node.span.start
+            yield from _constant_test(node, id(node) in written, remaining > 0)
         elif kind is ast.And or kind is ast.Or:
             for item in node.items[:-1]:
-                if item.span.expansion is None and _decided(item) is not None:
+                if item.span.expansion is None and _constant_truth(item) is not None:
                     yield _condition_warning(item, ())
 
 
-def _of_choice(node: ast.If, is_written: bool, is_read: bool) -> Iterator[Diagnostic]:
-    always = _decided(node.test)
-    if always is None or node.test.span.expansion is not None or _is_default(node, always):
+def _constant_test(node: ast.If, is_direct: bool, is_read: bool) -> Iterator[Diagnostic]:
+    """Report an ``if`` with a constant test, with a fix that replaces it by the branch that runs."""
+    truth = _constant_truth(node.test)
+    if truth is None or node.test.span.expansion is not None or _is_default(node, truth):
         return
-    kept = node.then if always else node.otherwise
+    chosen = node.then if truth else node.otherwise
     text = node.span.text if is_read else ""
     fixes: tuple[Fix, ...] = ()
-    if text.startswith("(if ") and kept is not None and kept.span.expansion is None and _inside(kept.span, node.span):
-        branch = _branch(text, 2 if always else 3)
-        replacement = spaced(node.span, branch) if branch is not None else None
+    if (
+        text.startswith("(if ")
+        and chosen is not None
+        and chosen.span.expansion is None
+        and _inside(chosen.span, node.span)
+    ):
+        branch = _branch(text, 2 if truth else 3)
+        replacement = with_spacing(node.span, branch) if branch is not None else None
         if replacement is not None:
-            safe = is_written and _cannot_fail(node.test)
-            fixes = (Fix("Keep only the branch that runs", (Edit(node.span, replacement),), safe),)
+            safe = is_direct and _cannot_fail(node.test)
+            fixes = (Fix("Replace with the branch that runs", (Edit(node.span, replacement),), safe),)
     yield _condition_warning(node.test, fixes)
 
 
 def _branch(text: str, position: int) -> str | None:
-    """The text of a branch of an ``if`` as it is written, with a prefix such as a quote."""
+    """Return the source text of an operand of an ``if``, including prefixes such as a quote."""
     forms = read(Source("<if>", text)).forms
     items = forms[0].items if forms and isinstance(forms[0], ListDatum) else ()
     return items[position].span.text if position < len(items) else None
 
 
 def _cannot_fail(test: Any) -> bool:
-    """Whether a test that is always the same cannot fail either, as a comparison of a variable with itself can."""
+    """Return whether a constant test cannot fail either, unlike a comparison of an undefined variable with itself."""
     if type(test) is ast.Application:
         return all(type(item) is ast.Constant for item in test.arguments)
     return is_inert(test)
 
 
 def _is_default(node: ast.If, always: bool) -> bool:
-    """``(#t ...)`` as the last clause of ``cond``, which many write for ``else``."""
+    """Return whether this is a final ``cond`` clause ``(#t ...)``, which is commonly written instead of ``else``."""
     return always and not node.span.text.startswith(("(if", "(when", "(unless"))
 
 
@@ -253,8 +270,8 @@ def _inside(inner: Span, outer: Span) -> bool:
     return inner.source is outer.source and outer.start < inner.start and inner.end < outer.end
 
 
-def _decided(test: Any) -> bool | None:
-    """The truth of a test that is always the same; None where it may vary."""
+def _constant_truth(test: Any) -> bool | None:
+    """Return the truth value of a constant test, or None if it may vary."""
     kind = type(test)
     if kind is ast.Constant:
         return test.value is not False and test.value is not None
@@ -262,16 +279,17 @@ def _decided(test: Any) -> bool | None:
         return True
     if kind is ast.Application and type(test.function) is ast.Reference and isinstance(test.function.target, Builtin):
         if test.function.target.name in _COMPARISONS and len(test.arguments) == 2:
-            return _compared(test.function.target.name, *test.arguments)
+            return _constant_comparison(test.function.target.name, *test.arguments)
     return None
 
 
-def _compared(name: str, left: Any, right: Any) -> bool | None:
+def _constant_comparison(name: str, left: Any, right: Any) -> bool | None:
+    """Return the result of a comparison that does not depend on the run, or None."""
     same = type(left) is type(right) is ast.Reference and left.target is right.target
     if same and not isinstance(left.target, Builtin):
         return name not in ("<", ">")
     if name in _BY_TYPE and type(getattr(left, "value", None)) is not type(getattr(right, "value", None)):
-        return None  # 1 and 1. are equal numbers of two types
+        return None  # 1 and 1.0 are equal numbers of different types
     values = [item.value for item in (left, right) if type(item) is ast.Constant]
     if len(values) == 2 and all(type(value) in (int, float) for value in values):
         a, b = values
@@ -280,22 +298,22 @@ def _compared(name: str, left: Any, right: Any) -> bool | None:
 
 
 def _condition_warning(test: Any, fixes: tuple[Fix, ...]) -> Diagnostic:
-    always = "true" if _decided(test) else "false"
+    always = "true" if _constant_truth(test) else "false"
     message = f"this condition is always {always}"
     hint = None
     if type(test) is ast.Lambda or (type(test) is ast.Reference and isinstance(test.target, Builtin)):
-        hint = "a function is true; call it: `(name argument ...)`"
+        hint = "a function is always true; to call it, write `(name argument ...)`"
     return Diagnostic("constant-condition", message, test.span, hint, fixes=fixes)
 
 
-# Names that nothing uses, and names of the library that are called where something else is meant by them.
+# Unused variables, and calls of variables that shadow a builtin function.
 
 
 _MACROS = ("define-syntax", "let-syntax", "letrec-syntax", "define-macro")
 
 
-def is_written(variable: Variable) -> bool:
-    """Whether the name stands in the program as a name that somebody gave: no macro's, no form's own."""
+def is_user_written(variable: Variable) -> bool:
+    """Return whether the user wrote the name of a variable, unlike names introduced by macros and derived forms."""
     span = variable.span
     if span is None or span.expansion is not None or variable.from_macro:
         return False
@@ -303,10 +321,13 @@ def is_written(variable: Variable) -> bool:
 
 
 def unused_locals(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
-    """Local definitions and parameters that nothing reads. What a caller prescribes is left alone: the positional
-    parameters of functions without a name of their own, and of entity functions."""
+    """Report local definitions and parameters that are never used.
+
+    Parameters prescribed by the caller are excluded: the positional parameters of anonymous functions and entity
+    functions.
+    """
     if any(head in form.span.text for head in _MACROS):
-        return  # a macro that nobody has used yet may read them
+        return  # a macro that is not used yet may refer to them
     used = {node.target for node in nodes if type(node) is ast.Reference}
     named = _named_functions(nodes, form)
     removable = _removable(form)
@@ -314,16 +335,16 @@ def unused_locals(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
         if type(node) is ast.Define and node is not form:
             if isinstance(node.target, Variable):
                 fixes = (remove(node),) if id(node) in removable else ()
-                yield from _unused(node.target, used, "is never used", fixes)
+                yield from _unused("", node.target, used, fixes)
         elif type(node) is ast.Lambda:
             for parameter in node.parameters:
                 free = parameter.kind in ("keyword", "optional") or (parameter.kind == "required" and id(node) in named)
                 if free and isinstance(parameter.target, Variable):
-                    yield from _unused(parameter.target, used, "is a parameter that is never used")
+                    yield from _unused("the parameter ", parameter.target, used)
 
 
 def _named_functions(nodes: Iterable[Any], form: Any) -> set[int]:
-    """Functions that only their name calls, as far as can be seen."""
+    """Return the ids of local functions that are only called by name, as far as static analysis can determine."""
     found = {id(node.value) for node in nodes if type(node) is ast.Define}
     passed = set()
     for node in nodes:
@@ -335,13 +356,15 @@ def _named_functions(nodes: Iterable[Any], form: Any) -> set[int]:
         if type(node) is ast.Define and node.target in passed:
             found.discard(id(node.value))
     if type(form) is ast.Define:
-        found.discard(id(form.value))  # other forms may pass it on
+        found.discard(id(form.value))  # other forms may use it as a value
     return found
 
 
 def _removable(form: Any) -> set[int]:
-    """Definitions of bodies that may go if nothing reads them: they do nothing else, nothing assigns them, and a value
-    comes after them."""
+    """Return the ids of local definitions that can be removed if they are unused.
+
+    Such a definition is inert and never assigned, and an expression follows it, since a body must not be empty.
+    """
     found = set()
     for node in written_nodes(form):
         if type(node) is not ast.Body:
@@ -350,48 +373,48 @@ def _removable(form: Any) -> set[int]:
         for item in node.items[:-1]:
             if type(item) is not ast.Define or not isinstance(item.target, Variable):
                 continue
-            if can_go(item, ready) and not item.target.assigned and is_followed(form, item.span):
+            if is_removable(item, ready) and not item.target.assigned and is_followed(form, item.span):
                 found.add(id(item))
             ready.add(item.target)
     return found
 
 
-def can_go(form: Any, ready: Collection[Any] = ()) -> bool:
-    """Whether a form is a ``define`` that does nothing but define; ``ready``: the variables defined before it."""
+def is_removable(form: Any, ready: Collection[Any] = ()) -> bool:
+    """Return whether a form is an inert ``define``; ``ready`` are the variables defined before it."""
     if type(form) is not ast.Define or not form.span.text.startswith("(define ") or form.span.expansion is not None:
         return False
     return isinstance(form.target, Variable) and is_inert(form.value, ready)
 
 
 def remove(form: Any, safe: bool = True) -> Fix:
-    """The fix that takes out a definition."""
+    """Return the fix that removes a definition."""
     return Fix("Remove it", (Edit(form.span, ""),), safe)
 
 
-def _unused(variable: Variable, used: set[Any], what: str, fixes: tuple[Fix, ...] = ()) -> Iterator[Diagnostic]:
-    if variable not in used and is_written(variable) and not variable.name.startswith("_"):
-        yield Diagnostic("unused", f"`{variable.name}` {what}", variable.span, fixes=fixes)
+def _unused(kind: str, variable: Variable, used: set[Any], fixes: tuple[Fix, ...] = ()) -> Iterator[Diagnostic]:
+    if variable not in used and is_user_written(variable) and not variable.name.startswith("_"):
+        yield Diagnostic("unused", f"{kind}`{variable.name}` is never used", variable.span, fixes=fixes)
 
 
-# --- names of the library -------------------------------------------------------------------------------------------
+# --- shadowed builtins ----------------------------------------------------------------------------------------------
 
 
 def shadowed_calls(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
-    """Calls of a parameter or local that cannot be a function, though the library has a function of that name."""
-    values = _values(nodes)
+    """Report calls of a variable that shadows a builtin function but cannot be a function itself."""
+    values = _non_functions(nodes)
     for node in nodes:
         if type(node) is not ast.Application or type(node.function) is not ast.Reference:
             continue
         variable = node.function.target
         if isinstance(variable, Variable) and values.get(variable) and variable.shadows:
             name = variable.name
-            message = f"`{name}` is {values[variable]} here, not the function of the library"
-            hint = f"the library's function is always `std/{name}`"
+            message = f"`{name}` is {values[variable]} here, which shadows the builtin function"
+            hint = f"to call the builtin function, write `std/{name}`"
             yield Diagnostic("shadowed-builtin", message, node.function.span, hint)
 
 
-def _values(nodes: Iterable[Any]) -> dict[Variable, str]:
-    """What the variables are that hold no function, as far as the text tells."""
+def _non_functions(nodes: Iterable[Any]) -> dict[Variable, str]:
+    """Return descriptions of the variables that evidently hold no function."""
     found: dict[Variable, str] = {}
     for node in nodes:
         if type(node) is ast.Lambda:
@@ -405,6 +428,7 @@ def _values(nodes: Iterable[Any]) -> dict[Variable, str]:
 
 
 def _is_data(parameter: ast.Parameter) -> bool:
+    """Return whether a parameter evidently holds no function, by its type or default."""
     if parameter.type is not None:
         return parameter.type.name not in ("Function", "Any")
     return parameter.kind == "keyword" and (
@@ -413,7 +437,7 @@ def _is_data(parameter: ast.Parameter) -> bool:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Facts:
+class FormFacts:
     """``word``: the one that the form binds. ``strings``: those outside the function of that very word. ``calls``: the
     constant words of calls; ``early`` those that run as soon as the form does. ``idle``: warnings by the primitive's
     word, should that be no word of the program. ``unfilled``: parameters that no call fills. ``local``: warnings that
@@ -422,29 +446,29 @@ class Facts:
     form: Any
     word: str | None
     strings: frozenset[str]
-    calls: tuple[tuple[str, Span], ...]
-    early: tuple[tuple[str, Span], ...]
-    idle: tuple[tuple[str, Diagnostic], ...]
-    unfilled: tuple[Diagnostic, ...]
-    local: tuple[Diagnostic, ...]
+    word_calls: tuple[tuple[str, Span], ...]
+    early_calls: tuple[tuple[str, Span], ...]
+    idle_attributes: tuple[tuple[str, Diagnostic], ...]
+    unpassed: tuple[Diagnostic, ...]
+    warnings: tuple[Diagnostic, ...]
     defined: tuple[Variable, ...]
     used: frozenset[Variable]
-    makes_strings: bool
+    computes_strings: bool
     binds: tuple[tuple[str | None, Any], ...]
 
 
-def facts_of(form: Any) -> Facts:
-    """The facts of a core form at top level."""
+def facts_of(form: Any) -> FormFacts:
+    """Collect the facts about a core form."""
     nodes = list(walk(form))
-    word = own_word(form)
+    word = bound_word(form)
     strings = {text for node in nodes if type(node) is ast.Constant for text in _strings(node.value)}
     targets = [node.target for node in nodes if type(node) is ast.Reference]
-    return Facts(
+    return FormFacts(
         form,
         word,
         frozenset(strings - {word}) if word is not None else frozenset(strings),
         tuple(_calls(nodes)),
-        tuple(_calls(_running_at_once(form))) if type(form) is not ast.Bind else (),
+        tuple(_calls(_immediate_nodes(form))) if type(form) is not ast.Bind else (),
         tuple(unread_attributes(nodes)),
         tuple(optional_parameters(form, word)),
         (
@@ -464,11 +488,11 @@ def _binds(nodes: Iterable[Any]) -> Iterator[tuple[str | None, Any]]:
     """Every ``bind`` with its word, None for a computed one, and its function."""
     for node in nodes:
         if type(node) is ast.Bind:
-            is_known = type(node.word) is ast.Constant and type(node.word.value) is str
-            yield (node.word.value if is_known else None), node.function
+            word = node.word.value if type(node.word) is ast.Constant else None
+            yield (word if type(word) is str else None), node.function
 
 
-def own_word(form: Any) -> str | None:
+def bound_word(form: Any) -> str | None:
     """The word that a form binds, when it is written there."""
     if type(form) is ast.Bind and type(form.word) is ast.Constant and type(form.word.value) is str:
         return form.word.value
@@ -476,7 +500,7 @@ def own_word(form: Any) -> str | None:
 
 
 def _strings(value: Any) -> Iterator[str]:
-    """Every string in a constant, quoted lists included."""
+    """Iterate over the strings in a constant, including quoted lists."""
     stack = [value]
     while stack:
         item = stack.pop()
@@ -492,8 +516,8 @@ def _calls(nodes: Any) -> Iterator[tuple[str, Span]]:
             yield node.word.value, node.word.span
 
 
-def _running_at_once(form: Any) -> Iterator[Any]:
-    """The nodes outside functions."""
+def _immediate_nodes(form: Any) -> Iterator[Any]:
+    """Iterate over the nodes outside functions."""
     stack = [form]
     while stack:
         node = stack.pop()
@@ -502,14 +526,14 @@ def _running_at_once(form: Any) -> Iterator[Any]:
             stack.extend(children(node))
 
 
-class FactBook:
-    """The facts of forms that were met before, so that those of an unchanged form are not gathered again."""
+class FactCache:
+    """Cache of the facts about forms, so that unchanged forms are not analysed again."""
 
     def __init__(self) -> None:
-        self._facts: dict[int, Facts] = {}
+        self._facts: dict[int, FormFacts] = {}
 
-    def of(self, forms: Sequence[Any]) -> list[Facts]:
-        """The facts of every form of a program; those of other forms are forgotten."""
+    def of(self, forms: Sequence[Any]) -> list[FormFacts]:
+        """Return the facts about the forms of a program; entries of other forms are evicted."""
         known = self._facts
         facts = [known.get(id(form)) or facts_of(form) for form in forms]
         self._facts = {id(each.form): each for each in facts}

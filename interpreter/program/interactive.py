@@ -3,8 +3,7 @@
 Names may be redefined. Each form is a transaction: if it fails, its bindings and changes are rolled back. All global
 variables count as assigned, so that a shared call that reads one is valid only until it changes. If a name changes its
 meaning other than by a new value of its variable (a macro, a record, a library name), the functions whose expansion
-looked
-it up are expanded and created again.
+looked it up are expanded and created again.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from scenelang.interpreter.expand.expand import RunMacro
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
 from scenelang.interpreter.kinds.book import KindBook
 from scenelang.interpreter.lint.lint import WHOLE_FILE, new_form_warnings
-from scenelang.interpreter.lint.rules import FactBook
+from scenelang.interpreter.lint.rules import FactCache
 from scenelang.interpreter.program.program import (
     Import,
     LookupRecord,
@@ -35,7 +34,7 @@ from scenelang.interpreter.program.program import (
     Snapshot,
     SourceFile,
     TopForm,
-    assembled,
+    assemble_program,
     collect,
     finish_program,
     prelude_of,
@@ -114,14 +113,20 @@ class Versions:
         self._pieces: tuple[tuple[int, Piece], ...] = ()
         self._state: ProgramState | None = None
         self._file: SourceFile | None = None
-        self._book = FactBook()
+        self._fact_cache = FactCache()
         self._kinds = KindBook(prelude.definitions)
 
     def analyse(self, source: Source, load: Callable[[str, Source, Span], Source], run_macro: RunMacro) -> Version:
         """Analyse the next version. ``load`` and ``run_macro`` are as for ``load_program``."""
         previous = self._state.files if self._state is not None else {}
         state = ProgramState(
-            self._prelude, load, {}, run_macro, previous_files=previous, book=self._book, kinds=self._kinds,
+            self._prelude,
+            load,
+            {},
+            run_macro,
+            previous_files=previous,
+            fact_cache=self._fact_cache,
+            kinds=self._kinds,
             records_uses=True,
         )
         file = self._file
@@ -176,12 +181,12 @@ class JournaledRuntime(Runtime):
         self.clock += 1
         self._start = self.clock
         self._streams = self.streams.snapshot()
-        self.drew = False
+        self.drew_random = False
 
     @property
     def has_changed(self) -> bool:
         """Return whether an object older than the transaction was modified or a random number was drawn."""
-        return bool(self._journal) or self.drew
+        return bool(self._journal) or self.drew_random
 
     @property
     def has_written(self) -> bool:
@@ -190,23 +195,23 @@ class JournaledRuntime(Runtime):
 
     def roll_back(self) -> None:
         """Roll back all changes since the start of the transaction."""
-        for thing, state in self._journal.values():
+        for target, state in self._journal.values():
             for name, value in state.items():
-                setattr(thing, name, value)
+                setattr(target, name, value)
         self._journal = {}
         self.streams.restore(self._streams)
-        self.forget_calls()
+        self.invalidate_calls()
 
-    def write(self, thing: Mutable) -> None:
-        if 0 <= thing.birth < self._start and id(thing) not in self._journal:
-            self._journal[id(thing)] = thing, _state(thing)
-        super().write(thing)
+    def write(self, value: Mutable) -> None:
+        if 0 <= value.birth < self._start and id(value) not in self._journal:
+            self._journal[id(value)] = value, _state(value)
+        super().write(value)
 
 
-def _state(thing: Mutable) -> dict[str, Any]:
+def _state(target: Mutable) -> dict[str, Any]:
     """Return the state of a mutable object: containers and generators are copied, values keep their identity."""
-    state = {name: getattr(thing, name) for name in type(thing).__slots__ if name not in _EXCLUDED}
-    if isinstance(thing, Stream):
+    state = {name: getattr(target, name) for name in type(target).__slots__ if name not in _EXCLUDED}
+    if isinstance(target, Stream):
         return {name: copy.deepcopy(value) for name, value in state.items()}
     return {name: copy.copy(value) if isinstance(value, _CONTAINERS) else value for name, value in state.items()}
 
@@ -239,15 +244,15 @@ class History:
         """Store a value in ``*1``, shifting the previous values to ``*2`` and ``*3``."""
         cells = [self._cells[name] for name in VALUES]
         for cell, each in zip(cells, [value, *(cell.value for cell in cells[:-1])]):
-            self._put(cell, each)
+            self._assign(cell, each)
 
     def remember_error(self, error: SceneError) -> None:
         """Store an error in ``*e``."""
-        self._put(self._cells[ERROR], raised_value(error))
+        self._assign(self._cells[ERROR], raised_value(error))
 
-    def _put(self, cell: Cell, value: Any) -> None:
+    def _assign(self, cell: Cell, value: Any) -> None:
         if cell.observed:  # a cached call has read it
-            self._rt.forget_calls()
+            self._rt.invalidate_calls()
             cell.observed = False
         cell.value = value
 
@@ -298,7 +303,7 @@ def is_assignment(form: TopForm) -> bool:
     )
 
 
-def computes(form: TopForm) -> bool:
+def runs_code(form: TopForm) -> bool:
     """Return whether evaluating a form runs code, unlike definitions of functions, macros and records."""
     trees = [tree for tree in form.asts if not isinstance(tree, Import)]
     head = form.datums[0].items[0] if isinstance(form.datums[0], ListDatum) and form.datums[0].items else None
@@ -346,7 +351,7 @@ def _defined_name(datum: Datum) -> str | None:
     return str(target.span.text)
 
 
-def placed(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
+def inserted(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
     """Insert a new form into the forms of a session, so that running them in order reproduces its state.
 
     A function, macro or record takes the place of the form that it replaces. The definition of a value is appended; if
@@ -354,18 +359,18 @@ def placed(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
     """
     defined = names_of(form)
     replaced = [i for i, old in enumerate(forms) if replaces(form, old, defined)]
-    if replaced and is_assignment(form) and any(computes(old) for old in forms[replaced[-1] + 1 :]):
+    if replaced and is_assignment(form) and any(runs_code(old) for old in forms[replaced[-1] + 1 :]):
         replaced = []
     remaining = [old for i, old in enumerate(forms) if i not in replaced]
-    remaining.insert(replaced[0] if replaced and not computes(form) else len(remaining), form)
+    remaining.insert(replaced[0] if replaced and not runs_code(form) else len(remaining), form)
     return remaining
 
 
-_MAX_ROUNDS = 10
+_MAX_ROUNDS = 10  # of updating dependents, whose new definitions may have dependents themselves
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
+class FormResult:
     """Result of evaluating a form. ``value`` is None for a definition."""
 
     value: Any
@@ -410,16 +415,20 @@ class TopLevel:
         prelude = prelude_of(library)
         self.state = ProgramState(prelude, load, overrides, new_macros())
         self.file = SourceFile(main, prelude.scope, self.state, is_main=True)
-        self.latest = History(self.run, self.file.scope)
+        self.history = History(self.run, self.file.scope)
         self.forms: list[TopForm] = []
-        self._drew: set[int] = set()  # ids of forms whose only lasting effect was to draw random numbers
+        self._random_only: set[int] = set()  # ids of forms whose only lasting effect was to draw random numbers
         self._ran: set[int] = set()  # ids of imported files that have been run
-        self._known: list[SourceFile] = []  # keeps the files alive, so that their ids are not reused
+        self._imported_files: list[SourceFile] = []  # keeps the files alive, so that their ids are not reused
 
     # --- evaluating --------------------------------------------------------------------------------------------
 
     def evaluate(
-        self, source: Source, give: Callable[[Given], None], warn: Callable[[Diagnostic], None], whole: bool = False
+        self,
+        source: Source,
+        on_result: Callable[[FormResult], None],
+        warn: Callable[[Diagnostic], None],
+        whole: bool = False,
     ) -> None:
         """Evaluate the forms of a text.
 
@@ -450,21 +459,27 @@ class TopLevel:
         batches = [parsed_forms] if whole else list(groups(parsed_forms))
         for group in batches:
             if len(group) == 1 or whole or self._expands(group):
-                self._evaluate_group(group, give, warn, whole)
+                self._evaluate_group(group, on_result, warn, whole)
             else:
                 for form in group:
-                    self._evaluate_group([fresh(form)], give, warn, whole)
+                    self._evaluate_group([fresh(form)], on_result, warn, whole)
 
     def _expands(self, group: Sequence[TopForm]) -> bool:
-        """Return whether forms expand together without errors; otherwise they are expanded one by one to find the
-        error."""
+        """Return whether forms expand together without errors.
+
+        Otherwise the caller expands them one by one to find the error.
+        """
         snapshot = self._snapshot()
         problems = self._add_forms([fresh(form) for form in group])
         self._roll_back(snapshot)
         return not any(d.is_error for d in problems)
 
     def _evaluate_group(
-        self, group: Sequence[TopForm], give: Callable[[Given], None], warn: Callable[[Diagnostic], None], whole: bool
+        self,
+        group: Sequence[TopForm],
+        on_result: Callable[[FormResult], None],
+        warn: Callable[[Diagnostic], None],
+        whole: bool,
     ) -> None:
         before = self._snapshot()
         try:
@@ -480,32 +495,32 @@ class TopLevel:
             raise error_of(errors[-1])
         for diagnostic in self._warnings(group, problems, whole):
             warn(diagnostic)
-        self._run_group(group, before, give)
+        self._run_group(group, before, on_result)
 
-    def _run_group(self, group: Sequence[TopForm], before: Snapshot, give: Callable[[Given], None]) -> None:
+    def _run_group(self, group: Sequence[TopForm], before: Snapshot, on_result: Callable[[FormResult], None]) -> None:
         for number, form in enumerate(group):
             self.rt.begin()
             ran = set(self._ran)
             try:
-                given = self._run_form(form)
+                results = self._run_form(form)
             except BaseException:
                 self.rt.roll_back()
                 self._ran = ran
                 self._roll_back_rest(before, group[:number])
                 raise
             self._accept(form, before)
-            for each in given:
-                give(each)
+            for each in results:
+                on_result(each)
 
-    def _run_form(self, form: TopForm) -> list[Given]:
-        given = []
+    def _run_form(self, form: TopForm) -> list[FormResult]:
+        results = []
         for tree in form.asts:
             if isinstance(tree, Import):
                 self._run_import(tree)
                 continue
             is_definition = type(tree) in (ast.Define, ast.Bind)
-            given.append(Given(self.run.run_form(tree), not is_definition))
-        return given
+            results.append(FormResult(self.run.run_form(tree), not is_definition))
+        return results
 
     def _run_import(self, item: Import) -> None:
         """Run an imported file and its imports unless they have been run already."""
@@ -533,7 +548,7 @@ class TopLevel:
                 each.finish()
                 found += each.diagnostics()
         self._count_as_assigned(group)
-        self._note_changed_files()
+        self._mark_changed_files()
         found += [d for d in file.problems if d.name != "bound-twice"]
         return [d for d in found if not (file.is_incomplete and d.name == "unbound")]
 
@@ -550,13 +565,13 @@ class TopLevel:
                 if isinstance(binding, Variable):
                     binding.assigned = True
 
-    def _note_changed_files(self) -> None:
+    def _mark_changed_files(self) -> None:
         """Mark files to be run again if they import a file whose current version has not been run."""
-        self._known += [file for file in self.state.files.values() if file is not self.file]
+        self._imported_files += [file for file in self.state.files.values() if file is not self.file]
         changed = True
         while changed:
             changed = False
-            for file in self._known:
+            for file in self._imported_files:
                 if id(file) in self._ran and any(id(each) not in self._ran for each in file.imports):
                     self._ran.discard(id(file))
                     changed = True
@@ -570,15 +585,15 @@ class TopLevel:
             if not self.rt.has_changed:
                 return
             if not self.rt.has_written:
-                self._drew.add(id(form))
-        self.forms = placed(self.forms, form)
+                self._random_only.add(id(form))
+        self.forms = inserted(self.forms, form)
         file = self.file
         file.forms = self.forms
         file.words = {word: span for each in self.forms for word, span in each.words}
         file.imports = [each for old in self.forms for each in old.imports]
         self.state.params = [param for each in self.forms for param in each.params]
         if defined or form.imports:
-            self.rt.forget_calls()
+            self.rt.invalidate_calls()
             self._update_dependents(before)
 
     def _update_dependents(self, before: Snapshot) -> None:
@@ -654,18 +669,18 @@ class TopLevel:
                 if f'"{word}"' not in remaining:
                     self.rt.words[word].function = None
         self.file.words = {word: span for form in self.forms for word, span in form.words}
-        self.rt.forget_calls()
+        self.rt.invalidate_calls()
 
     # --- queries -----------------------------------------------------------------------------------------------
 
-    def lasting_forms(self) -> list[TopForm]:
+    def persistent_forms(self) -> list[TopForm]:
         """Return ``forms`` without those that only drew random numbers that had no effect on later forms."""
         found: list[TopForm] = []
-        matters = False
+        is_followed_by_code = False
         for form in reversed(self.forms):
-            if id(form) not in self._drew or matters:
+            if id(form) not in self._random_only or is_followed_by_code:
                 found.append(form)
-                matters = matters or computes(form)
+                is_followed_by_code = is_followed_by_code or runs_code(form)
         return found[::-1]
 
     def program(self) -> Program:
@@ -674,7 +689,7 @@ class TopLevel:
         file.scene = self._scene()
         file.problems = []
         self.state.files = {each.source.name: each for each in [file, *file.imports]}
-        return assembled(file, file.finish_scene())
+        return assemble_program(file, file.finish_scene())
 
     def run_root(self, program: Program, word: str, seed: int) -> Scene:
         """Evaluate the root ``word`` as a run of the program would; the random streams are restored afterwards."""
@@ -717,7 +732,7 @@ class TopLevel:
 
     def definition_of(self, name: str) -> TopForm | None:
         """Return the form that defines a name or binds a word, in the session or its imports, or None."""
-        files = [file for file in self._known if id(file) in self._ran]
+        files = [file for file in self._imported_files if id(file) in self._ran]
         for forms in (self.forms, *(file.forms for file in reversed(files))):
             for form in reversed(forms):
                 if name in names_of(form):

@@ -28,7 +28,7 @@ from scenelang.interpreter.expand.expand import (
 from scenelang.interpreter.expand.forms import FORMS
 from scenelang.interpreter.expand.scope import ConstantBinding, Macro, PaperForm, Scope, Special, Variable, base_name
 from scenelang.interpreter.kinds.book import KindBook
-from scenelang.interpreter.lint.rules import FactBook, Facts
+from scenelang.interpreter.lint.rules import FactCache, FormFacts
 from scenelang.interpreter.runtime.types import STD, Builtin, Library
 
 # Expander of a single file, with access to the enclosing program.
@@ -181,15 +181,15 @@ def read_param(datum: ListDatum, name: str) -> Param:
     doc = ""
     if rest and isinstance(rest[0], Atom) and type(rest[0].value) is str:
         doc = rest.pop(0).value
-    ends: dict[str, float] = {}
+    bounds: dict[str, float] = {}
     while rest:
         key = rest.pop(0)
         known = isinstance(key, Atom) and isinstance(key.value, Keyword) and str(key.value) in ("min", "max")
         if not known or not rest or not isinstance(rest[0], Atom) or type(rest[0].value) not in (int, float):
             raise syntax_error("param", "unexpected operand of `param`", key.span)
-        ends[str(key.value)] = rest.pop(0).value
+        bounds[str(key.value)] = rest.pop(0).value
     default = " ".join(datum.items[2].span.text.split())
-    return Param(name, default, doc, ends.get("min"), ends.get("max"), datum.span)
+    return Param(name, default, doc, bounds.get("min"), bounds.get("max"), datum.span)
 
 
 def checked_value(param: Param, value: Any, span: Span) -> Datum:
@@ -290,7 +290,7 @@ class ProgramState:
     loading: list[str] = field(default_factory=list)
     params: list[Param] = field(default_factory=list)
     previous_files: Mapping[str, SourceFile] = field(default_factory=dict)
-    book: FactBook = field(default_factory=FactBook)
+    fact_cache: FactCache = field(default_factory=FactCache)
     kinds: KindBook | None = None
     records_uses: bool = False
 
@@ -492,8 +492,8 @@ class SourceFile:
         else:
             source = state.load(path, self.source, span)
         if source.name in state.loading:
-            circle = " -> ".join([*state.loading[state.loading.index(source.name) :], source.name])
-            raise SceneError("import-cycle", f"import cycle: {circle}", None, span)
+            cycle = " -> ".join([*state.loading[state.loading.index(source.name) :], source.name])
+            raise SceneError("import-cycle", f"import cycle: {cycle}", None, span)
         if source.name not in state.files:
             file = state.previous_files.get(source.name)
             if file is None or file.source.text != source.text:
@@ -554,7 +554,7 @@ class SourceFile:
                 form.asts.append(replace(tree, top_level=True) if type(tree) is ast.Bind else tree)
 
     def _parse(self, datum: Datum) -> tuple[Any, ...]:
-        """Parse an expanded form. A form inside with a wrong structure is recorded, and a placeholder takes its place."""
+        """Parse an expanded form. A malformed form inside is recorded, and a placeholder takes its place."""
         for _ in range(_MAX_MISFITS):
             try:
                 return parse_core([datum])
@@ -747,9 +747,8 @@ class Prelude:
             self._load(self._pending.pop(0))
         yield from self.library.builtins
         yield from self.library.constants
-        yield from (
-            name for name in self._exports if not name.startswith("%")
-        )  # names with `%` are private to the library
+        # Names that start with `%` are private to the library.
+        yield from (name for name in self._exports if not name.startswith("%"))
 
 
 @lru_cache(maxsize=4)
@@ -776,7 +775,7 @@ class Program:
         Declared params.
     diagnostics
         Errors and warnings.
-    book
+    fact_cache
         Cached facts for lints.
     kinds
         Cached kinds of the forms' expressions.
@@ -792,14 +791,14 @@ class Program:
     all_words: Mapping[str, Span]
     params: tuple[Param, ...]
     diagnostics: tuple[Diagnostic, ...]
-    book: FactBook
+    fact_cache: FactCache
     kinds: KindBook
     broken: frozenset[int] = frozenset()
 
     @cached_property
-    def facts(self) -> list[Facts]:
-        """Facts about each of ``forms``, for lints."""
-        return self.book.of(self.forms)
+    def facts(self) -> list[FormFacts]:
+        """FormFacts about each of ``forms``, for lints."""
+        return self.fact_cache.of(self.forms)
 
     @property
     def ok(self) -> bool:
@@ -849,14 +848,14 @@ def finish_program(file: SourceFile) -> Program:
     state.loading.pop()
     for each in list(state.files.values()):
         each.finish()
-    return assembled(file, file.finish_scene())
+    return assemble_program(file, file.finish_scene())
 
 
-def assembled(file: SourceFile, scene: ast.Call | None) -> Program:
+def assemble_program(file: SourceFile, scene: ast.Call | None) -> Program:
     """Assemble the program of an expanded main file and its imports."""
     state = file.state
     assert state is not None
-    files = _in_order(file)
+    files = _import_order(file)
     diagnostics = [d for each in files for d in each.diagnostics()]
     for name in state.overrides.keys() - {param.name for param in state.params}:
         hint = suggest(name, (p.name for p in state.params)) or _known_params(state.params)
@@ -866,7 +865,7 @@ def assembled(file: SourceFile, scene: ast.Call | None) -> Program:
     all_words = {word: span for each in reversed(files) for word, span in each.words.items()}
     return Program(
         file.source, tuple(each.source for each in files), tuple(forms), scene, dict(file.words), all_words,
-        tuple(state.params), tuple(diagnostics), state.book, state.kinds or KindBook(state.prelude.definitions),
+        tuple(state.params), tuple(diagnostics), state.fact_cache, state.kinds or KindBook(state.prelude.definitions),
         frozenset(id(tree) for each in files for tree in each.broken()),
     )  # fmt: skip
 
@@ -875,7 +874,7 @@ def _known_params(params: Sequence[Param]) -> str | None:
     return "available params: " + ", ".join(f"`{p.name}`" for p in params) if params else None
 
 
-def _in_order(file: SourceFile) -> list[SourceFile]:
+def _import_order(file: SourceFile) -> list[SourceFile]:
     """Return the files of a program, each before the files it imports."""
     found: dict[int, SourceFile] = {}
     stack = [file]

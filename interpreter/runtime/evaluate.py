@@ -91,7 +91,7 @@ class ProgramRun:
         rt = self.rt
         rt.clock += 1
         serial = rt.clock
-        rt.note_call(serial)
+        rt.save_streams(serial)
         try:
             value = rt.apply_entity_function(function, word, z, gamma)
             frames = _frames(rt, function, value, word)
@@ -165,8 +165,8 @@ def macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], 
         if id(function) not in compiled:
             (form,) = parse_core([function])
             compiled[id(function)] = function, run.run_form(form)
-        run.rt.drew = False
+        run.rt.drew_random = False
         value = run.rt.apply(compiled[id(function)][1], arguments)
-        return value, not run.rt.drew
+        return value, not run.rt.drew_random
 
     return run_macro

@@ -1,5 +1,4 @@
-"""Resource limits of a run, enforced by a meter: every loop that a program can drive calls ``Meter.tick`` or
-``charge``."""
+"""Resource limits of a run, enforced by a meter: every loop of a program calls ``Meter.tick`` or ``Meter.charge``."""
 
 from __future__ import annotations
 
@@ -16,9 +15,9 @@ from typing import Any, ClassVar
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.grammar.settings import amount, setting, whole_amount
 
-_CHUNK = 2048
+_CHUNK_STEPS = 2048  # steps between two checks of the limits
 _CHUNKS_PER_MEMORY_CHECK = 16
-_LITTLE_MEMORY = 1_000_000_000  # bytes: for a smaller limit, memory is checked four times as often
+_SMALL_MEMORY_LIMIT = 1_000_000_000  # bytes: for a smaller limit, memory is checked four times as often
 _MIN_CHECKED = 4_000_000  # bytes: smaller allocations are covered by the periodic checks
 _SIZES = {"a string": 2, "an array": 40}  # bytes per item; a list's pair and its item take more
 _SIZE_OF_ITEM = 96
@@ -118,19 +117,19 @@ class Meter:
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
-        self._block = repeat(None, _CHUNK)
-        self._patience = _CHUNKS_PER_MEMORY_CHECK // (4 if limits.memory < _LITTLE_MEMORY else 1)
-        self.renew()
+        self._block = repeat(None, _CHUNK_STEPS)
+        self._memory_interval = _CHUNKS_PER_MEMORY_CHECK // (4 if limits.memory < _SMALL_MEMORY_LIMIT else 1)
+        self.reset()
         self.tick: Callable[[], Any] = chain.from_iterable(self._refill()).__next__
 
-    def renew(self, started: float | None = None) -> None:
+    def reset(self, started: float | None = None) -> None:
         """Reset all counters to the full limits; ``tick`` remains valid, also after an error.
 
         ``started`` is the start of the time limit (``time.monotonic()``), if some of it has been spent already.
         """
-        self.steps = length_hint(self._block) - _CHUNK  # minus the steps already used in the current chunk
+        self.steps = length_hint(self._block) - _CHUNK_STEPS  # minus the steps already used in the current chunk
         self.cancelled = False
-        self._owed = 0
+        self._uncounted = 0
         self._chunks = 0
         self._deadline = (time.monotonic() if started is None else started) + self.limits.seconds
         self._memory = resident_bytes() + self.limits.memory
@@ -138,14 +137,14 @@ class Meter:
     def _refill(self) -> Iterator[Iterator[None]]:
         toll = _Toll(self)
         while True:
-            self._block = repeat(None, _CHUNK)
+            self._block = repeat(None, _CHUNK_STEPS)
             yield self._block
             yield toll
 
     @property
     def total(self) -> int:
         """Number of steps so far, including those of the current chunk."""
-        return self.steps + self._owed + _CHUNK - length_hint(self._block)
+        return self.steps + self._uncounted + _CHUNK_STEPS - length_hint(self._block)
 
     def cancel(self) -> None:
         """Request that the run stop; called from another thread."""
@@ -157,12 +156,13 @@ class Meter:
         A builtin charges before the work. One step should cover at most about 20 microseconds and 1 kB: ``n >> 8`` for
         n items processed in C, ``n >> 4`` for n iterations of a Python loop.
         """
-        self._owed += work
-        if self._owed >= _CHUNK:
-            owed, self._owed = self._owed, 0
-            self.spend(owed)
+        self._uncounted += work
+        if self._uncounted >= _CHUNK_STEPS:
+            counted, self._uncounted = self._uncounted, 0
+            self.spend(counted)
 
     def spend(self, steps: int) -> None:
+        """Count ``steps`` and check all limits; raise ``LimitError`` if one is exceeded."""
         limits = self.limits
         self.steps += steps
         if self.cancelled:
@@ -176,10 +176,11 @@ class Meter:
         if time.monotonic() > self._deadline:
             raise time_error(limits.seconds)
         self._chunks += 1
-        if self._chunks % self._patience == 0 or steps > 100_000:
+        if self._chunks % self._memory_interval == 0 or steps > 100_000:
             self.check_memory()
 
     def check_memory(self) -> None:
+        """Check that the process does not exceed the memory limit."""
         self._check_bytes(0)
 
     def reserve(self, size: int) -> None:
@@ -187,8 +188,8 @@ class Meter:
         if size >= _MIN_CHECKED:
             self._check_bytes(size)
 
-    def _check_bytes(self, more: int) -> None:
-        if resident_bytes() + more > self._memory:
+    def _check_bytes(self, size: int) -> None:
+        if resident_bytes() + size > self._memory:
             raise memory_error(self.limits.memory)
 
     def check_growth(self, size: int, what: str) -> None:
@@ -221,7 +222,7 @@ class _Toll:
         return self
 
     def __next__(self) -> None:
-        self._meter.spend(_CHUNK)
+        self._meter.spend(_CHUNK_STEPS)
         raise StopIteration
 
 
@@ -241,22 +242,22 @@ class recursion_room:
     """
 
     _lock = fork_safe_lock()
-    _open: ClassVar[list[int]] = []
-    _before = 0
+    _active: ClassVar[list[int]] = []
+    _original = 0
 
     def __init__(self, depth: int) -> None:
-        self._frames = 5 * depth + 2_000
+        self._frames = 5 * depth + 2_000  # a call of the language takes up to five Python frames
 
     def __enter__(self) -> None:
         kind = type(self)
         with kind._lock:
-            if not kind._open:
-                kind._before = sys.getrecursionlimit()
-            kind._open.append(self._frames)
-            sys.setrecursionlimit(max(kind._before, *kind._open))
+            if not kind._active:
+                kind._original = sys.getrecursionlimit()
+            kind._active.append(self._frames)
+            sys.setrecursionlimit(max(kind._original, *kind._active))
 
     def __exit__(self, *_: object) -> None:
         kind = type(self)
         with kind._lock:
-            kind._open.remove(self._frames)
-            sys.setrecursionlimit(max([kind._before, *kind._open]))
+            kind._active.remove(self._frames)
+            sys.setrecursionlimit(max([kind._original, *kind._active]))

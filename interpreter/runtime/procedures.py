@@ -204,7 +204,7 @@ def check_keywords(code: ClosureCode, names: Sequence[str] | Mapping[str, Any], 
 
 
 def bind_entity(runtime: Runtime, closure: Closure, word: str, z: Embedding, rest: Any) -> Frame:
-    """Return the frame of a call of an entity function (docs/language.md, section 2).
+    """Return the frame of a call of an entity function (docs/language.md, "Entities and embeddings").
 
     Its positional arguments are the embedding z and the list gamma of its descendants' embeddings; the attributes of z
     are passed by keyword.
@@ -281,11 +281,11 @@ def _checked(runtime: Runtime, code: ClosureCode, parameter: CodeParameter, valu
 def builtin_arity_error(builtin: Builtin, given: int) -> SceneError:
     signature = builtin.signature
     required = len(signature.required)
-    most = required + len(signature.optional)
+    maximum = required + len(signature.optional)
     if signature.rest is not None:
         expected = f"at least {required}"
     else:
-        expected = str(required) if required == most else f"{required} to {most}"
+        expected = str(required) if required == maximum else f"{required} to {maximum}"
     plural = "" if expected.split()[-1] == "1" else "s"
     message = f"`{builtin.name}` expects {expected} argument{plural}, got {given}"
     return SceneError("arity", message, hint=f"signature: {builtin.usage}")
@@ -382,7 +382,7 @@ def call_record_procedure(runtime: Runtime, procedure: Procedure, arguments: Seq
 # Iteration over sequences.
 
 
-_BLOCK = 1024  # items between two charges of the meter
+_BLOCK = 1024  # items between two charges
 
 
 def iterate(rt: Runtime, value: Any) -> Iterable[Any]:
@@ -402,17 +402,17 @@ def iterate(rt: Runtime, value: Any) -> Iterable[Any]:
     if kind is Table:
         rt.read(value)
         rt.charge(len(value.entries) >> 4)
-        return _unchanging(value, [key for key, _ in value.entries.values()])
+        return _iterate_unmodified(value, [key for key, _ in value.entries.values()])
     if kind is Set:
         rt.read(value)
         rt.charge(len(value.entries) >> 4)
         members = list(value.entries.values())
-        warn_of_order(rt, members)
-        return _unchanging(value, members)
+        warn_set_order(rt, members)
+        return _iterate_unmodified(value, members)
     return rows(rt, value)
 
 
-def warn_of_order(rt: Runtime, members: list[Any]) -> None:
+def warn_set_order(rt: Runtime, members: list[Any]) -> None:
     """Warn that the iteration order of a set of strings differs from Python's."""
     if len(members) > 1 and any(type(member) is str for member in members):
         rt.warn("set-order", "a set of strings is iterated in insertion order, unlike in Python")
@@ -428,7 +428,9 @@ def rows(rt: Runtime, value: Any) -> list[Any]:
         return array_rows(rt, value.data)
     if type(value) is HandleList:
         raise SceneError(
-            "endless", "the root's list of handles is infinite", "take a finite part: `(list-head gamma n)`"
+            "endless",
+            "the root's list of handles is infinite",
+            "to use the first n handles, write `(list-head gamma n)`",
         )
     raise SceneError("type", f"expected a sequence, got {type_name(value)}: {show(value, 60)}")
 
@@ -455,7 +457,7 @@ def _list_iterator(value: Any) -> Iterator[Any]:
         raise SceneError("type", "expected a list, got an improper list")
 
 
-def _unchanging(collection: Any, members: list[Any]) -> Iterator[Any]:
+def _iterate_unmodified(collection: Any, members: list[Any]) -> Iterator[Any]:
     size = len(collection.entries)
     for member in members:
         if len(collection.entries) != size:
@@ -487,12 +489,12 @@ def record_procedure_names(name: str, fields: Sequence[str]) -> list[str]:
     return [name, f"{name}?", *accessors, *(f"set-{accessor}!" for accessor in accessors)]
 
 
-def make_record(rt: Runtime, facts: Any, *defaults: Any) -> Any:
+def make_record(rt: Runtime, definition: Any, *defaults: Any) -> Any:
     """Create the procedures of a record type and return them as a list.
 
-    ``facts`` are the name of the type, the names of its fields and their types (or None).
+    ``definition`` are the name of the type, the names of its fields and their types (or None).
     """
-    name, fields, types = facts
+    name, fields, types = definition
     kind = RecordType(name, fields)
     procedures = [
         RecordProcedure(name, _constructor(kind, types, defaults)),
@@ -541,7 +543,7 @@ def _constructor(kind: RecordType, types: Sequence[Type | None], defaults: Seque
     return construct
 
 
-def _one(kind: RecordType, name: str, arguments: Sequence[Any], count: int) -> Record:
+def _record_argument(kind: RecordType, name: str, arguments: Sequence[Any], count: int) -> Record:
     if len(arguments) != count:
         raise SceneError("arity", f"`{name}` expects {count} argument{'s' * (count > 1)}, got {len(arguments)}")
     record = arguments[0]
@@ -566,7 +568,7 @@ def _accessor(kind: RecordType, index: int) -> Any:
     name = f"{kind.name}-{kind.fields[index]}"
 
     def access(rt: Runtime, arguments: Sequence[Any]) -> Any:
-        record = _one(kind, name, arguments, 1)
+        record = _record_argument(kind, name, arguments, 1)
         rt.read(record)
         return record.values[index]
 
@@ -577,7 +579,7 @@ def _modifier(kind: RecordType, index: int, expected: Type | None) -> Any:
     name = f"set-{kind.name}-{kind.fields[index]}!"
 
     def modify(rt: Runtime, arguments: Sequence[Any]) -> None:
-        record = _one(kind, name, arguments, 2)
+        record = _record_argument(kind, name, arguments, 2)
         value = _converted(rt, kind, index, {index: expected}, arguments[1])  # type: ignore[arg-type]
         rt.write(record)
         record.values[index] = value
@@ -586,5 +588,5 @@ def _modifier(kind: RecordType, index: int, expected: Type | None) -> Any:
 
 
 MAKE_RECORD = Builtin(
-    "define-record", "facts defaults ...", "List", make_record, "Expansion of `define-record`.", None, "records"
+    "define-record", "definition defaults ...", "List", make_record, "Expansion of `define-record`.", None, "records"
 )

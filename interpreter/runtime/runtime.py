@@ -1,14 +1,11 @@
 """State of a single run: words, memoised calls, random streams, meter and log.
 
-Memoisation of calls (docs/language.md, section 5). The result of a call is stored unless the call drew random numbers,
-modified something older than itself, or made a mutable object reachable. Mutable objects older than the call that it
-reads
-are marked ``observed``; its result is then valid only in the current epoch, and modifying an observed object starts a
-new
-epoch. Age is determined by birth stamps: ``clock`` numbers the calls, and a mutable object stores the clock at its
-creation. When a call ends, normally or not, its reads and writes are merged into those of its caller; a cache hit
-merges
-those of the stored call.
+Memoisation of calls (docs/language.md, "Evaluation and sharing"). The result of a call is stored unless the call drew
+random numbers, modified something older than itself, or made a mutable object reachable. Mutable objects older than the
+call that it reads are marked ``observed``; its result is then valid only in the current epoch, and modifying an
+observed object starts a new epoch. Age is determined by birth stamps: ``clock`` numbers the calls, and a mutable object
+stores the clock at its creation. When a call ends, normally or not, its reads and writes are merged into those of its
+caller; a cache hit merges those of the stored call.
 """
 
 from __future__ import annotations
@@ -34,7 +31,7 @@ from scenelang.interpreter.runtime.procedures import (
     bind_entity,
     check_keywords,
 )
-from scenelang.interpreter.runtime.show import LONGEST, show
+from scenelang.interpreter.runtime.show import MAX_LENGTH, show
 from scenelang.interpreter.runtime.types import Builtin, Library, type_name
 from scenelang.interpreter.runtime.values import (
     NIL,
@@ -107,7 +104,7 @@ class Streams:
 
 
 _NEVER = 1 << 62
-_MAX_PLACES = 16
+_MAX_CALL_SITES = 16
 _MIN_CHARGED = 32  # keys with more items are charged
 
 
@@ -140,10 +137,10 @@ class ZEntry:
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
 
-def _note_place(entity: Entity, span: Span) -> None:
+def _record_call_site(entity: Entity, span: Span) -> None:
     """Record the location of another call that created a shared primitive."""
-    if len(entity.places) < _MAX_PLACES and all(place is not span for place in entity.places):
-        entity.places = (*entity.places, span)
+    if len(entity.call_sites) < _MAX_CALL_SITES and all(site is not span for site in entity.call_sites):
+        entity.call_sites = (*entity.call_sites, span)
 
 
 class Runtime:
@@ -187,12 +184,12 @@ class Runtime:
         self.words: dict[str, WordCell] = {}
         self.handles = handles or {}
         self.entities = 0
-        # reads and writes of the innermost call; see the module's docstring
+        # Reads and writes of the innermost call; see the docstring of the module.
         self.clock = 1
         self.serial = 0
         self.oldest_write = _NEVER
         self.oldest_read = _NEVER
-        self.drew = False
+        self.drew_random = False
         self.epoch = 0
         self._memoise = memoise
         self._memo: dict[Any, MemoEntry] = {}
@@ -202,21 +199,21 @@ class Runtime:
         self.next_frame: Any = None
         self.log: list[str] = []
         self._log_size = 0
-        self.symbols_made = 0
+        self.generated_symbols = 0
         self.warnings: dict[tuple[str, str, Span | None], Diagnostic] = {}
         self._snapshot_at = snapshots
         self.snapshots: dict[int, Any] = {}
 
-    def renew(self, started: float | None = None) -> None:
+    def reset(self, started: float | None = None) -> None:
         """Prepare another evaluation in the same run: reset limits, log and warnings (``started``: see
-        ``Meter.renew``)."""
-        self.meter.renew(started)
+        ``Meter.reset``)."""
+        self.meter.reset(started)
         self.entities = 0
         self.log.clear()
         self._log_size = 0
         self.warnings.clear()
 
-    def forget_calls(self) -> None:
+    def invalidate_calls(self) -> None:
         """Invalidate all memoised calls, after a change of their dependencies that was not tracked."""
         self.epoch += 1
         self._memo.clear()
@@ -288,25 +285,25 @@ class Runtime:
 
     # --- tracking of reads and writes ------------------------------------------------------------------------------
 
-    def read(self, thing: Mutable) -> None:
+    def read(self, value: Mutable) -> None:
         """Record that a mutable object is read."""
-        birth = thing.birth
+        birth = value.birth
         if birth < self.serial:
-            thing.observed = True
+            value.observed = True
             if birth < self.oldest_read:
                 self.oldest_read = birth
 
-    def write(self, thing: Mutable) -> None:
+    def write(self, value: Mutable) -> None:
         """Record that a mutable object is about to be modified; raise ``SceneError`` for a copy inside an embedding."""
-        if thing.birth < 0:
+        if value.birth < 0:
             raise SceneError("immutable", "a table that belongs to an embedding cannot be modified")
-        if thing.observed:
+        if value.observed:
             self.epoch += 1
-            thing.observed = False
-        if thing.birth < self.oldest_write:
-            self.oldest_write = thing.birth
+            value.observed = False
+        if value.birth < self.oldest_write:
+            self.oldest_write = value.birth
 
-    def show(self, value: Any, limit: int = LONGEST) -> str:
+    def show(self, value: Any, limit: int = MAX_LENGTH) -> str:
         """Return ``value`` as text for the program, recording reads of its mutable parts."""
         text = show(value, limit, self.read)
         if len(text) > _MIN_CHARGED:
@@ -317,17 +314,17 @@ class Runtime:
         """Return ``value`` as text like ``show``, but strings without quotes."""
         return value if type(value) is str else self.show(value)
 
-    def look_at_error(self) -> None:
+    def read_error(self) -> None:
         """Record that a program reads the text of an error, which may depend on any mutable state.
 
         The current calls are therefore not memoised.
         """
-        self.drew = True
+        self.drew_random = True
 
     def draw(self, stream: Any = None) -> None:
         """Record that a random number is drawn from ``stream``, or from a global stream if None."""
         if stream is None:
-            self.drew = True
+            self.drew_random = True
         else:
             self.write(stream)
 
@@ -377,7 +374,7 @@ class Runtime:
         cell.span = span
 
     def call_word(self, word: str, z: Embedding, rest: Any, written: frozenset[str], span: Span | None) -> Entity:
-        """Evaluate ``(call word z . rest)``, reusing the result of an equal earlier call if that is sound.
+        """Evaluate ``(call word z . rest)``, reusing the result of an equal earlier call if possible.
 
         ``written`` are the names of the attributes in this call, which the entity function must accept.
         """
@@ -400,7 +397,7 @@ class Runtime:
                 return shared
         return self._run_call(word, function, z, rest, key, span)
 
-    def note_call(self, serial: int) -> None:
+    def save_streams(self, serial: int) -> None:
         """Save the state of the random streams if it was requested for this call."""
         if self._snapshot_at is None or serial in self._snapshot_at:
             self.snapshots[serial] = self.streams.snapshot()
@@ -419,7 +416,7 @@ class Runtime:
         result: Entity = self._account(key, compute, lambda entity: entity.tainted)
         return result
 
-    def shared_application(self, function: Procedure, z: Embedding, rest: Any) -> Any:
+    def apply_memoised(self, function: Procedure, z: Embedding, rest: Any) -> Any:
         """Apply an entity function to z and gamma (``apply-entity-function``), memoised like a ``call``."""
         key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
         rest_key = memo_key(rest, self.charge)
@@ -447,18 +444,19 @@ class Runtime:
         """Run a call while tracking its reads and writes, and memoise its value under ``key`` if that is sound."""
         self.tick()
         serial = self.clock = self.clock + 1
-        self.note_call(serial)
-        outer_serial, outer_write, outer_read, outer_drew = self.serial, self.oldest_write, self.oldest_read, self.drew
-        self.serial, self.oldest_write, self.oldest_read, self.drew = serial, _NEVER, _NEVER, False
+        self.save_streams(serial)
+        outer_serial, outer_write, outer_read = self.serial, self.oldest_write, self.oldest_read
+        outer_drew = self.drew_random
+        self.serial, self.oldest_write, self.oldest_read, self.drew_random = serial, _NEVER, _NEVER, False
         try:
             value = compute(serial)
-            if key is not False and not (self.drew or self.oldest_write < serial or is_tainted(value)):
+            if key is not False and not (self.drew_random or self.oldest_write < serial or is_tainted(value)):
                 epoch = None if self.oldest_read >= serial else self.epoch
                 self._memo[key] = MemoEntry(value, epoch, self.oldest_read)
             return value
         finally:
             self.serial = outer_serial
-            self.drew = self.drew or outer_drew
+            self.drew_random = self.drew_random or outer_drew
             if outer_write < self.oldest_write:
                 self.oldest_write = outer_write
             if outer_read < self.oldest_read:
@@ -470,7 +468,7 @@ class Runtime:
         if written and type(function) is Closure:
             check_keywords(function.code, tuple(written), word)
 
-    def remake(self, entity: Entity, z: Embedding) -> Entity:
+    def reevaluate(self, entity: Entity, z: Embedding) -> Entity:
         """Create ``entity`` again with another embedding, by calling its entity function."""
         if entity.is_primitive:
             return self.primitive(entity.word, z)
@@ -527,8 +525,8 @@ class Runtime:
         entity = self._primitives.get((word, key))
         if entity is None:
             entity = self._primitives[word, key] = self._new_primitive(word, z, False, span)
-        elif span is not None and (not entity.places or span is not entity.places[-1]):
-            _note_place(entity, span)
+        elif span is not None and (not entity.call_sites or span is not entity.call_sites[-1]):
+            _record_call_site(entity, span)
         return entity
 
     def _new_primitive(self, word: str, z: Embedding, tainted: bool, span: Span | None) -> Entity:
@@ -538,7 +536,7 @@ class Runtime:
         cls = class_of(word)
         if cls.is_file:
             asset, attributes = parts.load_asset(self, attributes)
-        shape = cls.made(word, attributes, asset)
+        shape = cls.from_attributes(word, attributes, asset)
         if shape.is_flat:
             self.warn("no-extent", f'the primitive "{word}" has zero extent along some axis', span)
         return Entity(word, z, (), shape, tainted, () if span is None else (span,))

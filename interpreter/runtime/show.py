@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 
-LONGEST = 10_000
+MAX_LENGTH = 10_000  # characters of a printed value
 Read = Callable[[Mutable], None]
 
 
@@ -50,12 +50,12 @@ def _unread(_: Mutable) -> None:
     """Ignore a read; for text that is not visible to the program."""
 
 
-def display(value: Any, limit: int = LONGEST, read: Read = _unread) -> str:
+def display(value: Any, limit: int = MAX_LENGTH, read: Read = _unread) -> str:
     """Return ``value`` as text for ``print`` and ``format``: strings are neither quoted nor truncated."""
     return value if type(value) is str else show(value, limit, read)
 
 
-def show(value: Any, limit: int = LONGEST, read: Read = _unread) -> str:
+def show(value: Any, limit: int = MAX_LENGTH, read: Read = _unread) -> str:
     """Return ``value`` as text for the REPL, truncated to about ``limit`` characters with ``...``.
 
     ``read`` is called for every mutable value whose contents are printed, because a program that receives the text has
@@ -99,10 +99,10 @@ _SPACE = _Text(" ")
 _DOT = _Text(" . ")
 
 
-def _piece(item: Any, stack: list[Iterator[Any]], room: int, read: Read) -> str:
+def _piece(item: Any, stack: list[Iterator[Any]], budget: int, read: Read) -> str:
     """Return the beginning of the text of ``item``, and push the rest on ``stack``.
 
-    At most about ``room`` characters of a string are processed.
+    At most about ``budget`` characters of a string are processed.
     """
     if type(item) is Pair:
         stack.append(_list_pieces(item))
@@ -124,7 +124,7 @@ def _piece(item: Any, stack: list[Iterator[Any]], room: int, read: Read) -> str:
     if type(item) is MutableArray:
         stack.append(iter((_CLOSE,)))
         return "(mutable-array " + _array_piece(item.data, stack)
-    return _leaf(item, room)
+    return _leaf(item, budget)
 
 
 def _list_pieces(pair: Pair) -> Iterator[Any]:
@@ -190,7 +190,7 @@ def _sequence_parts(item: Any) -> tuple[str, Iterator[Any]] | None:
     if kind is Set:
         return "(set", iter(item.entries.values())
     if kind is Record:
-        return f"({item.type.name[:LONGEST]}", iter(item.values)
+        return f"({item.type.name[:MAX_LENGTH]}", iter(item.values)
     if kind is Embedding:
         return "(embedding", _embedding_parts(item)
     return None
@@ -198,43 +198,43 @@ def _sequence_parts(item: Any) -> tuple[str, Iterator[Any]] | None:
 
 def _embedding_parts(item: Embedding) -> Iterator[Any]:
     if item.handle is not None:
-        yield _Text(f"<{item.handle[:LONGEST]}>")
+        yield _Text(f"<{item.handle[:MAX_LENGTH]}>")
     if item.text is not None:
         yield item.text
     for name, value in item.attributes.items():
-        yield _Text(f":{name[:LONGEST]}")
+        yield _Text(f":{name[:MAX_LENGTH]}")
         yield value
 
 
-def _leaf(item: Any, room: int) -> str:
+def _leaf(item: Any, budget: int) -> str:
     kind = type(item)
     if kind is str:
-        return string_text(_cut(item, room))
+        return string_text(_cut(item, budget))
     if kind is Symbol or kind is Keyword:
-        return atom_text(kind(_cut(item, room)))
+        return atom_text(kind(_cut(item, budget)))
     if kind is Matrix:
         rows = [item[0:4], item[4:8], item[8:12], (0.0, 0.0, 0.0, 1.0)]
         return "[" + " ".join("[" + " ".join(map(number_text, row)) + "]" for row in rows) + "]"
     if kind is Entity:
-        return f'<entity "{_cut(item.word, room)}">'
+        return f'<entity "{_cut(item.word, budget)}">'
     if kind is Frames:
         return f"<{len(item.frames)} frames>"
     if kind is HandleList:
         return f"(<z{item.start}> <z{item.start + 1}> ...)"
     if isinstance(item, Procedure):
-        return f"<procedure {_cut(item.name, room)}>"
+        return f"<procedure {_cut(item.name, budget)}>"
     if kind is Condition:
         return f"<error {CODES[item.error.name].code}>"
     if kind is Stream:
         return f"<random stream {item.kind}>"
     if kind is RecordType:
-        return f"<record type {_cut(item.name, room)}>"
+        return f"<record type {_cut(item.name, budget)}>"
     return atom_text(item)
 
 
-def _cut(text: str, room: int) -> str:
+def _cut(text: str, budget: int) -> str:
     """Return ``text``, or a prefix long enough to be recognized as truncated."""
-    return text if len(text) <= room + 8 else text[: max(0, room) + 8]
+    return text if len(text) <= budget + 8 else text[: max(0, budget) + 8]
 
 
 # Array values: literals, and conversion between the language's array types and numpy arrays.
@@ -313,7 +313,7 @@ def _row(item: Any, reader: TypeReader | None) -> Any:
 
 
 # Attributes as plain data for JSON and files: numbers, arrays, strings, booleans, lists and tables
-# (docs/language.md, section 4).
+# (docs/language.md, "Entities and embeddings").
 
 
 MAX_DEPTH = 100
@@ -329,10 +329,10 @@ def plain_value(value: Any, tagged: bool = False) -> Any:
     return _plain(value, tagged, 0, [MAX_ITEMS])
 
 
-def _plain(value: Any, tagged: bool, depth: int, room: list[int]) -> Any:
+def _plain(value: Any, tagged: bool, depth: int, budget: list[int]) -> Any:
     kind = type(value)
-    room[0] -= 1
-    if depth > MAX_DEPTH or room[0] < 0:
+    budget[0] -= 1
+    if depth > MAX_DEPTH or budget[0] < 0:
         raise NotPlain
     if value is None or kind in (str, int, bool):
         return value
@@ -347,7 +347,7 @@ def _plain(value: Any, tagged: bool, depth: int, room: list[int]) -> Any:
         return {"array": array} if tagged else array
 
     def inner(item: Any) -> Any:
-        return _plain(item, tagged, depth + 1, room)
+        return _plain(item, tagged, depth + 1, budget)
 
     if kind is Pair or value is NIL or kind is MutableList:
         return [inner(item) for item in _items(value)]
@@ -400,7 +400,7 @@ def primitive_attributes(entity: Entity) -> dict[str, Any]:
     """Return a primitive's attributes as JSON data, including defaults, without those that cannot be serialized."""
     found = plain_attributes(entity)
     if entity.shape is not None:
-        defaults = entity.shape.defining()
+        defaults = entity.shape.defining_attributes()
         found = {
             **{k: v for k, v in defaults.items() if k not in found or k != "fill"},
             **_unnormalised(found, defaults),

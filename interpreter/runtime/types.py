@@ -46,8 +46,8 @@ class Mismatch(Exception):
 class TypeReader(Protocol):
     """Callbacks of conversions, implemented by the runtime, that track reads of mutable values and the work done."""
 
-    def read(self, thing: Mutable) -> None:
-        """Record that ``thing`` is read."""
+    def read(self, value: Mutable) -> None:
+        """Record that ``value`` is read."""
 
     @property
     def charge(self) -> Callable[[int], None]: ...
@@ -153,7 +153,7 @@ def numbers_of(value: Any, reader: TypeReader | None = None) -> list[Any] | None
             reader.charge(len(value) >> 4)
         return list(value)
     if reader is not None:
-        _note(reader, value)
+        _record_read(reader, value)
     if type(value) is Pair:
         items = list_items(value)
     elif isinstance(value, MutableList):
@@ -167,7 +167,7 @@ def numbers_of(value: Any, reader: TypeReader | None = None) -> list[Any] | None
     return list(items) if all(type(item) in (int, float) for item in items) else None
 
 
-def _note(reader: TypeReader, value: Any) -> None:
+def _record_read(reader: TypeReader, value: Any) -> None:
     if isinstance(value, Mutable):
         reader.read(value)
 
@@ -202,7 +202,7 @@ def matrix_or_none(reader: TypeReader, value: Any) -> Matrix | None:
     """Convert a Matrix, 4x4 array or nested list to a pose, or return None if it is not one."""
     if type(value) is Matrix:
         return value
-    _note(reader, value)
+    _record_read(reader, value)
     if isinstance(value, (Array, MutableArray)):
         return pose.from_array(value.data)
     if isinstance(value, (Pair, MutableList)):
@@ -233,7 +233,7 @@ def _list_of(item: Type) -> Callable[[TypeReader, Any], Any]:
         _list(value)
         if isinstance(value, HandleList):
             return value
-        _note(reader, value)
+        _record_read(reader, value)
         members = value.items if isinstance(value, MutableList) else list_items(value)
         reader.charge(1 + (len(members) >> 3))
         check = item.checker(reader)
@@ -247,9 +247,9 @@ def _tuple_of(items: tuple[Type, ...]) -> Callable[[TypeReader, Any], Any]:
     def walk(reader: TypeReader, value: Any) -> Any:
         if type(value) is Pair and len(items) == 2 and type(value.cdr) is not Pair and value.cdr is not NIL:
             return Pair(items[0].checker(reader)(value.car), items[1].checker(reader)(value.cdr))
-        _note(reader, _list(value))
-        most = len(items) + 1
-        members = value.items if isinstance(value, MutableList) else list(islice(iterate_list(value), most))
+        _record_read(reader, _list(value))
+        maximum = len(items) + 1
+        members = value.items if isinstance(value, MutableList) else list(islice(iterate_list(value), maximum))
         if len(members) != len(items):
             raise Mismatch
         reader.charge(1)
@@ -259,7 +259,7 @@ def _tuple_of(items: tuple[Type, ...]) -> Callable[[TypeReader, Any], Any]:
     return walk
 
 
-# entities and the root's handles are accepted here, because functions on sequences report a more specific error
+# Entities and the root's handles are accepted here, because functions on sequences report a more specific error.
 _SEQUENCES = (Pair, type(NIL), MutableList, Vector, Matrix, Array, MutableArray, Table, Set, HandleList, Entity)
 
 
@@ -503,7 +503,9 @@ class Registry:
         def register(function: Callable[..., Any]) -> Callable[..., Any]:
             if name in self.entries:
                 raise ValueError(f"{name} is registered twice")
-            entry = Builtin(name, parameters, result, function, doc, example, self.topic, intrinsic=intrinsic, check=check)
+            entry = Builtin(
+                name, parameters, result, function, doc, example, self.topic, intrinsic=intrinsic, check=check
+            )
             self.entries[name] = entry
             return function
 

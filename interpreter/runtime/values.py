@@ -1,7 +1,6 @@
-"""Values of the language other than Python's own numbers, strings, booleans and None (docs/language.md, "Values").
+"""Values of the language other than Python's own numbers, strings, booleans and None (docs/language.md, "Data").
 
-All values are immutable except those of the classes under "mutable values", whose instances carry a birth stamp, so
-that
+All values are immutable except those of the classes under "mutable values", whose instances have a birth stamp, so that
 memoised calls remain sound (see ``runtime``).
 """
 
@@ -122,7 +121,7 @@ ANONYMOUS = Embedding()
 
 
 class HandleList:
-    """The root's gamma: the lazy infinite list ``<zk> <zk+1> ...`` (docs/language.md, section 4)."""
+    """The root's gamma: the lazy infinite list ``<zk> <zk+1> ...`` (docs/language.md, "Numbers and the file Z")."""
 
     __slots__ = ("start",)
 
@@ -231,17 +230,17 @@ class Stream(Mutable):
 
 
 _NUMBERS = (int, float)
-_CHARGE = 1024
+_CHARGE_INTERVAL = 1024  # values between two charges
 _PLAIN = frozenset((int, str, bool, type(None), Symbol))
 _pack_three = Struct("3d").pack
-_MAX_KEY = 200_000
+_MAX_KEY = 200_000  # parts of a key; larger values are not memoised
 _MIN_CHARGED = 32  # longer sequences are charged
 
 
 class KeyReader(Protocol):
     """Callbacks of equality tests, which track reads of mutable values and the amount of work."""
 
-    def read(self, thing: Mutable) -> None: ...
+    def read(self, value: Mutable) -> None: ...
 
     @property
     def charge(self) -> Callable[[int], None]: ...
@@ -263,8 +262,8 @@ def equal(reader: KeyReader, a: Any, b: Any, typed: bool = True) -> bool:
             if (id(a), id(b)) in seen:
                 continue
             seen.add((id(a), id(b)))
-            if len(seen) % _CHARGE == 0:
-                reader.charge(_CHARGE)
+            if len(seen) % _CHARGE_INTERVAL == 0:
+                reader.charge(_CHARGE_INTERVAL)
         for side in (a, b):
             if isinstance(side, Mutable):
                 reader.read(side)
@@ -330,7 +329,7 @@ def _same_kind(reader: KeyReader, a: Any, b: Any, stack: list[tuple[Any, Any]], 
     if kind in (int, float, bool):
         return bool(a == b)
     if kind is str or kind is Symbol or kind is Keyword:
-        if len(a) > _CHARGE:
+        if len(a) > _CHARGE_INTERVAL:
             reader.charge(len(a) >> 10)
         return bool(a == b)
     if _both_arrays(a, b):
@@ -366,7 +365,7 @@ _SCALAR_TAGS: dict[type, str] = {str: "s", Symbol: "y", Keyword: "k", bool: "b",
 
 # CPython hashes integers modulo 2^61 - 1, so a program could construct colliding keys that make a table quadratic. Long
 # integers are therefore keyed by their digits, because string hashes are randomized in every process.
-_LONG = 1 << 60
+_MIN_LONG = 1 << 60
 
 Charge = Callable[[int], None]
 
@@ -395,7 +394,7 @@ def table_key(value: Any, charge: Charge = _uncharged) -> Any:
     if kind is str:
         return value
     if kind is int or kind is float:
-        return value if -_LONG < value < _LONG else _long_key(value)
+        return value if -_MIN_LONG < value < _MIN_LONG else _long_key(value)
     return _key(value, typed=False, charge=charge)
 
 
@@ -413,7 +412,7 @@ def _key(value: Any, typed: bool, charge: Charge) -> tuple[Any, ...]:
     while stack:
         item = stack.pop()
         kind = type(item)
-        if len(out) - charged >= _CHARGE:
+        if len(out) - charged >= _CHARGE_INTERVAL:
             charge((len(out) - charged) >> 4)
             charged = len(out)
             if charged > _MAX_KEY:
@@ -456,7 +455,7 @@ def _key(value: Any, typed: bool, charge: Charge) -> tuple[Any, ...]:
 
 def _number_key(item: Any) -> Any:
     if type(item) is int:
-        return item if -_LONG < item < _LONG else _long_key(item)
+        return item if -_MIN_LONG < item < _MIN_LONG else _long_key(item)
     return ("f", "-0") if item == 0.0 and str(item)[0] == "-" else ("f", item)
 
 

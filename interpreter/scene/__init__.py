@@ -1,6 +1,6 @@
-"""The entity graph and its geometry, worked out on the graph without expanding it where that can be.
+"""The entity graph and its geometry, computed on the DAG without expanding it where possible.
 
-``entity`` and ``parts`` make it, ``pose`` multiplies matrices, ``bounds``, ``numbering``, ``outline`` and ``flatten``
-read it, ``difference`` compares; ``primitives`` has one class a file. It knows no backend, and numpy is imported at
-first use.
+``entity`` and ``parts`` build the graph, ``pose`` multiplies matrices, ``bounds``, ``numbering``, ``outline`` and
+``flatten`` analyse it, and ``difference`` compares two scenes. ``primitives`` has one class per file. Nothing here
+imports a backend, and numpy is imported lazily.
 """

@@ -1,8 +1,9 @@
 """Exact axis-aligned bounding boxes on the DAG, without expanding it.
 
-A node's box is the union of its parts' boxes. A part under an axis-aligned pose, or a primitive under any pose, has a
-closed form. A part under any other pose is searched best first: the box of its box bounds it from above, and only
-what may beat the best point found so far is opened. Boxes are cached on entities, which are immutable.
+The box of a node is the union of the boxes of its parts. A part under an axis-aligned pose, and a primitive under any
+pose, have a closed form. For a part under any other pose, each of the six extremes is found by best-first branch and
+bound: the transformed box of a subtree is an upper bound, and only subtrees whose bound exceeds the best value found so
+far are opened. Boxes are cached on entities, which are immutable.
 """
 
 from __future__ import annotations
@@ -23,33 +24,36 @@ _TOLERANCE = 1e-12
 Charge = Callable[[int], None]
 
 
-def _nothing(work: int) -> None:
-    """Outside an evaluation nothing is counted."""
+def _no_charge(work: int) -> None:
+    """Ignore the work: outside an evaluation there is no step limit."""
 
 
 def _cost(entity: Entity) -> int:
-    """The steps that one look at a part counts for; a mesh has many points."""
+    """Return the number of steps that one support query of an entity costs; a mesh has many vertices."""
     return 1 if entity.shape is None else entity.shape.cost
 
 
-def entity_box(entity: Entity, charge: Charge = _nothing) -> Box | None:
-    """The exact box of ``entity`` in its own frame, or None when nothing below it has geometry."""
+def entity_box(entity: Entity, charge: Charge = _no_charge) -> Box | None:
+    """Return the exact box of ``entity`` in its local frame, or None if it has no geometry."""
     if entity.box is None:
-        _fill(entity, charge)
+        _compute_boxes(entity, charge)
     return entity.box or None
 
 
-def parts_box(parts: Sequence[Any], charge: Charge = _nothing) -> Box | None:
-    """The exact box of pairs ``(Entity . Matrix)``, or None when nothing in them has geometry. ``charge`` counts the
-    work while it is done."""
+def parts_box(parts: Sequence[Any], charge: Charge = _no_charge) -> Box | None:
+    """Return the exact box of pairs ``(Entity . Matrix)``, or None if they have no geometry.
+
+    ``charge`` is called with the number of steps while the box is computed.
+    """
     charge(len(parts) >> 4)
     for part in parts:
         if part.car.box is None:
-            _fill(part.car, charge)
+            _compute_boxes(part.car, charge)
     return _union_box(parts, charge) or None
 
 
-def _fill(root: Entity, charge: Charge) -> None:
+def _compute_boxes(root: Entity, charge: Charge) -> None:
+    """Compute the missing boxes of ``root`` and its descendants, children before parents."""
     stack = [root]
     while stack:
         entity = stack[-1]
@@ -57,9 +61,9 @@ def _fill(root: Entity, charge: Charge) -> None:
             stack.pop()
             continue
         charge(1 + (len(entity.children) >> 3))
-        waiting = [part.car for part in entity.children if part.car.box is None]
-        if waiting:
-            stack.extend({id(child): child for child in waiting}.values())
+        pending = [part.car for part in entity.children if part.car.box is None]
+        if pending:
+            stack.extend({id(child): child for child in pending}.values())
             continue
         stack.pop()
         if entity.shape is not None:
@@ -68,8 +72,8 @@ def _fill(root: Entity, charge: Charge) -> None:
             entity.box = _union_box(entity.children, charge)
 
 
-def _moved(box: Box, m: Sequence[float]) -> Box:
-    """The box of ``box`` under ``m``: exact for the box, an upper bound for what it holds."""
+def _transformed_box(box: Box, m: Sequence[float]) -> Box:
+    """Return the bounding box of ``box`` under ``m``, an upper bound for the contents of the box."""
     x0, y0, z0, x1, y1, z1 = box
     cx, cy, cz = 0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (z0 + z1)
     hx, hy, hz = x1 - cx, y1 - cy, z1 - cz
@@ -82,17 +86,19 @@ def _moved(box: Box, m: Sequence[float]) -> Box:
 
 
 def _row_is_aligned(a: float, b: float, c: float) -> bool:
-    """True when the direction (a, b, c) is a multiple of an axis, so that a child's box answers it exactly."""
+    """Return whether (a, b, c) is a multiple of an axis, so that the box of a child is exact in this direction."""
     return (a != 0.0) + (b != 0.0) + (c != 0.0) <= 1
 
 
 def _is_aligned(m: Sequence[float]) -> bool:
+    """Return whether every row of the linear part is a multiple of an axis."""
     return (
         _row_is_aligned(m[0], m[1], m[2]) and _row_is_aligned(m[4], m[5], m[6]) and _row_is_aligned(m[8], m[9], m[10])
     )
 
 
 def _union_box(parts: Sequence[Any], charge: Charge) -> Box | tuple[()]:
+    """Return the exact box of the parts, or ``()`` if they have no geometry."""
     x0 = y0 = z0 = _INFINITY
     x1 = y1 = z1 = -_INFINITY
     open_parts: list[tuple[Any, Box]] = []
@@ -106,7 +112,7 @@ def _union_box(parts: Sequence[Any], charge: Charge) -> Box | tuple[()]:
         if child.shape is not None:
             box = child.box if pose == IDENTITY else child.shape.box_under(pose)
         else:
-            box = child.box if pose == IDENTITY else _moved(child.box, pose)
+            box = child.box if pose == IDENTITY else _transformed_box(child.box, pose)
             if not _is_aligned(pose):
                 open_parts.append((part, box))
                 continue
@@ -115,14 +121,17 @@ def _union_box(parts: Sequence[Any], charge: Charge) -> Box | tuple[()]:
     if open_parts:
         limits = [-x0, -y0, -z0, x1, y1, z1]
         for axis in range(3):
-            limits[axis] = _search(open_parts, axis, -1.0, limits[axis], charge)
-            limits[axis + 3] = _search(open_parts, axis, 1.0, limits[axis + 3], charge)
+            limits[axis] = _maximize(open_parts, axis, -1.0, limits[axis], charge)
+            limits[axis + 3] = _maximize(open_parts, axis, 1.0, limits[axis + 3], charge)
         x0, y0, z0, x1, y1, z1 = -limits[0], -limits[1], -limits[2], limits[3], limits[4], limits[5]
     return (x0, y0, z0, x1, y1, z1) if x0 <= x1 else ()
 
 
-def _search(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, best: float, charge: Charge) -> float:
-    """The greatest ``sign * coordinate[axis]`` over ``open_parts``, at least ``best``; best first, deepest on ties."""
+def _maximize(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, best: float, charge: Charge) -> float:
+    """Return the maximum of ``sign * coordinate[axis]`` over ``open_parts``, at least ``best``, by branch and bound.
+
+    The heap orders subtrees by upper bound, and deeper ones first on ties.
+    """
     heap: list[tuple[float, int, int, Entity, float, float, float, float]] = []
     serial = 0
     for part, box in open_parts:
@@ -142,6 +151,7 @@ def _search(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, best:
             if not child.box:
                 continue
             charge(_cost(child))
+            # The direction (a, b, c) in the frame of the child.
             i = a * m[0] + b * m[4] + c * m[8]
             j = a * m[1] + b * m[5] + c * m[9]
             k = a * m[2] + b * m[6] + c * m[10]
@@ -163,18 +173,19 @@ def _search(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, best:
     return best
 
 
-# Finding entities by word on the DAG, and measuring them where they stand in the world.
+# Bounding boxes of all entities of a word, in world space.
 
 
 def word_box(scene: Scene, word: str | None) -> Box | None:
-    """The exact world box of the scene over all its frames, or of the entities of ``word``; None without geometry.
+    """Return the exact world-space box of the scene over all frames, or of all entities of ``word``.
 
-    For a word, the DAG is rebuilt with everything else left out, so that nothing is expanded.
+    Returns None if there is no geometry. For a word, a filtered copy of the DAG is measured, so that nothing is
+    expanded.
     """
     boxes = []
     for root in scene.frames:
-        kept = root if word is None else _only(root, word)
-        box = entity_box(kept) if kept is not None else None
+        selected = root if word is None else _filter_by_word(root, word)
+        box = entity_box(selected) if selected is not None else None
         if box is not None:
             boxes.append(box)
     if not boxes:
@@ -187,8 +198,8 @@ def word_box(scene: Scene, word: str | None) -> Box | None:
     )  # fmt: skip
 
 
-def box_facts(box: Box) -> dict[str, list[float]]:
-    """A box as data: its corners, its middle and its sizes."""
+def box_data(box: Box) -> dict[str, list[float]]:
+    """Return the corners, centre and side lengths of a box as plain data."""
     low, high = list(box[:3]), list(box[3:])
     return {
         "min": low,
@@ -198,13 +209,14 @@ def box_facts(box: Box) -> dict[str, list[float]]:
     }
 
 
-def _only(root: Entity, word: str) -> Entity | None:
-    """The scene with only the entities of ``word`` (whole, wherever they are)."""
-    kept: dict[int, Entity | None] = {}
+def _filter_by_word(root: Entity, word: str) -> Entity | None:
+    """Return a copy of the DAG with only the entities of ``word`` (including their subtrees), or None if there are
+    none."""
+    filtered: dict[int, Entity | None] = {}
     for entity in descendants(root):
         if entity.word == word:
-            kept[id(entity)] = entity
+            filtered[id(entity)] = entity
             continue
-        parts = tuple(Pair(kept[id(p.car)], p.cdr) for p in entity.children if kept[id(p.car)] is not None)
-        kept[id(entity)] = Entity(entity.word, entity.embedding, parts) if parts else None
-    return kept[id(root)]
+        parts = tuple(Pair(filtered[id(p.car)], p.cdr) for p in entity.children if filtered[id(p.car)] is not None)
+        filtered[id(entity)] = Entity(entity.word, entity.embedding, parts) if parts else None
+    return filtered[id(root)]

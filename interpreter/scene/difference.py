@@ -1,13 +1,15 @@
-"""What differs between two flattened scenes: primitives compared as sets with multiplicity, by world-space geometry.
+"""Comparison of two flattened scenes as multisets of primitives, by world-space geometry.
 
-Two primitives are the same when they have one word, colour, and position and second moments within a tolerance that is
-relative to the scene's size (so a cube turned by 90 degrees about itself is the same cube); blocks of Minecraft when
-position, size, type, fill and keywords agree. Since second moments do not see how a cube is turned by 45 degrees, cubes
-are told apart by fourth moments too; assets and words of unknown looks by their whole pose. What is left of both sides
-is then paired as recoloured (same geometry) or moved (same size and colour), so that a change is told as one thing.
+Two primitives are equal if their word and colour agree, and their position and second moments agree within a tolerance
+relative to the size of the scene (so a cube rotated by 90 degrees about itself is the same cube). Minecraft blocks are
+equal if position, size, type, fill and keywords agree. Second moments of a cube do not depend on its orientation, so
+the fourth moments of its edge directions are compared as well; assets and words without a known geometry are compared
+by their whole pose. The remaining primitives of both sides are then paired as recoloured (same geometry) or moved (same
+size and colour), so that each change is reported once.
 
-Everything is near-linear in the number of primitives: rows are paired by hashes of their numbers rounded to a grid, on
-several grids since equal numbers may lie on both sides of a line; only what the grids leave is searched for neighbours.
+All steps are near-linear in the number of primitives: rows are paired by hashes of their features rounded to a grid, on
+several shifted grids because equal features may lie on both sides of a cell boundary (locality-sensitive hashing);
+neighbours are searched only for the rows that remain.
 """
 
 from __future__ import annotations
@@ -38,68 +40,90 @@ Point = tuple[float, float, float]
 
 TOLERANCE = 1e-5
 COLOR_TOLERANCE = 2e-3
-_SMALLEST_SIZE = 1e-3
-_MOMENTS = 4.0  # second moments are squares of lengths up to half the scene: their tolerance in units of the lengths'
-_TURNS = 8.0
-_STRETCH = 4.0
-_SHIFTS = (0.317, 0.731, 0.113, 0.558)  # of the grids; no round number lies on their lines
-_MOST_CANDIDATES = 64  # neighbours of one row that are looked at
-_CHUNK = 50_000  # rows whose neighbours are looked at together
-_MOST_SEARCHES = 2_000  # rows looked at while better pairings are sought
-_MOST_DISTANCES = 4_000_000  # pairs of moved primitives whose distances are compared; beyond, they pair in order
+_MIN_SCENE_SIZE = 1e-3
+# Tolerances of the other features in units of the tolerance of lengths. Second moments are squares of lengths of up to
+# half the scene; the edge directions of small cubes vary more than their moments (see ``_Rule.holds``).
+_MOMENT_FACTOR = 4.0
+_ORIENTATION_FACTOR = 8.0
+_STRETCH_FACTOR = 4.0
+_SHIFTS = (0.317, 0.731, 0.113, 0.558)  # grid offsets; no round number lies on a cell boundary
+_MAX_CANDIDATES = 64  # neighbours compared with one row
+_CHUNK = 50_000  # rows whose neighbours are searched together
+_MAX_SEARCHES = 2_000  # rows visited while augmenting the matching
+_MAX_DISTANCES = 4_000_000  # pairwise distances between moved primitives; beyond that, they are paired in order
 _BLOCK = "block"
-_STILL = Symmetry()
-_WHITE: Point = (1.0, 1.0, 1.0)
+_NO_ORIENTATION = Symmetry()
+_ONES: Point = (1.0, 1.0, 1.0)
 _ORIGIN: Point = (0.0, 0.0, 0.0)
-_FIRST = np.zeros(1, np.int64)
+_ZERO = np.zeros(1, np.int64)
 
 
-# --- primitives as numbers ---------------------------------------------------------------------------------------
+# --- features of primitives --------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class ComparedSolid:
-    """A primitive before its pose, as far as it is compared. ``kind`` is its word ("block" for all block words), with
-    what no pose makes equal, such as the file of an asset; ``look`` is what a block has in place of a colour, "" for
-    anything else. ``p0``, ``p1`` and ``radius`` belong to what has two ends, as cylinders, ``size`` to all others."""
+    """The compared properties of a primitive, without its pose.
+
+    Attributes
+    ----------
+    kind
+        The word ("block" for all block words) and properties that no pose can change, such as the file of an asset.
+    look
+        The appearance of a block, which replaces its colour; "" for other primitives.
+    size
+        Size of a primitive without an axis.
+    p0, p1, radius
+        Endpoints and radius of a primitive with an axis, such as a cylinder.
+    """
 
     word: str
     kind: str
     look: str
     color: Point
-    size: Point = _WHITE
+    size: Point = _ONES
     p0: Point = _ORIGIN
     p1: Point = _ORIGIN
     radius: float = 0.0
 
     @property
-    def turn(self) -> Symmetry:
-        """How it is told how one is turned."""
-        return _STILL if self.is_block else class_of(self.word).turn
+    def symmetry(self) -> Symmetry:
+        """How the orientation of the primitive is compared."""
+        return _NO_ORIENTATION if self.is_block else class_of(self.word).symmetry
 
     @property
-    def is_round(self) -> bool:
-        return self.turn.ends
+    def has_axis(self) -> bool:
+        return self.symmetry.axis
 
     @property
     def is_block(self) -> bool:
         return self.word == _BLOCK
 
 
-def solid_of(word: str, attributes: Mapping[str, Any], scaled_blocks: bool = True) -> ComparedSolid:
-    """The solid that a word and its attributes (plain data) are. ``scaled_blocks``: a block's ``scale`` counts; golden
-    files have it in the matrix. Raises ValueError for attributes that are none."""
+def solid_of(word: str, attributes: Mapping[str, Any], use_block_scale: bool = True) -> ComparedSolid:
+    """Return the solid for a word and its attributes as plain data.
+
+    Parameters
+    ----------
+    use_block_scale
+        Whether a block's ``scale`` is part of its size; in golden files the matrix contains it.
+
+    Raises
+    ------
+    ValueError
+        If an attribute is malformed.
+    """
     given = {name.lstrip(":").replace("-", "_"): value for name, value in attributes.items()}
-    cls = find(word.replace("_", "-")) if "_" in word else None  # the paper's tool spells blocks so
+    cls = find(word.replace("_", "-")) if "_" in word else None  # the paper's tool writes block words with underscores
     cls = cls if cls is not None and cls.is_block else class_of(word)
     if cls.is_block or word == _BLOCK:
-        size = _size(given.get("scale")) if scaled_blocks else _WHITE
+        size = _size(given.get("scale")) if use_block_scale else _ONES
         return ComparedSolid(_BLOCK, _BLOCK, _block_look(given), _ORIGIN, size)
     color = _color(given.get("color"))
     numbers = {name: _checked(given[name]) for name in _geometry_of(cls) if given.get(name) is not None}
-    detail, own_size = cls.compared({**given, **numbers})
+    detail, own_size = cls.comparison_key({**given, **numbers})
     kind = f"{word} {detail}" if detail else word
-    if cls.turn.ends:
+    if cls.symmetry.axis:
         p0, p1 = _point(given.get("p0", _ORIGIN)), _point(given.get("p1", (0.0, 1.0, 0.0)))
         radius = _number(given.get("radius", 1.0))
         return ComparedSolid(word, kind, "", color, p0=p0, p1=p1, radius=radius)
@@ -108,61 +132,61 @@ def solid_of(word: str, attributes: Mapping[str, Any], scaled_blocks: bool = Tru
 
 
 def _geometry_of(cls: type[Primitive]) -> Iterator[str]:
-    """The attributes that a primitive's geometry reads, as they are spelled here."""
+    """Iterate over the attributes that the geometry of a primitive depends on, with underscores."""
     return (attribute.name.replace("-", "_") for attribute in cls.attributes if attribute.read is not None)
 
 
 def _checked(value: Any) -> Any:
-    """A number, or a list of three as a point, as it is."""
+    """Validate a number or a list of three numbers."""
     return _point(value) if isinstance(value, (list, tuple)) else _number(value)
 
 
 def _number(value: Any) -> float:
     if type(value) not in (int, float):
-        raise ValueError("wants a number")
+        raise ValueError("has an attribute that is not a number")
     try:
         number = float(value)
     except OverflowError:
-        raise ValueError("wants a number of usual size") from None
+        raise ValueError("has a number outside the supported range") from None
     if not abs(number) < 1e100:  # nan too
-        raise ValueError("wants a number of usual size")
+        raise ValueError("has a number outside the supported range")
     return number
 
 
 def _point(value: Any) -> Point:
     if not isinstance(value, (list, tuple)) or len(value) != 3:
-        raise ValueError("wants three numbers")
+        raise ValueError("has an attribute that is not a list of three numbers")
     x, y, z = map(_number, value)
     return (x, y, z)
 
 
 def _size(value: Any) -> Point:
     if value is None:
-        return _WHITE
+        return _ONES
     return _point(value) if isinstance(value, (list, tuple)) else (_number(value),) * 3
 
 
 def _color(value: Any) -> Point:
     if value is None or value == []:
-        return _WHITE
+        return _ONES
     if not isinstance(value, (list, tuple)):
-        raise ValueError("wants a colour of three numbers")
+        raise ValueError("has a colour that is not a list of three numbers")
     r, g, b = (min(1.0, max(0.0, x)) for x in _point(value[:3]))
     return (r, g, b)
 
 
 def _block_look(given: Mapping[str, Any]) -> str:
-    """Type, keywords and fill of a block as text, such as ``minecraft:oak_log[axis=y]``."""
+    """Format type, keywords and fill of a block, such as ``minecraft:oak_log[axis=y]``."""
     keywords = given.get("block_kwargs") or {}
     if isinstance(keywords, list):
         if not all(isinstance(pair, list) and len(pair) == 2 for pair in keywords):
-            raise ValueError("wants block_kwargs by name")
+            raise ValueError("has `block_kwargs` that are not name-value pairs")
         keywords = {_keyword_text(name): value for name, value in keywords}
     if not isinstance(keywords, dict):
-        raise ValueError("wants block_kwargs by name")
-    shown = ",".join(f"{name}={_keyword_text(value)}" for name, value in sorted(keywords.items()))
+        raise ValueError("has `block_kwargs` that are not name-value pairs")
+    states = ",".join(f"{name}={_keyword_text(value)}" for name, value in sorted(keywords.items()))
     fill = "" if given.get("fill", True) else " hollow"
-    return f"{given.get('block_type') or 'minecraft:air'}{f'[{shown}]' if shown else ''}{fill}"
+    return f"{given.get('block_type') or 'minecraft:air'}{f'[{states}]' if states else ''}{fill}"
 
 
 def _keyword_text(value: Any) -> str:
@@ -170,9 +194,18 @@ def _keyword_text(value: Any) -> str:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sheet:
-    """One frame's primitives: row ``i`` is ``solids[index[i]]`` under ``matrices[i]``, the upper three rows of its
-    world matrix; ``paths[path_index[i]]`` are the words from the root to its parent, empty where they are not known."""
+class ComparedFrame:
+    """Primitives of one frame, N rows.
+
+    Attributes
+    ----------
+    solids, index : (N,)
+        Row ``i`` is ``solids[index[i]]``.
+    matrices : (N, 3, 4)
+        Upper three rows of the world matrices.
+    paths, path_index : (N,)
+        ``paths[path_index[i]]`` are the words from the root to the parent of row ``i``; empty if unknown.
+    """
 
     solids: tuple[ComparedSolid, ...]
     index: Ints  # (N,)
@@ -187,7 +220,7 @@ class Sheet:
         return self.solids[int(self.index[row])]
 
     def labels(self, rows: Iterable[int]) -> list[str]:
-        """How people find rows: ``tower/step[3]`` is the fourth primitive that stands directly in ``tower/step``."""
+        """Return readable labels of rows: ``tower/step[3]`` is the fourth primitive directly below ``tower/step``."""
         order = np.argsort(self.path_index, kind="stable")
         place = np.empty(len(self), np.int64)
         counts = np.bincount(self.path_index, minlength=len(self.paths))
@@ -201,137 +234,161 @@ class Sheet:
         return found
 
 
-def sheet_of(frame: FlatFrame) -> Sheet:
-    """A flattened frame, to compare."""
+def compared_frame(frame: FlatFrame) -> ComparedFrame:
+    """Convert a flattened frame for comparison; raise ``SceneError("attribute")`` for malformed attributes."""
     try:
         solids = tuple(solid_of(entity.word, primitive_attributes(entity)) for entity in frame.primitives)
     except ValueError as error:
-        raise SceneError("attribute", f"a primitive of the scene cannot be compared: it {error}") from None
-    return Sheet(solids, frame.index, frame.matrices, frame.paths, frame.path_index)
+        raise SceneError("attribute", f"cannot compare the scene: a primitive {error}") from None
+    return ComparedFrame(solids, frame.index, frame.matrices, frame.paths, frame.path_index)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Rows:
-    """A sheet's primitives as numbers in units of the scene's size. ``kind`` and ``look`` are numbers common to both
-    sheets. ``lengths``: the ends of cylinders and cones, position and size of blocks, else position and zeros.
-    ``moments``: xx, yy, zz, xy, xz, yz. ``turns`` tells how a thing of equal moments is turned, in lengths, zeros where
-    the moments tell all; ``extent`` is the common length of its edges. ``place`` is where a person would say that the
-    primitive is."""
+class _Features:
+    """Feature vectors of the primitives of a frame, N rows. Lengths are in units of the size of the scene.
+
+    Attributes
+    ----------
+    kind, look : (N,)
+        Integers that identify kinds and looks, shared by both frames.
+    lengths : (N, 6)
+        Endpoints of a primitive with an axis; position and size of a block; else the position and zeros.
+    moments : (N, 6)
+        Second moments xx, yy, zz, xy, xz, yz.
+    orientation : (N, 15)
+        Orientation of primitives that the moments do not determine, scaled by ``extent``; else zeros.
+    extent : (N,)
+        Root sum of squares of the edge lengths.
+    colors : (N, 3)
+        Linear sRGB.
+    location : (N, 3)
+        Representative point: the midpoint of the axis, else the position.
+    has_axis : (N,)
+        Whether ``lengths`` holds the endpoints of an axis.
+    """
 
     kind: Ints  # (N,)
     look: Ints  # (N,)
     lengths: Floats  # (N, 6)
     moments: Floats  # (N, 6)
-    turns: Floats  # (N, 15)
+    orientation: Floats  # (N, 15)
     extent: Floats  # (N,)
     colors: Floats  # (N, 3)
-    place: Floats  # (N, 3)
-    is_round: Bools  # (N,)
+    location: Floats  # (N, 3)
+    has_axis: Bools  # (N,)
 
     def __len__(self) -> int:
         return len(self.kind)
 
-    def take(self, rows: Ints) -> _Rows:
-        return _Rows(
-            self.kind[rows], self.look[rows], self.lengths[rows], self.moments[rows], self.turns[rows],
-            self.extent[rows], self.colors[rows], self.place[rows], self.is_round[rows],
+    def take(self, rows: Ints) -> _Features:
+        return _Features(
+            self.kind[rows], self.look[rows], self.lengths[rows], self.moments[rows], self.orientation[rows],
+            self.extent[rows], self.colors[rows], self.location[rows], self.has_axis[rows],
         )  # fmt: skip
 
 
-def _world(sheet: Sheet, kinds: dict[str, int], looks: dict[str, int]) -> _Rows:
-    """The rows of a sheet in the scene's own units."""
-    solids = sheet.solids
-    is_round = np.array([s.is_round for s in solids], np.bool_)[sheet.index]
-    is_block = np.array([s.is_block for s in solids], np.bool_)[sheet.index]
-    with np.errstate(all="ignore"):  # the caller tells what became infinite
-        start, end = _ends(sheet, is_round, is_block)
-        moments = _moments(sheet, is_round)
-        turns, extent = _turns(sheet)
-        place = np.where(is_round[:, None], (start + end) / 2, start)
+def _features(frame: ComparedFrame, kinds: dict[str, int], looks: dict[str, int]) -> _Features:
+    """Return the features of a frame in scene units, before normalization."""
+    solids = frame.solids
+    has_axis = np.array([s.has_axis for s in solids], np.bool_)[frame.index]
+    is_block = np.array([s.is_block for s in solids], np.bool_)[frame.index]
+    with np.errstate(all="ignore"):  # the caller reports overflow
+        start, end = _endpoints(frame, has_axis, is_block)
+        moments = _moments(frame, has_axis)
+        orientation, extent = _orientations(frame)
+        location = np.where(has_axis[:, None], (start + end) / 2, start)
     moments[is_block] = 0.0
-    return _Rows(
-        _numbers([s.kind for s in solids], kinds)[sheet.index],
-        _numbers([s.look for s in solids], looks)[sheet.index],
+    return _Features(
+        _intern([s.kind for s in solids], kinds)[frame.index],
+        _intern([s.look for s in solids], looks)[frame.index],
         np.hstack([start, end]),
         moments[:, (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)],
-        turns,
+        orientation,
         extent,
-        _points(sheet, [s.color for s in solids]),
-        place,
-        is_round,
+        _points(frame, [s.color for s in solids]),
+        location,
+        has_axis,
     )
 
 
-def _numbers(names: Sequence[str], known: dict[str, int]) -> Ints:
-    """A number for each name; ``known`` grows."""
+def _intern(names: Sequence[str], known: dict[str, int]) -> Ints:
+    """Map names to integers; new names are added to ``known``."""
     return np.array([known.setdefault(name, len(known)) for name in names], np.int64)
 
 
-def _points(sheet: Sheet, points: Sequence[Point]) -> Floats:
-    """A point of each row's solid, (N, 3)."""
-    of_rows: Floats = np.array(points, np.float64).reshape(-1, 3)[sheet.index]
+def _points(frame: ComparedFrame, points: Sequence[Point]) -> Floats:
+    """Return for each row the point of its solid, (N, 3)."""
+    of_rows: Floats = np.array(points, np.float64).reshape(-1, 3)[frame.index]
     return of_rows
 
 
-def _ends(sheet: Sheet, is_round: Bools, is_block: Bools) -> tuple[Floats, Floats]:
-    """The two points that ``_Rows.lengths`` holds, (N, 3) each."""
-    linear, position = sheet.matrices[:, :, :3], sheet.matrices[:, :, 3]
-    p0, p1 = (_points(sheet, points) for points in ([s.p0 for s in sheet.solids], [s.p1 for s in sheet.solids]))
-    size = np.einsum("nii->ni", linear) * _points(sheet, [s.size for s in sheet.solids])
-    start = np.where(is_round[:, None], np.einsum("nij,nj->ni", linear, p0) + position, position)
-    end = np.where(is_round[:, None], np.einsum("nij,nj->ni", linear, p1) + position, 0.0)
+def _endpoints(frame: ComparedFrame, has_axis: Bools, is_block: Bools) -> tuple[Floats, Floats]:
+    """Return both points of ``_Features.lengths``, (N, 3) each."""
+    linear, position = frame.matrices[:, :, :3], frame.matrices[:, :, 3]
+    p0, p1 = (_points(frame, points) for points in ([s.p0 for s in frame.solids], [s.p1 for s in frame.solids]))
+    size = np.einsum("nii->ni", linear) * _points(frame, [s.size for s in frame.solids])
+    start = np.where(has_axis[:, None], np.einsum("nij,nj->ni", linear, p0) + position, position)
+    end = np.where(has_axis[:, None], np.einsum("nij,nj->ni", linear, p1) + position, 0.0)
     return start, np.where(is_block[:, None], size, end)
 
 
-def _moments(sheet: Sheet, is_round: Bools) -> Floats:
-    """Second moments up to a factor, (N, 3, 3): of the cross-section of cylinders and cones, else of the whole."""
-    linear, solids = sheet.matrices[:, :, :3], sheet.solids
-    axis = _points(sheet, [s.p1 for s in solids]) - _points(sheet, [s.p0 for s in solids])
+def _moments(frame: ComparedFrame, has_axis: Bools) -> Floats:
+    """Return second moments up to a factor, (N, 3, 3): of the cross-section for a primitive with an axis, else of the
+    whole."""
+    linear, solids = frame.matrices[:, :, :3], frame.solids
+    axis = _points(frame, [s.p1 for s in solids]) - _points(frame, [s.p0 for s in solids])
     length = np.linalg.norm(axis, axis=1, keepdims=True)
     axis = axis / np.where(length > 0, length, 1.0)
-    radius = np.array([s.radius for s in solids])[sheet.index, None, None]
+    radius = np.array([s.radius for s in solids])[frame.index, None, None]
     across = (np.eye(3) - axis[:, :, None] * axis[:, None, :]) * radius**2
-    stretched = np.eye(3) * (_points(sheet, [s.size for s in solids]) ** 2)[:, :, None]
-    found: Floats = linear @ np.where(is_round[:, None, None], across, stretched) @ linear.transpose(0, 2, 1)
+    stretched = np.eye(3) * (_points(frame, [s.size for s in solids]) ** 2)[:, :, None]
+    found: Floats = linear @ np.where(has_axis[:, None, None], across, stretched) @ linear.transpose(0, 2, 1)
     return found
 
 
+# Index tuples of the 15 independent components of a symmetric fourth-order tensor in three dimensions.
 _QUARTICS = [(i, j, k, m) for i in range(3) for j in range(i, 3) for k in range(j, 3) for m in range(k, 3)]
 
 
-def _turns(sheet: Sheet) -> tuple[Floats, Floats]:
-    """``_Rows.turns``, (N, 15), and ``extent``, (N,): of cubes the fourth moments of the directions of their edges,
-    which no order or sign of the edges changes, of words of unknown looks the directions; both times the extent."""
-    edges = sheet.matrices[:, :, :3] * _points(sheet, [s.size for s in sheet.solids])[:, None, :]
+def _orientations(frame: ComparedFrame) -> tuple[Floats, Floats]:
+    """Return ``_Features.orientation``, (N, 15), and ``_Features.extent``, (N,).
+
+    For cubes, the orientation is the fourth-moment tensor of the unit edge vectors, which is invariant under
+    permutation and sign of the edges. For primitives without known symmetry, it is the edge vectors themselves. Both
+    are multiplied by the extent.
+    """
+    edges = frame.matrices[:, :, :3] * _points(frame, [s.size for s in frame.solids])[:, None, :]
     length = np.sqrt((edges**2).sum(axis=(1, 2)))[:, None]
     unit = edges / np.where(length > 0, length, 1.0)[:, :, None]
-    is_cube = np.array([s.turn.edges for s in sheet.solids], np.bool_)[sheet.index]
-    is_whole = np.array([s.turn.whole for s in sheet.solids], np.bool_)[sheet.index]
-    found = np.zeros((len(sheet), len(_QUARTICS)))
+    is_cube = np.array([s.symmetry.edges for s in frame.solids], np.bool_)[frame.index]
+    is_whole = np.array([s.symmetry.unknown for s in frame.solids], np.bool_)[frame.index]
+    found = np.zeros((len(frame), len(_QUARTICS)))
     for column, (i, j, k, m) in enumerate(_QUARTICS):
         found[:, column] = (unit[:, i] * unit[:, j] * unit[:, k] * unit[:, m]).sum(axis=1) * is_cube
     found[is_whole, :9] = unit[is_whole].reshape(-1, 9)
     return found * length, length[:, 0]
 
 
-def _scene_size(a: _Rows, b: _Rows) -> float:
-    """The extent of the primitives' positions; where they stand in one point, the extent of the largest."""
+def _scene_size(a: _Features, b: _Features) -> float:
+    """Return the extent of the positions of all primitives, or that of the largest primitive if all positions
+    coincide."""
     points = np.vstack([a.lengths[:, :3], b.lengths[:, :3]])
     with np.errstate(all="ignore"):
         size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
-    if size < _SMALLEST_SIZE:
+    if size < _MIN_SCENE_SIZE:
         own = np.vstack([a.moments[:, :3], b.moments[:, :3]])
-        size = max(_SMALLEST_SIZE, float(np.sqrt(own.max(initial=0.0))))
+        size = max(_MIN_SCENE_SIZE, float(np.sqrt(own.max(initial=0.0))))
     return size
 
 
-def _in_units(rows: _Rows, size: float) -> _Rows:
+def _normalized(rows: _Features, size: float) -> _Features:
+    """Divide all lengths by ``size``; raise ``SceneError("pose")`` on overflow."""
     with np.errstate(all="ignore"):
-        lengths, place = rows.lengths / size, rows.place / size
-        moments, turns, extent = rows.moments / size / size, rows.turns / size, rows.extent / size
-    if not all(np.isfinite(numbers).all() for numbers in (lengths, moments, turns)):
-        raise SceneError("pose", "the scene has poses with numbers too large to compare")
-    return _Rows(rows.kind, rows.look, lengths, moments, turns, extent, rows.colors, place, rows.is_round)
+        lengths, location = rows.lengths / size, rows.location / size
+        moments, orientation, extent = rows.moments / size / size, rows.orientation / size, rows.extent / size
+    if not all(np.isfinite(numbers).all() for numbers in (lengths, moments, orientation)):
+        raise SceneError("pose", "the coordinates of the scene are too large to compare")
+    return _Features(rows.kind, rows.look, lengths, moments, orientation, extent, rows.colors, location, rows.has_axis)
 
 
 # --- pairing -----------------------------------------------------------------------------------------------------
@@ -339,36 +396,39 @@ def _in_units(rows: _Rows, size: float) -> _Rows:
 
 @dataclass(frozen=True, slots=True)
 class _Rule:
-    """When two rows belong together: their geometry, and with ``colored`` their looks, agree within a tolerance."""
+    """Rule for pairing rows: their geometry, and with ``colored`` also their appearance, agree within a tolerance."""
 
     tolerance: float
     colored: bool
 
-    def holds(self, a: _Rows, b: _Rows) -> Bools:
-        """Row by row, (N,)."""
-        fits: Bools = a.kind == b.kind
-        fits &= (np.abs(a.lengths - b.lengths) <= self.tolerance).all(axis=1)
+    def holds(self, a: _Features, b: _Features) -> Bools:
+        """Return whether each row of ``a`` agrees with the same row of ``b``, (N,)."""
+        agree: Bools = a.kind == b.kind
+        agree &= (np.abs(a.lengths - b.lengths) <= self.tolerance).all(axis=1)
         apart = np.abs(a.moments - b.moments).max(axis=1, initial=0.0)
-        fits &= apart <= _MOMENTS * self.tolerance
-        # a small thing may be stretched a little within the tolerance of its moments: its edges then turn with it
+        agree &= apart <= _MOMENT_FACTOR * self.tolerance
+        # A small cube may be slightly stretched within the tolerance of its moments, which also rotates its edges.
         stretched = np.where(a.extent > 0, apart / np.where(a.extent > 0, a.extent, 1.0), 0.0)
-        fits &= np.abs(a.turns - b.turns).max(axis=1, initial=0.0) <= _TURNS * self.tolerance + _STRETCH * stretched
+        agree &= (
+            np.abs(a.orientation - b.orientation).max(axis=1, initial=0.0)
+            <= _ORIENTATION_FACTOR * self.tolerance + _STRETCH_FACTOR * stretched
+        )
         if self.colored:
-            fits &= (a.look == b.look) & (np.abs(a.colors - b.colors) <= COLOR_TOLERANCE).all(axis=1)
-        return fits
+            agree &= (a.look == b.look) & (np.abs(a.colors - b.colors) <= COLOR_TOLERANCE).all(axis=1)
+        return agree
 
-    def columns(self, rows: _Rows) -> list[Floats]:
-        """The numbers that agree, in units of their tolerances."""
+    def columns(self, rows: _Features) -> list[Floats]:
+        """Return the compared features in units of their tolerances."""
         step = max(self.tolerance, 1e-12)
-        found = [rows.kind[:, None].astype(np.float64), rows.lengths / step, rows.moments / (_MOMENTS * step)]
-        found.append(rows.turns / (_TURNS * step))
+        found = [rows.kind[:, None].astype(np.float64), rows.lengths / step, rows.moments / (_MOMENT_FACTOR * step)]
+        found.append(rows.orientation / (_ORIENTATION_FACTOR * step))
         if self.colored:
             found += [rows.look[:, None].astype(np.float64), rows.colors / COLOR_TOLERANCE]
         return found
 
 
 def _hash(columns: Sequence[Floats], shift: float = 0.0) -> Hashes:
-    """One number per row for its cell on a grid of unit steps. Unequal cells may share one: check what it pairs."""
+    """Hash each row to the cell of a unit grid, offset by ``shift``. Cells may collide, so check the rows it pairs."""
     mixed = np.zeros(len(columns[0]), np.uint64)
     with np.errstate(over="ignore"):
         for block in columns:
@@ -378,6 +438,7 @@ def _hash(columns: Sequence[Floats], shift: float = 0.0) -> Hashes:
 
 
 def _mix(numbers: Hashes) -> Hashes:
+    """Apply a bijective 64-bit finalizer (multiply and xorshift, after SplitMix64)."""
     numbers = numbers * np.uint64(0x9E3779B97F4A7C15)
     numbers ^= numbers >> np.uint64(29)
     numbers *= np.uint64(0xBF58476D1CE4E5B9)
@@ -385,8 +446,9 @@ def _mix(numbers: Hashes) -> Hashes:
     return mixed
 
 
-def _numbered(hashes: Hashes) -> Hashes:
-    """Hashes that also tell the first row with a hash from the second, and so on."""
+def _disambiguated(hashes: Hashes) -> Hashes:
+    """Combine each hash with the number of earlier rows that have the same hash, so that duplicates are paired one to
+    one."""
     order = np.argsort(hashes, kind="stable")
     ordered = hashes[order]
     first = np.r_[True, ordered[1:] != ordered[:-1]] if len(ordered) else np.zeros(0, np.bool_)
@@ -398,107 +460,115 @@ def _numbered(hashes: Hashes) -> Hashes:
 
 
 class _Pairing:
-    """Which row of ``b`` each row of ``a`` is paired with; -1 for none. Rows are paired once."""
+    """One-to-one pairing of the rows of ``a`` and ``b``; -1 marks an unpaired row."""
 
-    def __init__(self, a: _Rows, b: _Rows) -> None:
+    def __init__(self, a: _Features, b: _Features) -> None:
         self.a, self.b = a, b
-        self.of_a = np.full(len(a), -1, np.int64)
-        self.of_b = np.full(len(b), -1, np.int64)
+        self.partner_of_a = np.full(len(a), -1, np.int64)
+        self.partner_of_b = np.full(len(b), -1, np.int64)
 
-    def free(self) -> tuple[Ints, Ints]:
-        return np.flatnonzero(self.of_a < 0), np.flatnonzero(self.of_b < 0)
+    def unpaired(self) -> tuple[Ints, Ints]:
+        return np.flatnonzero(self.partner_of_a < 0), np.flatnonzero(self.partner_of_b < 0)
 
     def join(self, rows_a: Ints, rows_b: Ints) -> None:
-        self.of_a[rows_a] = rows_b
-        self.of_b[rows_b] = rows_a
+        self.partner_of_a[rows_a] = rows_b
+        self.partner_of_b[rows_b] = rows_a
 
     def match(self, rule: _Rule) -> None:
-        """Pair free rows for which the rule holds, as many as can be."""
-        self._in_place(rule)
+        """Pair as many unpaired rows that satisfy the rule as possible."""
+        self._by_index(rule)
         for shift in _SHIFTS:
             if not self._by_cell(rule, shift):
                 return
         self._by_neighbours(rule)
 
-    def _in_place(self, rule: _Rule) -> None:
-        """Rows at the same position in both: two versions of a program mostly agree in their order."""
+    def _by_index(self, rule: _Rule) -> None:
+        """Pair rows with the same index: two versions of a program mostly agree in order."""
         count = min(len(self.a), len(self.b))
-        both = np.flatnonzero((self.of_a[:count] < 0) & (self.of_b[:count] < 0))
-        fits = both[rule.holds(self.a.take(both), self.b.take(both))]
-        self.join(fits, fits)
+        both = np.flatnonzero((self.partner_of_a[:count] < 0) & (self.partner_of_b[:count] < 0))
+        agree = both[rule.holds(self.a.take(both), self.b.take(both))]
+        self.join(agree, agree)
 
     def _by_cell(self, rule: _Rule, shift: float) -> bool:
-        """Pair the free rows that lie in one cell of a grid; whether free rows are left on both sides."""
-        rows_a, rows_b = self.free()
+        """Pair unpaired rows in the same grid cell; return whether unpaired rows remain on both sides."""
+        rows_a, rows_b = self.unpaired()
         if not len(rows_a) or not len(rows_b):
             return False
         left, right = self.a.take(rows_a), self.b.take(rows_b)
-        by_color_a, by_color_b = np.lexsort(left.colors.T), np.lexsort(right.colors.T)  # like colours first
-        hash_a = _numbered(_hash(rule.columns(left), shift)[by_color_a])
-        hash_b = _numbered(_hash(rule.columns(right), shift)[by_color_b])
+        by_color_a, by_color_b = np.lexsort(left.colors.T), np.lexsort(right.colors.T)  # similar colours first
+        hash_a = _disambiguated(_hash(rule.columns(left), shift)[by_color_a])
+        hash_b = _disambiguated(_hash(rule.columns(right), shift)[by_color_b])
         _, i, j = np.intersect1d(hash_a, hash_b, return_indices=True)
         i, j = by_color_a[i], by_color_b[j]
-        fits = rule.holds(left.take(i), right.take(j))
-        self.join(rows_a[i[fits]], rows_b[j[fits]])
-        return bool(fits.sum() < min(len(rows_a), len(rows_b)))
+        agree = rule.holds(left.take(i), right.take(j))
+        self.join(rows_a[i[agree]], rows_b[j[agree]])
+        return bool(agree.sum() < min(len(rows_a), len(rows_b)))
 
     def _by_neighbours(self, rule: _Rule) -> None:
-        """Pair what the grids left: nearest in colour first, then by changing earlier pairs (a maximum matching)."""
-        rows_a, rows_b = self.free()
+        """Pair the remaining rows greedily by colour distance, then augment the pairing to a maximum matching."""
+        rows_a, rows_b = self.unpaired()
         near = _Neighbours(self.b.take(rows_b), rule)
         for start in range(0, len(rows_a), _CHUNK):
             chunk = rows_a[start : start + _CHUNK]
             i, j, distance = near.edges(self.a.take(chunk))
             for edge in np.argsort(distance, kind="stable").tolist():
                 row, other = chunk[i[edge]], rows_b[j[edge]]
-                if self.of_a[row] < 0 and self.of_b[other] < 0:
-                    self.of_a[row], self.of_b[other] = other, row
+                if self.partner_of_a[row] < 0 and self.partner_of_b[other] < 0:
+                    self.partner_of_a[row], self.partner_of_b[other] = other, row
         if rule.colored:
-            self._improve(rule)
+            self._augment(rule)
 
-    def _improve(self, rule: _Rule) -> None:
-        """Alternating paths from free rows of ``a`` over paired ones to free rows of ``b``."""
-        rows_a, rows_b = self.free()
+    def _augment(self, rule: _Rule) -> None:
+        """Search augmenting paths from the unpaired rows of ``a``.
+
+        Without one, a matching is maximum (Berge's theorem).
+        """
+        rows_a, rows_b = self.unpaired()
         if not len(rows_a) or not len(rows_b):
             return
         near = _Neighbours(self.b, rule)
-        lonely, _, _ = near.edges(self.a.take(rows_a[:_CHUNK]))
-        searches = [_MOST_SEARCHES]
-        visited: set[int] = set()  # rows of b from which no free row is reached, once a search has failed
-        for row in rows_a[np.unique(lonely)].tolist():
+        rows_with_neighbours, _, _ = near.edges(self.a.take(rows_a[:_CHUNK]))
+        searches = [_MAX_SEARCHES]
+        visited: set[int] = set()  # rows of b of failed searches, from which no unpaired row can be reached
+        for row in rows_a[np.unique(rows_with_neighbours)].tolist():
             self._search(row, near, visited, searches)
 
     def _search(self, row: int, near: _Neighbours, visited: set[int], searches: list[int]) -> None:
+        """Search an augmenting path from ``row`` and apply it.
+
+        ``searches[0]`` is the remaining number of visited rows.
+        """
         came_from: dict[int, int] = {}
-        waiting = deque([row])
-        while waiting and searches[0] > 0:
+        queue = deque([row])
+        while queue and searches[0] > 0:
             searches[0] -= 1
-            current = waiting.popleft()
+            current = queue.popleft()
             _, neighbours, _ = near.edges(self.a.take(np.array([current], np.int64)))
             for other in neighbours.tolist():
                 if other in visited or other in came_from:
                     continue
                 came_from[other] = current
-                if self.of_b[other] < 0:
-                    self._flip(row, other, came_from)
+                if self.partner_of_b[other] < 0:
+                    self._apply_path(row, other, came_from)
                     return
-                waiting.append(int(self.of_b[other]))
+                queue.append(int(self.partner_of_b[other]))
         visited.update(came_from)
 
-    def _flip(self, row: int, other: int, came_from: dict[int, int]) -> None:
+    def _apply_path(self, row: int, other: int, came_from: dict[int, int]) -> None:
+        """Re-pair the rows along the path from ``row`` to ``other``."""
         while True:
             current = came_from[other]
-            before = int(self.of_a[current])
-            self.of_a[current], self.of_b[other] = other, current
+            before = int(self.partner_of_a[current])
+            self.partner_of_a[current], self.partner_of_b[other] = other, current
             if current == row:
                 return
             other = before
 
 
 class _Neighbours:
-    """Finds the rows that a rule pairs with given ones, by a grid over their positions."""
+    """Spatial grid over the positions of rows, to find the rows that a rule pairs with given ones."""
 
-    def __init__(self, rows: _Rows, rule: _Rule) -> None:
+    def __init__(self, rows: _Features, rule: _Rule) -> None:
         self._rows = rows
         self._rule = rule
         self._step = 2 * max(rule.tolerance, 1e-12)
@@ -506,60 +576,60 @@ class _Neighbours:
         self._order = np.argsort(keys, kind="stable")
         self._sorted = keys[self._order]
 
-    def _keys(self, rows: _Rows, offset: Floats) -> tuple[Hashes, Floats]:
+    def _keys(self, rows: _Features, offset: Floats) -> tuple[Hashes, Floats]:
         cells = np.floor(rows.lengths[:, :3] / self._step + offset)
         return _hash([rows.kind[:, None].astype(np.float64), cells]), cells
 
-    def edges(self, rows: _Rows) -> tuple[Ints, Ints, Floats]:
-        """Pairs (given row, found row) for which the rule holds, and how far their colours are apart."""
+    def edges(self, rows: _Features) -> tuple[Ints, Ints, Floats]:
+        """Return the pairs (given row, found row) that satisfy the rule, and their colour distances."""
         found_i, found_j = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
         low = self._keys(rows, np.full(3, -0.5))[1]
-        for corner in range(8):  # the cells that the box of the tolerance around a row touches
+        for corner in range(8):  # the cells that the tolerance box around a row touches
             sides = np.array([corner & 1, corner >> 1 & 1, corner >> 2], np.float64)
             keys, cells = self._keys(rows, sides - 0.5)
             touched = ((cells != low) | (sides == 0)).all(axis=1)
             first = np.searchsorted(self._sorted, keys, "left")
-            count = np.minimum(np.searchsorted(self._sorted, keys, "right") - first, _MOST_CANDIDATES) * touched
+            count = np.minimum(np.searchsorted(self._sorted, keys, "right") - first, _MAX_CANDIDATES) * touched
             i = np.repeat(np.arange(len(rows)), count)
             within = np.arange(len(i)) - np.repeat(np.cumsum(count) - count, count)
             j = self._order[first[i] + within]
-            fits = self._rule.holds(rows.take(i), self._rows.take(j))
-            found_i.append(i[fits])
-            found_j.append(j[fits])
+            agree = self._rule.holds(rows.take(i), self._rows.take(j))
+            found_i.append(i[agree])
+            found_j.append(j[agree])
         i, j = np.concatenate(found_i), np.concatenate(found_j)
         apart = np.abs(rows.colors[i] - self._rows.colors[j]).max(axis=1, initial=0.0)
         return i, j, apart + (rows.look[i] != self._rows.look[j])
 
 
-# --- what moved --------------------------------------------------------------------------------------------------
+# --- moved primitives --------------------------------------------------------------------------------------------
 
 
-def _shape_columns(rows: _Rows, tolerance: float) -> list[Floats]:
-    """What stays the same when a primitive is moved and turned, in units of the tolerances."""
+def _shape_columns(rows: _Features, tolerance: float) -> list[Floats]:
+    """Return the features that are invariant under rigid motion, in units of their tolerances."""
     xx, yy, zz, xy, xz, yz = rows.moments.T
     matrices = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
-    own = np.linalg.eigvalsh(matrices)
+    principal = np.linalg.eigvalsh(matrices)  # the eigenvalues of the moments do not depend on the orientation
     step = max(tolerance, 1e-12)
     axis = np.linalg.norm(rows.lengths[:, 3:] - rows.lengths[:, :3], axis=1, keepdims=True)
-    size = np.where(rows.is_round[:, None], axis, rows.lengths[:, 3:])
+    size = np.where(rows.has_axis[:, None], axis, rows.lengths[:, 3:])
     identity = np.stack([rows.kind, rows.look], axis=1).astype(np.float64)
-    return [identity, rows.colors / COLOR_TOLERANCE, own / (_MOMENTS * step), size / step]
+    return [identity, rows.colors / COLOR_TOLERANCE, principal / (_MOMENT_FACTOR * step), size / step]
 
 
-def _moved(a: _Rows, b: _Rows, tolerance: float) -> tuple[Ints, Ints]:
-    """Pairs of rows of the same shape and look, nearest first."""
+def _pair_moved(a: _Features, b: _Features, tolerance: float) -> tuple[Ints, Ints]:
+    """Pair rows of the same shape and appearance, nearest first."""
     pairs_a, pairs_b = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
     left, right = np.arange(len(a)), np.arange(len(b))
     columns_a, columns_b = _shape_columns(a, tolerance), _shape_columns(b, tolerance)
-    room = _MOST_DISTANCES
+    budget = _MAX_DISTANCES
     for shift in _SHIFTS:
         hash_a = _hash([block[left] for block in columns_a], shift)
         hash_b = _hash([block[right] for block in columns_b], shift)
         for group_a, group_b in _groups(hash_a, hash_b):
             rows_a, rows_b = left[group_a], right[group_b]
-            small = len(rows_a) * len(rows_b) <= room
-            room -= len(rows_a) * len(rows_b) if small else 0
-            i, j = (_nearest if small else _in_order)(a.place[rows_a], b.place[rows_b])
+            small = len(rows_a) * len(rows_b) <= budget
+            budget -= len(rows_a) * len(rows_b) if small else 0
+            i, j = (_pair_nearest if small else _pair_in_order)(a.location[rows_a], b.location[rows_b])
             pairs_a.append(rows_a[i])
             pairs_b.append(rows_b[j])
         left = np.setdiff1d(np.arange(len(a)), np.concatenate(pairs_a))
@@ -570,7 +640,7 @@ def _moved(a: _Rows, b: _Rows, tolerance: float) -> tuple[Ints, Ints]:
 
 
 def _groups(hash_a: Hashes, hash_b: Hashes) -> Iterable[tuple[Ints, Ints]]:
-    """The rows of both sides under each hash that both have."""
+    """Iterate over the rows of both sides for each hash that occurs in both."""
     order_a, order_b = np.argsort(hash_a, kind="stable"), np.argsort(hash_b, kind="stable")
     sorted_a, sorted_b = hash_a[order_a], hash_b[order_b]
     shared = np.intersect1d(hash_a, hash_b)
@@ -579,10 +649,10 @@ def _groups(hash_a: Hashes, hash_b: Hashes) -> Iterable[tuple[Ints, Ints]]:
         yield order_a[a0:a1], order_b[b0:b1]
 
 
-def _nearest(a: Floats, b: Floats) -> tuple[Ints, Ints]:
-    """Pairs of points, the nearest two first, each point once."""
+def _pair_nearest(a: Floats, b: Floats) -> tuple[Ints, Ints]:
+    """Pair points greedily by increasing distance."""
     if len(a) == len(b) == 1:
-        return _FIRST, _FIRST
+        return _ZERO, _ZERO
     distance = np.abs(a[:, None, :] - b[None, :, :]).max(axis=2)
     free_a, free_b = [True] * len(a), [True] * len(b)
     pairs: list[tuple[int, int]] = []
@@ -596,65 +666,82 @@ def _nearest(a: Floats, b: Floats) -> tuple[Ints, Ints]:
     return np.array([i for i, _ in pairs], np.int64), np.array([j for _, j in pairs], np.int64)
 
 
-def _in_order(a: Floats, b: Floats) -> tuple[Ints, Ints]:
-    """Pairs of points by their order along x, then y, then z: what a common shift keeps."""
+def _pair_in_order(a: Floats, b: Floats) -> tuple[Ints, Ints]:
+    """Pair points by their lexicographic order (x, y, z), which a common translation preserves."""
     count = min(len(a), len(b))
     return np.lexsort(a.T[::-1])[:count], np.lexsort(b.T[::-1])[:count]
 
 
-# --- the whole ---------------------------------------------------------------------------------------------------
+# --- comparison --------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameDifference:
-    """What differs in one frame: rows of the two sheets, paired for ``moved`` and ``recolored``, (n, 2); single for
-    ``missing`` (only in the first) and ``extra`` (only in the second), (n,)."""
+    """Difference between two frames A and B, as row indices.
+
+    Attributes
+    ----------
+    matched
+        Number of equal primitives.
+    moved, recolored : (n, 2)
+        Pairs of rows of A and B.
+    missing : (n,)
+        Rows only in A.
+    extra : (n,)
+        Rows only in B.
+    positions_a, positions_b : (N, 3)
+        Location of each row, in scene units.
+    """
 
     matched: int
     moved: Ints
     recolored: Ints
     missing: Ints
     extra: Ints
-    places_a: Floats  # (N, 3) where each row is, in the scene's units
-    places_b: Floats
+    positions_a: Floats
+    positions_b: Floats
 
     @property
     def equal(self) -> bool:
         return not (len(self.moved) or len(self.recolored) or len(self.missing) or len(self.extra))
 
 
-def compare_frames(a: Sheet, b: Sheet, tolerance: float = TOLERANCE) -> FrameDifference:
-    """Compare two frames. ``tolerance`` is in units of the extent of both frames' positions."""
+def compare_frames(a: ComparedFrame, b: ComparedFrame, tolerance: float = TOLERANCE) -> FrameDifference:
+    """Compare two frames. ``tolerance`` is relative to the extent of the positions of both frames."""
     kinds: dict[str, int] = {}
     looks: dict[str, int] = {}
-    world_a, world_b = _world(a, kinds, looks), _world(b, kinds, looks)
-    size = _scene_size(world_a, world_b)
-    rows_a, rows_b = _in_units(world_a, size), _in_units(world_b, size)
+    features_a, features_b = _features(a, kinds, looks), _features(b, kinds, looks)
+    size = _scene_size(features_a, features_b)
+    rows_a, rows_b = _normalized(features_a, size), _normalized(features_b, size)
     same = _Pairing(rows_a, rows_b)
     same.match(_Rule(tolerance, colored=True))
-    free_a, free_b = same.free()
-    recolored = _pairs_among(free_a, free_b, lambda: _recolored(rows_a.take(free_a), rows_b.take(free_b), tolerance))
+    free_a, free_b = same.unpaired()
+    recolored = _pairs_among(
+        free_a, free_b, lambda: _pair_recolored(rows_a.take(free_a), rows_b.take(free_b), tolerance)
+    )
     free_a, free_b = np.setdiff1d(free_a, recolored[:, 0]), np.setdiff1d(free_b, recolored[:, 1])
-    moved = _pairs_among(free_a, free_b, lambda: _moved(rows_a.take(free_a), rows_b.take(free_b), tolerance))
+    moved = _pairs_among(free_a, free_b, lambda: _pair_moved(rows_a.take(free_a), rows_b.take(free_b), tolerance))
     return FrameDifference(
-        int((same.of_a >= 0).sum()), moved, recolored,
+        int((same.partner_of_a >= 0).sum()), moved, recolored,
         np.setdiff1d(free_a, moved[:, 0]), np.setdiff1d(free_b, moved[:, 1]),
-        world_a.place, world_b.place,
+        features_a.location, features_b.location,
     )  # fmt: skip
 
 
-def _recolored(a: _Rows, b: _Rows, tolerance: float) -> tuple[Ints, Ints]:
+def _pair_recolored(a: _Features, b: _Features, tolerance: float) -> tuple[Ints, Ints]:
+    """Pair rows of the same geometry, whatever their colour."""
     pairing = _Pairing(a, b)
     pairing.match(_Rule(tolerance, colored=False))
-    i = np.flatnonzero(pairing.of_a >= 0)
-    return i, pairing.of_a[i]
+    i = np.flatnonzero(pairing.partner_of_a >= 0)
+    return i, pairing.partner_of_a[i]
 
 
-def _pairs_among(rows_a: Ints, rows_b: Ints, find: Callable[[], tuple[Ints, Ints]]) -> Ints:
-    """Pairs that ``find`` makes of some rows, as rows of the whole, (n, 2), in order."""
+def _pairs_among(rows_a: Ints, rows_b: Ints, pair: Callable[[], tuple[Ints, Ints]]) -> Ints:
+    """Return the pairs that ``pair`` finds among the given rows, as rows of the whole frames, (n, 2), in ascending
+    order."""
     if not len(rows_a) or not len(rows_b):
         return np.zeros((0, 2), np.int64)
-    i, j = find()
+    i, j = pair()
     pairs = np.stack([rows_a[i], rows_b[j]], axis=1)
     ordered: Ints = pairs[np.argsort(pairs[:, 0], kind="stable")]
     return ordered

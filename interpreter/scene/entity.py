@@ -1,7 +1,7 @@
 """Entities: the nodes of the DAG that a program evaluates to (paper, section 3.1).
 
-``Entity = Tuple[Tuple[Word, Embedding], List[Tuple[Entity, Matrix]]]``. An entity is immutable and compares by
-identity; calls that are shared give the same object, so a scene is a DAG whose size follows distinct calls.
+``Entity = Tuple[Tuple[Word, Embedding], List[Tuple[Entity, Matrix]]]``. Entities are immutable and compare by identity.
+Memoized calls return the same object, so a scene is a DAG whose size depends on the number of distinct calls.
 """
 
 from __future__ import annotations
@@ -15,18 +15,32 @@ from scenelang.interpreter.scene.primitives.base import Box, Primitive
 
 
 class Entity:
-    """``children`` holds pairs ``(Entity . Matrix)``; ``shape`` is the geometry of a primitive, else None.
+    """Entity of a scene.
 
-    ``function``, ``rest`` and ``serial`` say how it was made (the entity function, gamma, the number of the call in
-    the run, whether it changed things outside), so that one instance can be made again under another embedding.
-    ``tainted``: reaches a mutable thing or a function. ``box`` caches the exact bounding box (see ``bounds``),
-    ``has_blocks`` what ``lays_blocks`` finds.
-    ``places`` are the calls that made a primitive: equal calls share it, so there may be several (of which the first
-    sixteen are kept).
+    Attributes
+    ----------
+    word, embedding
+        The word and the embedding z of the call.
+    children
+        Pairs ``(Entity . Matrix)``.
+    shape
+        Geometry of a primitive, else None.
+    function, rest, serial, effects
+        How the entity was created: the entity function, gamma, the number of the call in the run, and whether the call
+        had side effects. They allow re-evaluating one instance with another embedding.
+    tainted
+        Whether the entity refers to a mutable value or a function.
+    box
+        Cached exact bounding box (see ``bounds``); ``()`` if it has no geometry.
+    has_blocks
+        Cached result of ``contains_blocks``.
+    call_sites
+        Locations of the calls that created a primitive. Equal calls share the primitive, so there may be several; only
+        the first sixteen are recorded.
     """
 
     __slots__ = (
-        "box", "children", "effects", "embedding", "function", "has_blocks", "places", "rest", "serial", "shape",
+        "box", "call_sites", "children", "effects", "embedding", "function", "has_blocks", "rest", "serial", "shape",
         "tainted", "word",
     )  # fmt: skip
 
@@ -37,7 +51,7 @@ class Entity:
         children: tuple[Any, ...],
         shape: Primitive | None = None,
         tainted: bool = False,
-        places: tuple[Span, ...] = (),
+        call_sites: tuple[Span, ...] = (),
     ) -> None:
         self.word = word
         self.embedding = embedding
@@ -50,7 +64,7 @@ class Entity:
         self.effects = False
         self.box: Box | tuple[()] | None = None
         self.has_blocks: bool | None = None
-        self.places = places
+        self.call_sites = call_sites
 
     @property
     def is_primitive(self) -> bool:
@@ -58,7 +72,7 @@ class Entity:
 
     @property
     def is_block(self) -> bool:
-        """True of a primitive of Minecraft blocks."""
+        """Whether this is a primitive made of Minecraft blocks."""
         return self.shape is not None and self.shape.is_block
 
     def __repr__(self) -> str:
@@ -66,7 +80,7 @@ class Entity:
 
 
 class Frames:
-    """The value of a 4D root: one list of parts, pairs ``(Entity . Matrix)``, per frame."""
+    """Value of a 4D root: for each frame, a tuple of parts, pairs ``(Entity . Matrix)``."""
 
     __slots__ = ("frames",)
 
@@ -75,7 +89,7 @@ class Frames:
 
 
 class Scene:
-    """What a program evaluates to: one root entity per frame (a static scene has one)."""
+    """Result of a program: one root entity per frame; a static scene has one frame."""
 
     __slots__ = ("animated", "frames", "word")
 
@@ -86,12 +100,12 @@ class Scene:
 
     @property
     def root(self) -> Entity:
-        """The root entity of the first frame."""
+        """Root entity of the first frame."""
         return self.frames[0]
 
 
 def descendants(*roots: Entity) -> Iterator[Entity]:
-    """Every distinct entity below and including ``roots``, children before parents."""
+    """Iterate over the distinct entities below and including ``roots``, children before parents."""
     seen: set[int] = set()
     for root in roots:
         if id(root) in seen:
@@ -111,15 +125,18 @@ def descendants(*roots: Entity) -> Iterator[Entity]:
                 yield entity
 
 
-def lays_blocks(entity: Entity, charge: Callable[[int], None]) -> bool:
-    """Whether a primitive of Minecraft blocks is ``entity`` or below it. ``charge`` counts the work."""
+def contains_blocks(entity: Entity, charge: Callable[[int], None]) -> bool:
+    """Return whether ``entity`` or a descendant is a primitive made of Minecraft blocks.
+
+    ``charge`` accounts for the work.
+    """
     stack = [entity]
     while stack:
         top = stack[-1]
         charge(1 + (len(top.children) >> 3))
-        waiting = [part.car for part in top.children if part.car.has_blocks is None]
-        if top.has_blocks is None and waiting:
-            stack.extend({id(child): child for child in waiting}.values())
+        pending = [part.car for part in top.children if part.car.has_blocks is None]
+        if top.has_blocks is None and pending:
+            stack.extend({id(child): child for child in pending}.values())
             continue
         stack.pop()
         if top.has_blocks is None:
@@ -129,8 +146,13 @@ def lays_blocks(entity: Entity, charge: Callable[[int], None]) -> bool:
 
 
 def instance_counts(order: Sequence[Entity]) -> dict[int, int]:
-    """How often each distinct entity stands in the expanded scene, by ``id``; ``order`` is ``descendants`` of one root:
-    children before parents, the root last."""
+    """Count the instances of each distinct entity in the expanded scene, keyed by ``id``.
+
+    Parameters
+    ----------
+    order
+        The ``descendants`` of one root: children before parents, the root last.
+    """
     instances = dict.fromkeys(map(id, order), 0)
     instances[id(order[-1])] = 1
     for entity in reversed(order):
@@ -140,7 +162,7 @@ def instance_counts(order: Sequence[Entity]) -> dict[int, int]:
 
 
 def count_words(root: Entity) -> dict[str, int]:
-    """Instances of every word in the expanded scene, worked out on the DAG; in depth-first order of appearance."""
+    """Count the instances of each word in the expanded scene, without expanding it; words are in depth-first order."""
     order = list(descendants(root))
     instances = instance_counts(order)
     totals = dict.fromkeys(_words_in_order(root), 0)
@@ -150,7 +172,7 @@ def count_words(root: Entity) -> dict[str, int]:
 
 
 def _words_in_order(root: Entity) -> Iterator[str]:
-    """The words of the distinct entities, depth first from the root."""
+    """Iterate over the words of the distinct entities in depth-first order."""
     seen: set[int] = set()
     stack = [root]
     while stack:
@@ -163,7 +185,7 @@ def _words_in_order(root: Entity) -> Iterator[str]:
 
 
 def primitive_count(root: Entity) -> int:
-    """Number of primitives in the expanded scene, worked out on the DAG."""
+    """Count the primitives of the expanded scene, without expanding it."""
     counts: dict[int, int] = {}
     for entity in descendants(root):
         below = sum(counts[id(part.car)] for part in entity.children)
@@ -172,6 +194,6 @@ def primitive_count(root: Entity) -> int:
 
 
 def pose_of(part: Any) -> Matrix:
-    """The pose of a part ``(Entity . Matrix)``."""
+    """Return the pose of a part ``(Entity . Matrix)``."""
     pose: Matrix = part.cdr
     return pose

@@ -1,7 +1,7 @@
-"""Flattening: from the entity DAG to primitives with world matrices, vectorised by level of the DAG.
+"""Flattening of the entity DAG to primitives with world matrices, vectorized by DAG level.
 
-The pose of a primitive is the product of the matrices from the root (paper, section 4). Order is depth first. Blocks
-begin at whole cells: the positions of Minecraft's primitives are truncated toward zero, as the paper's tool does.
+The pose of a primitive is the product of the matrices on the path from the root (paper, section 4). The order is
+depth-first. Minecraft blocks start at whole cells: their positions are truncated toward zero, as in the paper's tool.
 """
 
 from __future__ import annotations
@@ -24,17 +24,26 @@ if TYPE_CHECKING:
 
 
 DEFAULT_LIMIT = 5_000_000
-_CHUNK = 1 << 13
+_CHUNK = 1 << 13  # poses multiplied at a time: 12 columns of doubles that stay in the L2 cache
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlatFrame:
-    """One frame's primitives.
+    """Primitives of one frame, N instances in depth-first order.
 
-    ``primitives`` are the distinct primitive entities (use ``.shape``, ``.embedding``, ``.word``); instance ``i`` is
-    ``primitives[index[i]]`` under ``matrices[i]``, the upper three rows of its world matrix. ``paths[path_index[i]]``
-    are the words from the root down to the primitive's parent. ``ranks[i]`` is the instance's place among the
-    entities without a handle in depth-first pre-order, from 1 (0 where its embedding has a handle).
+    Attributes
+    ----------
+    primitives
+        Distinct primitive entities (see ``.shape``, ``.embedding``, ``.word``).
+    index : (N,)
+        Instance ``i`` is ``primitives[index[i]]``.
+    matrices : (N, 3, 4)
+        Upper three rows of the world matrices.
+    paths, path_index : (N,)
+        ``paths[path_index[i]]`` are the words from the root to the parent of the primitive.
+    ranks : (N,)
+        Position of the instance among the entities without a handle in depth-first pre-order, counted from 1; 0 if its
+        embedding has a handle.
     """
 
     primitives: tuple[Entity, ...]
@@ -47,16 +56,16 @@ class FlatFrame:
     def __len__(self) -> int:
         return len(self.index)
 
-    def only(self, which: npt.NDArray[np.bool_]) -> FlatFrame:
-        """The frame with the instances that the mask ``which`` (N,) selects."""
-        used, index = _distinct(self.index[which])
+    def select(self, mask: npt.NDArray[np.bool_]) -> FlatFrame:
+        """Return the frame restricted to the instances that ``mask`` (N,) selects."""
+        used, index = _distinct(self.index[mask])
         primitives = tuple(self.primitives[i] for i in used)
-        return FlatFrame(primitives, index, self.matrices[which], self.path_index[which], self.paths, self.ranks[which])
+        return FlatFrame(primitives, index, self.matrices[mask], self.path_index[mask], self.paths, self.ranks[mask])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlatScene:
-    """The flattened scene: one ``FlatFrame`` per frame (a static scene has one)."""
+    """Flattened scene with one ``FlatFrame`` per frame; a static scene has one."""
 
     word: str
     frames: tuple[FlatFrame, ...]
@@ -64,13 +73,21 @@ class FlatScene:
 
 
 def flatten(scene: Scene, limit: int = DEFAULT_LIMIT) -> FlatScene:
-    """Flatten every frame; raises LimitError when the scene has more than ``limit`` primitives in all."""
+    """Flatten every frame of a scene.
+
+    Raises
+    ------
+    LimitError("primitives")
+        If the frames have more than ``limit`` primitives in total.
+    SceneError("pose")
+        If a world matrix overflows.
+    """
     total = sum(primitive_count(root) for root in scene.frames)
     if total > limit:
         raise LimitError(
             "primitives",
             f"the scene expands to {total:,} primitives, more than the limit of {limit:,}",
-            hint="raise it with --max-primitives, or look at fewer: `count` and `bounds` never expand",
+            hint="raise the limit with `--max-primitives`, or use `count` or `bounds`, which do not expand the scene",
         )
     frames = tuple(flatten_entity(root) for root in scene.frames)
     if not all(np.isfinite(frame.matrices).all() for frame in frames):
@@ -80,19 +97,20 @@ def flatten(scene: Scene, limit: int = DEFAULT_LIMIT) -> FlatScene:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Graph:
-    """The DAG as arrays: the edges of node ``n`` are ``start[n]:start[n + 1]``."""
+    """The DAG as arrays, V nodes and E edges; the edges of node ``n`` are ``start[n]:start[n + 1]``."""
 
     nodes: list[Entity]
     start: IntArray  # (V + 1,)
     child: IntArray  # (E,)
     pose: Poses  # (12, E)
-    leaves: IntArray  # (V,) primitives below each node
+    leaves: IntArray  # (V,) number of primitives below each node
     unhandled: IntArray  # (V,) instances below and including each node whose embedding has no handle
-    leaf_offset: IntArray  # (E,) leaves of the earlier siblings
+    leaf_offset: IntArray  # (E,) number of leaves below the earlier siblings
     rank_offset: IntArray  # (E,) unhandled instances of the earlier siblings
 
 
-def graph_of(root: Entity, cut: Set[int]) -> Graph:
+def graph_of(root: Entity, opaque: Set[int]) -> Graph:
+    """Convert the DAG below ``root`` to arrays; entities whose ``id`` is in ``opaque`` are leaves."""
     nodes = list(descendants(root))
     number = {id(entity): i for i, entity in enumerate(nodes)}
     start = np.zeros(len(nodes) + 1, np.int64)
@@ -113,7 +131,7 @@ def graph_of(root: Entity, cut: Set[int]) -> Graph:
             leaf_sum += leaves[j]
             rank_sum += unhandled[j]
             edge += 1
-        leaves[i] = 1 if id(entity) in cut else leaf_sum + entity.is_primitive
+        leaves[i] = 1 if id(entity) in opaque else leaf_sum + entity.is_primitive
         unhandled[i] = rank_sum + (entity.embedding.handle is None)
     return Graph(
         nodes, start, child, pose, np.array(leaves, np.int64), np.array(unhandled, np.int64), leaf_offset, rank_offset
@@ -121,9 +139,10 @@ def graph_of(root: Entity, cut: Set[int]) -> Graph:
 
 
 def compose_many(parents: Poses, parent: IntArray, children: Poses, child: IntArray) -> Poses:
-    """``parents[:, parent] @ children[:, child]`` column by column, (12, N); in chunks that stay in the cache."""
+    """Return the products ``parents[:, parent] @ children[:, child]``, (12, N), computed in chunks that fit the
+    cache."""
     out = np.empty((12, len(parent)))
-    with np.errstate(over="ignore", invalid="ignore"):  # the caller tells what became infinite
+    with np.errstate(over="ignore", invalid="ignore"):  # the caller reports overflow
         _compose_chunks(parents, parent, children, child, out)
     return out
 
@@ -140,17 +159,17 @@ def _compose_chunks(parents: Poses, parent: IntArray, children: Poses, child: In
 
 
 class Paths:
-    """Paths of words as numbers, so that a level is extended at once."""
+    """Paths of words, interned as integers so that a whole level is extended at once."""
 
     def __init__(self, nodes: Sequence[Entity]) -> None:
         words: dict[str, int] = {}
         self.word_of = np.array([words.setdefault(entity.word, len(words)) for entity in nodes], np.int64)
         self.words = list(words)
-        self.parents: list[tuple[int, int]] = [(0, 0)]  # of each path: the path without its last word, that word
+        self.parents: list[tuple[int, int]] = [(0, 0)]  # for each path: its prefix, its last word
         self._numbers: dict[tuple[int, int], int] = {}
 
     def extend(self, path: IntArray, node: IntArray) -> IntArray:
-        """For each instance, the number of its path plus its own word."""
+        """Return for each instance the path extended by its own word."""
         key = path * len(self.words) + self.word_of[node]
         unique, inverse = np.unique(key, return_inverse=True)
         numbers = [self._number(int(k) // len(self.words), int(k) % len(self.words)) for k in unique]
@@ -163,8 +182,8 @@ class Paths:
             self.parents.append((path, word))
         return found
 
-    def spelled(self, path: int) -> tuple[str, ...]:
-        """The words of a path."""
+    def words_along(self, path: int) -> tuple[str, ...]:
+        """Return the words of a path."""
         found: list[str] = []
         while path:
             path, word = self.parents[path]
@@ -174,8 +193,25 @@ class Paths:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Level:
-    """Instances at one depth: node, pose, place among the leaves, unhandled instances before, path of words, the
-    parent's row among the opened instances of the level above and the place among its children."""
+    """Instances at one depth, N rows.
+
+    Attributes
+    ----------
+    node : (N,)
+        Node of the graph.
+    pose : (12, N)
+        World pose.
+    offset : (N,)
+        Index among the leaves in depth-first order.
+    rank : (N,)
+        Number of unhandled instances before it in pre-order.
+    path : (N,)
+        Path of words.
+    parent : (N,)
+        Row of the parent among the inner instances of the level above.
+    position : (N,)
+        Index among the children of the parent.
+    """
 
     node: IntArray
     pose: Poses
@@ -185,7 +221,8 @@ class Level:
     parent: IntArray
     position: IntArray
 
-    def only(self, mask: npt.NDArray[np.bool_]) -> Level:
+    def select(self, mask: npt.NDArray[np.bool_]) -> Level:
+        """Return the instances that ``mask`` (N,) selects."""
         if mask.all():
             return self
         return Level(
@@ -199,8 +236,8 @@ class Level:
         )
 
 
-def _below(graph: Graph, level: Level, paths: Paths, has_handle: npt.NDArray[np.bool_]) -> Level:
-    """The children of a level's instances, as far as primitives are below them."""
+def _children(graph: Graph, level: Level, paths: Paths, has_handle: npt.NDArray[np.bool_]) -> Level:
+    """Return the level below: the children of all instances that have primitives below them."""
     path = paths.extend(level.path, level.node)
     rank = level.rank + ~has_handle[level.node]
     first = graph.start[level.node]
@@ -222,7 +259,7 @@ def _below(graph: Graph, level: Level, paths: Paths, has_handle: npt.NDArray[np.
 
 
 def levels(graph: Graph, is_leaf: npt.NDArray[np.bool_], paths: Paths) -> Iterator[tuple[Level, Level]]:
-    """The leaves and the opened instances at each depth, from the root down."""
+    """Iterate over the depths from the root; yield the leaves and the inner instances of each."""
     has_handle = np.array([entity.embedding.handle is not None for entity in graph.nodes])
     zero = np.zeros(1, np.int64)
     identity = np.array(IDENTITY).reshape(12, 1)
@@ -230,21 +267,25 @@ def levels(graph: Graph, is_leaf: npt.NDArray[np.bool_], paths: Paths) -> Iterat
     level = Level(root, identity, zero, zero, zero, zero, zero)
     while len(level.node):
         leaf = is_leaf[level.node]
-        inner = level.only(~leaf & (graph.leaves[level.node] > 0))
-        yield level.only(leaf), inner
+        inner = level.select(~leaf & (graph.leaves[level.node] > 0))
+        yield level.select(leaf), inner
         if not len(inner.node):
             return
-        level = _below(graph, inner, paths, has_handle)
+        level = _children(graph, inner, paths, has_handle)
 
 
-def flatten_entity(root: Entity, cut: Set[int] = frozenset(), whole_cells: bool = True) -> FlatFrame:
-    """Flatten one entity; its own pose is the identity. The caller has checked the number of primitives.
+def flatten_entity(root: Entity, opaque: Set[int] = frozenset(), snap_blocks: bool = True) -> FlatFrame:
+    """Flatten one entity, whose own pose is the identity. The caller has checked the number of primitives.
 
-    Entities whose ``id`` is in ``cut`` are not opened: they stand among the primitives. ``whole_cells=False`` leaves
-    blocks where their poses put them, for an entity that is only a part of a scene.
+    Parameters
+    ----------
+    opaque
+        Values of ``id`` of entities that are not expanded but listed among the primitives.
+    snap_blocks
+        Whether to move Minecraft blocks to whole cells; False for an entity that is only a part of a scene.
     """
-    graph = graph_of(root, cut)
-    is_leaf = np.array([entity.is_primitive or id(entity) in cut for entity in graph.nodes])
+    graph = graph_of(root, opaque)
+    is_leaf = np.array([entity.is_primitive or id(entity) in opaque for entity in graph.nodes])
     paths = Paths(graph.nodes)
     found = [leaves for leaves, _ in levels(graph, is_leaf, paths) if len(leaves.node)]
     leaves = _in_order(found, int(graph.leaves[-1]))
@@ -253,22 +294,22 @@ def flatten_entity(root: Entity, cut: Set[int] = frozenset(), whole_cells: bool 
     matrices = leaves.pose.T.reshape(-1, 3, 4)
     has_handle = np.array([entity.embedding.handle is not None for entity in graph.nodes])
     is_block = np.array([graph.nodes[i].is_block for i in used])
-    if whole_cells and is_block.any():
+    if snap_blocks and is_block.any():
         matrices = np.ascontiguousarray(matrices)
         rows = is_block[index]
-        matrices[rows, :, 3] = np.trunc(matrices[rows, :, 3]) + 0.0  # no negative zeros
+        matrices[rows, :, 3] = np.trunc(matrices[rows, :, 3]) + 0.0  # + 0.0 turns -0.0 into 0.0
     return FlatFrame(
         tuple(graph.nodes[i] for i in used),
         index,
         matrices,
         path_index,
-        tuple(paths.spelled(int(path)) for path in used_paths),
+        tuple(paths.words_along(int(path)) for path in used_paths),
         np.where(has_handle[leaves.node], 0, leaves.rank + 1),
     )
 
 
 def _distinct(numbers: IntArray) -> tuple[IntArray, IntArray]:
-    """The distinct small numbers, ascending, and for each item its place among them."""
+    """Return the distinct non-negative integers in ascending order, and for each item its index among them."""
     used = np.flatnonzero(np.bincount(numbers))
     place = np.zeros(int(used[-1]) + 1 if len(used) else 0, np.int64)
     place[used] = np.arange(len(used))
@@ -276,8 +317,8 @@ def _distinct(numbers: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _in_order(found: list[Level], total: int) -> Level:
-    """The leaves of all levels, depth first; of parents and positions only one level of leaves has sensible ones."""
-    if len(found) == 1:  # one level of leaves is in order already
+    """Merge the leaves of all levels into depth-first order; ``parent`` and ``position`` then have no meaning."""
+    if len(found) == 1:  # a single level is already in order
         return found[0]
     columns = {name: np.zeros(total, np.int64) for name in ("node", "offset", "rank", "path", "parent", "position")}
     pose = np.zeros((12, total))

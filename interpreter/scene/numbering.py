@@ -1,8 +1,9 @@
-"""The numbers of embeddings: a view of the scene, made when asked for (docs/language.md, section 4, "Z and numbers").
+"""Automatic numbers of embeddings, a view of the scene computed on demand (docs/language.md, "Numbers and the file Z").
 
-A counter runs over the expanded graph in depth-first pre-order. An instance whose embedding has a handle takes no
-number; each other takes the next one that is no handle anywhere in the scene. In a 4D scene corresponding entities
-(equal child positions from the root) share a number, and paths that appear later are numbered after.
+The expanded graph is numbered in depth-first pre-order. An instance whose embedding has a handle gets no number; every
+other instance gets the next number that is not the handle of any embedding in the scene. In a 4D scene, corresponding
+entities (with the same child positions from the root) share a number, and paths that first appear in a later frame are
+numbered after those of the earlier frames.
 """
 
 from __future__ import annotations
@@ -26,16 +27,28 @@ if TYPE_CHECKING:
     IntArray = npt.NDArray[np.int64]
 
 
-# Every instance of every entity of a scene, numbered, and the way from each primitive up to the root.
+# --- the instance tree of a frame ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ancestry:
-    """The M instances that are primitives or have primitives below them, level by level from the root, number 0.
+    """Tree of the M instances that are primitives or have primitives below them, in breadth-first order from the root,
+    0.
 
-    ``nodes[node[i]]`` is the entity of instance i, ``parent[i]`` its parent (-1 for the root), ``position[i]`` its
-    place among the parent's children, ``depth[i]`` how far it is from the root, ``poses[i]`` (3, 4) where it stands in
-    the world. ``primitives[k]`` (N,) is the instance that the k-th primitive of the flattened frame is.
+    Attributes
+    ----------
+    nodes, node : (M,)
+        ``nodes[node[i]]`` is the entity of instance ``i``.
+    parent : (M,)
+        Parent instance; -1 for the root.
+    position : (M,)
+        Index among the children of the parent.
+    depth : (M,)
+        Distance from the root.
+    poses : (M, 3, 4)
+        World poses.
+    primitives : (N,)
+        Instance of each primitive of the flattened frame.
     """
 
     nodes: tuple[Entity, ...]
@@ -50,14 +63,14 @@ class Ancestry:
         return len(self.node)
 
     @property
-    def deepest(self) -> int:
+    def max_depth(self) -> int:
         return int(self.depth.max())
 
     def entity(self, instance: int) -> Entity:
         return self.nodes[int(self.node[instance])]
 
     def at_depth(self, depth: int) -> IntArray:
-        """For every instance (M,) its ancestor at ``depth``; itself where it stands higher than that."""
+        """Return for every instance (M,) its ancestor at ``depth``, or itself if it is nearer to the root."""
         found = np.arange(len(self))
         while True:
             deeper = np.flatnonzero(self.depth[found] > depth)
@@ -66,7 +79,7 @@ class Ancestry:
             found[deeper] = self.parent[found[deeper]]
 
     def path(self, instance: int) -> tuple[int, ...]:
-        """The child positions from the root to an instance."""
+        """Return the child positions from the root to an instance."""
         found: list[int] = []
         while self.parent[instance] >= 0:
             found.append(int(self.position[instance]))
@@ -75,18 +88,18 @@ class Ancestry:
 
 
 def ancestry_of(root: Entity) -> Ancestry:
-    """Number every instance below and including ``root``. The caller has checked the number of primitives."""
+    """Build the instance tree of ``root``. The caller has checked the number of primitives."""
     graph = graph_of(root, frozenset())
     is_leaf = np.array([entity.is_primitive for entity in graph.nodes])
     found = list(levels(graph, is_leaf, Paths(graph.nodes)))
-    return _joined(graph, found)
+    return _concatenated(graph, found)
 
 
-def _joined(graph: Graph, found: list[tuple[Level, Level]]) -> Ancestry:
-    """The levels one after the other, at each depth the opened instances before the leaves."""
+def _concatenated(graph: Graph, found: list[tuple[Level, Level]]) -> Ancestry:
+    """Concatenate the levels; at each depth, the inner instances precede the leaves."""
     node, parent, position, depth, poses = [], [], [], [], []
     primitives = np.zeros(int(graph.leaves[-1]), np.int64)
-    above, start = 0, 0  # where the opened instances of the level above begin, and this level
+    above, start = 0, 0  # first inner instance of the level above, first instance of this level
     for number, (leaves, inner) in enumerate(found):
         primitives[leaves.offset] = start + len(inner.node) + np.arange(len(leaves.node))
         for part in (inner, leaves):
@@ -107,43 +120,57 @@ def _joined(graph: Graph, found: list[tuple[Level, Level]]) -> Ancestry:
     )
 
 
+# --- numbers ---------------------------------------------------------------------------------------------------------
+
 _NUMBERED = re.compile(r"z([1-9]\d{0,17})\Z")
 Path = tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Numbering:
-    """``taken`` are the numbers that handles in the scene use; ``unhandled`` counts instances below each node."""
+    """Numbers of the instances of a scene.
+
+    Attributes
+    ----------
+    taken
+        Numbers that handles in the scene use, ascending.
+    unhandled
+        Number of instances without a handle below and including each entity, by ``id``.
+    """
 
     scene: Scene
     taken: tuple[int, ...]
     unhandled: dict[int, int]
 
     def number(self, rank: int) -> int:
-        """The number of the instance that is the ``rank``-th (from 1) without a handle."""
-        free_before = [k - 1 - i for i, k in enumerate(self.taken)]
+        """Return the number of the ``rank``-th instance without a handle, counted from 1."""
+        free_before = [k - 1 - i for i, k in enumerate(self.taken)]  # free numbers below each taken one
         return rank + bisect_left(free_before, rank)
 
     def rank(self, number: int) -> int | None:
-        """The inverse of ``number``; None for a number that a handle in the scene uses."""
+        """Return the inverse of ``number``, or None if a handle in the scene uses this number."""
         position = bisect_left(self.taken, number)
         if position < len(self.taken) and self.taken[position] == number:
             return None
         return number - position
 
     def children(self, entity: Entity, rank: int) -> Iterator[tuple[Any, int]]:
-        """The parts of an instance with ``rank`` unhandled instances before it, each with its own such count."""
+        """Iterate over the parts of an instance, each with the number of unhandled instances before it.
+
+        ``rank`` is the number of unhandled instances before the instance itself.
+        """
         before = rank + (entity.embedding.handle is None)
         for part in entity.children:
             yield part, before
             before += self.unhandled[id(part.car)]
 
     def handle(self, entity: Entity, before: int) -> str:
-        """The handle of an instance: its embedding's own, or its number's."""
+        """Return the handle of an instance: that of its embedding, or its automatic number."""
         return entity.embedding.handle or f"z{self.number(before + 1)}"
 
     def path(self, number: int) -> Path | None:
-        """The child positions from the root to the instance with an automatic number, in the first frame."""
+        """Return the child positions of the instance with an automatic number in the first frame, or None if there is
+        none."""
         rank = self.rank(number)
         if rank is None or not 1 <= rank <= self.unhandled[id(self.scene.root)]:
             return None
@@ -158,9 +185,9 @@ class Numbering:
 
 
 def first_handles(scene: Scene, frame: int) -> dict[int, str]:
-    """The handle of the first instance of every distinct entity of one frame, by ``id``: its own or its number's.
+    """Return the handle of the first instance of each distinct entity of one frame, keyed by ``id``.
 
-    Exact for static scenes; numbers of a later frame of a 4D scene count as if it stood alone.
+    In a 4D scene, numbers of a later frame are those that the frame would have as a static scene.
     """
     root = scene.frames[frame]
     alone = scene if len(scene.frames) == 1 else Scene(scene.word, [root], False)
@@ -177,12 +204,12 @@ def first_handles(scene: Scene, frame: int) -> dict[int, str]:
 
 
 def handles_in(scene: Scene) -> set[str]:
-    """Every handle that an embedding in the scene carries."""
+    """Return all handles that embeddings of the scene have."""
     return {e.embedding.handle for e in descendants(*scene.frames) if e.embedding.handle is not None}
 
 
 def number_scene(scene: Scene) -> Numbering:
-    """The numbering of a scene; exact without expanding its first frame."""
+    """Compute the numbering of a scene, exact for its first frame, without expanding it."""
     taken = sorted(int(m[1]) for m in map(_NUMBERED.match, handles_in(scene)) if m)
     unhandled: dict[int, int] = {}
     for entity in descendants(*scene.frames):
@@ -192,7 +219,7 @@ def number_scene(scene: Scene) -> Numbering:
 
 
 def instances(root: Entity) -> Iterator[tuple[Path, Entity]]:
-    """Every instance below and including ``root`` with its child positions, in depth-first pre-order."""
+    """Iterate over all instances below and including ``root`` in depth-first pre-order, with their child positions."""
     stack: list[tuple[Path, Entity]] = [((), root)]
     while stack:
         path, entity = stack.pop()
@@ -202,7 +229,8 @@ def instances(root: Entity) -> Iterator[tuple[Path, Entity]]:
 
 
 def frame_numbers(scene: Scene) -> dict[Path, int]:
-    """The number of every path of a 4D scene: those of the first frame, then what appears in each later one."""
+    """Return the number of every path of a 4D scene: those of the first frame, then the new ones of each later
+    frame."""
     numbering = number_scene(scene)
     numbers: dict[Path, int] = {}
     for root in scene.frames:
@@ -213,8 +241,13 @@ def frame_numbers(scene: Scene) -> dict[Path, int]:
 
 
 def instance_handles(scene: Scene, ancestry: Ancestry, numbers: Mapping[Path, int] | None = None) -> list[str]:
-    """The handle of every instance of one frame, in the order of ``ancestry``; ``numbers`` are ``frame_numbers`` of a
-    scene of several frames, None for one of one frame."""
+    """Return the handle of every instance of one frame, in the order of ``ancestry``.
+
+    Parameters
+    ----------
+    numbers
+        The ``frame_numbers`` of a scene with several frames, None for a static scene.
+    """
     if numbers is not None:
         own = [ancestry.entity(i).embedding.handle for i in range(len(ancestry))]
         return [handle or f"z{numbers[ancestry.path(i)]}" for i, handle in enumerate(own)]
@@ -222,7 +255,7 @@ def instance_handles(scene: Scene, ancestry: Ancestry, numbers: Mapping[Path, in
     offsets: dict[int, list[int]] = {}
     before = [0] * len(ancestry)
     parents, positions = ancestry.parent.tolist(), ancestry.position.tolist()
-    for i in range(1, len(ancestry)):  # parents come first
+    for i in range(1, len(ancestry)):  # parents precede their children
         parent = ancestry.entity(parents[i])
         if id(parent) not in offsets:
             offsets[id(parent)] = [count for _, count in numbering.children(parent, 0)]
@@ -231,7 +264,7 @@ def instance_handles(scene: Scene, ancestry: Ancestry, numbers: Mapping[Path, in
 
 
 def primitive_handles(scene: Scene, flat: FlatScene) -> list[Sequence[str]]:
-    """The handle of every primitive of every frame, in the order of ``flat``."""
+    """Return for each frame the handles of its primitives, in the order of ``flat``."""
     if len(scene.frames) > 1:
         numbers = frame_numbers(scene)
         return [_handles_below(root, numbers) for root in scene.frames]
@@ -239,7 +272,7 @@ def primitive_handles(scene: Scene, flat: FlatScene) -> list[Sequence[str]]:
 
 
 def frame_handles(scene: Scene, number: int, frame: FlatFrame) -> Sequence[str]:
-    """The handle of every primitive of one frame of a scene, in the order of ``frame``."""
+    """Return the handle of every primitive of one frame, in the order of ``frame``."""
     if len(scene.frames) > 1:
         return _handles_below(scene.frames[number], frame_numbers(scene))
     return _static_handles(scene, frame)
@@ -258,18 +291,20 @@ def _static_handles(scene: Scene, frame: FlatFrame) -> Sequence[str]:
     return [own[i] or f"z{n}" for i, n in zip(frame.index.tolist(), numbers_of.tolist())]
 
 
-# Applying entries of Z to automatic numbers: one instance is made again under its new embedding, all else is shared.
+# --- overrides -------------------------------------------------------------------------------------------------------
 #
-# Numbering the scene without the entries fixes each entry's path. Then, outermost first, each entry is merged over its
-# instance's embedding, that call alone runs again, with the function that it had and the random streams as they stood
-# when it began, and its result is grafted in (docs/language.md, section 4).
+# Entries of the embeddings file that address an automatic number override the embedding of a single instance. Numbering
+# the scene without the entries fixes the path of each entry. Then, outermost first, each entry is merged into the
+# embedding of its instance, the call of that instance runs again with the same function and the random streams in the
+# state at its start, and the result replaces the instance (docs/language.md, "Numbers and the file Z").
 
 
-_NUMBER = "z"
+_NUMBER_PREFIX = "z"
 
 
-def automatic_entries(scene: Scene, entries: Mapping[str, ZEntry]) -> tuple[dict[Path, ZEntry], list[str]]:
-    """The entries that address instances by number, by path, outermost first; and the names that fit nothing."""
+def overrides_by_path(scene: Scene, entries: Mapping[str, ZEntry]) -> tuple[dict[Path, ZEntry], list[str]]:
+    """Return the entries that address instances by number, keyed by path, outermost first, and the names that match
+    nothing."""
     written = handles_in(scene)
     numbering = number_scene(scene)
     later = {number: path for path, number in frame_numbers(scene).items()} if len(scene.frames) > 1 else {}
@@ -278,9 +313,9 @@ def automatic_entries(scene: Scene, entries: Mapping[str, ZEntry]) -> tuple[dict
     for name, entry in entries.items():
         if name in written:
             continue
-        digits = name[1:] if name.startswith(_NUMBER) and name[1:].isdigit() else ""
+        digits = name[1:] if name.startswith(_NUMBER_PREFIX) and name[1:].isdigit() else ""
         path = None
-        if digits and len(digits) < 19:
+        if digits and len(digits) < 19:  # as in _NUMBERED: fits 64 bits
             path = later.get(int(digits)) if later else numbering.path(int(digits))
         if path is None:
             unused.append(name)
@@ -290,13 +325,13 @@ def automatic_entries(scene: Scene, entries: Mapping[str, ZEntry]) -> tuple[dict
 
 
 def serials_at(scene: Scene, paths: Mapping[Path, ZEntry]) -> frozenset[int]:
-    """The serials of the calls that made the instances at ``paths``, in every frame."""
-    found = (find(root, path) for root in scene.frames for path in paths)
-    return frozenset(entity.serial for entity in found if entity is not None)
+    """Return the serial numbers of the calls that created the instances at ``paths``, in every frame."""
+    entities = (instance_at(root, path) for root in scene.frames for path in paths)
+    return frozenset(entity.serial for entity in entities if entity is not None)
 
 
-def find(root: Entity, path: Path) -> Entity | None:
-    """The instance at ``path``, or None."""
+def instance_at(root: Entity, path: Path) -> Entity | None:
+    """Return the entity at ``path``, or None if there is none."""
     for position in path:
         if position >= len(root.children):
             return None
@@ -304,43 +339,52 @@ def find(root: Entity, path: Path) -> Entity | None:
     return root
 
 
-def graft(rt: Runtime, scene: Scene, entries: Mapping[Path, ZEntry]) -> Scene:
-    """The scene with ``entries`` applied. ``rt`` ran the program and kept the streams at ``serials_at``."""
+def apply_overrides(rt: Runtime, scene: Scene, entries: Mapping[Path, ZEntry]) -> Scene:
+    """Return the scene with ``entries`` applied.
+
+    ``rt`` must be the runtime that ran the program, with snapshots of the random streams at ``serials_at``.
+    """
     frames = list(scene.frames)
     for path, entry in entries.items():
         for index, root in enumerate(frames):
-            entity = find(root, path)
+            entity = instance_at(root, path)
             if entity is None:
                 if len(frames) == 1:
                     rt.warn(
                         "unused-entry",
-                        f"an entry's instance, at {list(path)}, is gone since an entry around it changed",
+                        f"the instance at {list(path)} no longer exists, because an entry for an enclosing instance "
+                        "changed the scene",
                     )
                 continue
-            frames[index] = _replaced(rt, root, path, _remade(rt, entity, entry))
+            frames[index] = _replace_at(rt, root, path, _reevaluated(rt, entity, entry))
     return Scene(scene.word, frames, scene.animated)
 
 
-def _remade(rt: Runtime, entity: Entity, entry: ZEntry) -> Entity:
+def _reevaluated(rt: Runtime, entity: Entity, entry: ZEntry) -> Entity:
+    """Return ``entity`` created again with the override merged into its embedding."""
     old = entity.embedding
     text = entry.text if entry.text is not None else old.text
     z = Embedding(old.handle, text, {**old.attributes, **entry.attributes})
     if entity.effects:
-        rt.warn("embedding-only", f'"{entity.word}" changed things outside itself, so only its embedding was replaced')
+        rt.warn("embedding-only", f'the call of "{entity.word}" has side effects, so only its embedding was replaced')
         return _with_embedding(rt, entity, z)
     if entity.serial in rt.snapshots:
         rt.streams.restore(rt.snapshots[entity.serial])
-    return rt.remake(entity, z)
+    return rt.reevaluate(entity, z)
 
 
 def _with_embedding(rt: Runtime, entity: Entity, z: Embedding) -> Entity:
+    """Return a copy of ``entity`` with another embedding and the same children."""
     copy = rt.make_entity(entity.word, z, entity.children)
     copy.function, copy.rest, copy.serial, copy.effects = entity.function, entity.rest, entity.serial, entity.effects
     return copy
 
 
-def _replaced(rt: Runtime, root: Entity, path: Path, replacement: Entity) -> Entity:
-    """``root`` with the instance at ``path`` replaced; the entities on the way are copied, all others shared."""
+def _replace_at(rt: Runtime, root: Entity, path: Path, replacement: Entity) -> Entity:
+    """Return ``root`` with the instance at ``path`` replaced.
+
+    Its ancestors are copied, all other entities are shared.
+    """
     chain = [root]
     for position in path[:-1]:
         chain.append(chain[-1].children[position].car)

@@ -1,5 +1,7 @@
-"""Scenes as text and data: the entity hierarchy, with counts where equal parts stand side by side, and the flattened
-scene as JSON."""
+"""Scenes as text and data: an outline of the entity hierarchy, and the flattened scene as JSON.
+
+The outline merges neighbouring parts of the same structure into one line with a count.
+"""
 
 from __future__ import annotations
 
@@ -17,16 +19,20 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.flatten import FlatScene
 
 MAX_LINES = 2_000
-_LONGEST_ATTRIBUTES = 60
+_MAX_COMPARED = 200  # children of an entity whose words are compared
+_MAX_ATTRIBUTES_WIDTH = 60  # characters
 
 
-def outline(scene: Scene, depth: int | None = None, poses: bool = False, every: bool = False) -> Iterator[str]:
-    """Lines of the tree of the first frame, at most ``MAX_LINES``. Neighbours with one word and one shape of subtree
-    are one line, ``64 x square <z3> ... <z66>``, unless ``every``."""
+def outline(scene: Scene, depth: int | None = None, poses: bool = False, expand: bool = False) -> Iterator[str]:
+    """Iterate over the lines of the tree of the first frame, at most ``MAX_LINES``.
+
+    Consecutive siblings with the same word and the same child words share a line, such as ``64 x square <z3> ...
+    <z66>``, unless ``expand`` is set.
+    """
     if scene.animated:
         yield f"{len(scene.frames)} frames; the first:"
     numbering = number_scene(scene)
-    stack: list[tuple[str, str, list[tuple[Any, int]]]] = [("", "", [(_root_part(scene.root), 0)])]
+    stack: list[tuple[str, str, list[tuple[Any, int]]]] = [("", "", [(_RootPart(scene.root), 0)])]
     lines = 0
     while stack:
         prefix, inner, group = stack.pop()
@@ -37,7 +43,7 @@ def outline(scene: Scene, depth: int | None = None, poses: bool = False, every: 
         part, before = group[0]
         yield prefix + _label(numbering, group, poses)
         level = len(inner) // 3
-        groups = _groups(numbering, part.car, before, every)
+        groups = _groups(numbering, part.car, before, expand)
         if groups and depth is not None and level >= depth:
             yield inner + f"└─ ... {sum(map(len, groups)):,} parts"
             continue
@@ -46,21 +52,21 @@ def outline(scene: Scene, depth: int | None = None, poses: bool = False, every: 
             stack.append((inner + ("└─ " if last else "├─ "), inner + ("   " if last else "│  "), groups[position]))
 
 
-class _root_part:
-    """The root as a part without a pose."""
+class _RootPart:
+    """The root as a part with the identity pose."""
 
     def __init__(self, root: Entity) -> None:
         self.car = root
         self.cdr = IDENTITY
 
 
-def _groups(numbering: Numbering, entity: Entity, before: int, every: bool) -> list[list[tuple[Any, int]]]:
-    """The parts, neighbours that look alike together."""
+def _groups(numbering: Numbering, entity: Entity, before: int, expand: bool) -> list[list[tuple[Any, int]]]:
+    """Return the parts of ``entity``, with runs of similar siblings grouped."""
     groups: list[list[tuple[Any, int]]] = []
     last: Any = None
     for part, count in numbering.children(entity, before):
         signature = _signature(part.car)
-        if groups and not every and signature == last:
+        if groups and not expand and signature == last:
             groups[-1].append((part, count))
         else:
             groups.append([(part, count)])
@@ -69,8 +75,8 @@ def _groups(numbering: Numbering, entity: Entity, before: int, every: bool) -> l
 
 
 def _signature(entity: Entity) -> Any:
-    """What two neighbours must share to be one line: the word and the children's words, one level down."""
-    return entity.word, tuple(part.car.word for part in entity.children[:200]), len(entity.children)
+    """Return the key that siblings must share to be merged into one line: the word and the words of the children."""
+    return entity.word, tuple(part.car.word for part in entity.children[:_MAX_COMPARED]), len(entity.children)
 
 
 def _label(numbering: Numbering, group: list[tuple[Any, int]], poses: bool) -> str:
@@ -83,16 +89,16 @@ def _label(numbering: Numbering, group: list[tuple[Any, int]], poses: bool) -> s
     else:
         text = f"{entity.word} {first}"
     z = entity.embedding
-    facts = [f'"{z.text}"'] if z.text else []
-    facts += [f":{name} {_brief(value)}" for name, value in z.attributes.items()]
-    joined = " ".join(facts)
+    attributes = [f'"{z.text}"'] if z.text else []
+    attributes += [f":{name} {_brief(value)}" for name, value in z.attributes.items()]
+    joined = " ".join(attributes)
     if joined and len(group) == 1:
-        text += "  " + (joined if len(joined) <= _LONGEST_ATTRIBUTES else joined[: _LONGEST_ATTRIBUTES - 3] + "...")
+        text += "  " + (joined if len(joined) <= _MAX_ATTRIBUTES_WIDTH else joined[: _MAX_ATTRIBUTES_WIDTH - 3] + "...")
     return text + (_pose_text(part.cdr) if poses and len(group) == 1 else "")
 
 
 def _brief(value: Any) -> str:
-    """A value with numbers of four digits, short enough for a tree."""
+    """Format an attribute value for the tree, with floats rounded to four significant digits."""
     if type(value) is float:
         return f"{value:.4g}"
     if type(value) is Vector:
@@ -112,7 +118,8 @@ def _pose_text(m: Matrix) -> str:
 
 
 def outline_data(scene: Scene, depth: int | None = None) -> dict[str, Any]:
-    """The tree of the first frame as plain data, every instance on its own, cut at ``depth`` and ``MAX_LINES``."""
+    """Return the tree of the first frame as plain data, one node per instance, truncated at ``depth`` and
+    ``MAX_LINES``."""
     numbering = number_scene(scene)
     root = _node(numbering, scene.root, 0)
     pending: list[tuple[dict[str, Any], Entity, int, int]] = [(root, scene.root, 0, 0)]
@@ -145,7 +152,15 @@ def _node(numbering: Numbering, entity: Entity, before: int) -> dict[str, Any]:
 
 
 def flat_json(flat: FlatScene, handles: Sequence[Sequence[str]]) -> Iterator[str]:
-    """A flattened scene as JSON, primitive by primitive, so that memory stays small; ``handles`` of each frame."""
+    """Serialize a flattened scene as JSON, yielded per primitive to limit memory use.
+
+    Parameters
+    ----------
+    flat
+        The flattened scene.
+    handles
+        For each frame, the handle of each primitive.
+    """
     yield f'{{"root": {json.dumps(flat.word)}, "frames": ['
     for position, (frame, names) in enumerate(zip(flat.frames, handles, strict=True)):
         yield (", " if position else "") + '{"primitives": ['

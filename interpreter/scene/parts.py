@@ -1,4 +1,5 @@
-"""What entity functions give: parts, poses and embeddings out of the values that programs make (language.md, 2)."""
+"""Conversion of program values to the arguments of entities: parts, poses, embeddings (docs/language.md, "Entities and
+embeddings")."""
 
 from __future__ import annotations
 
@@ -32,29 +33,44 @@ if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
 
 
-_BLOCK = 256  # parts between two checks
-_FEW = 32  # attributes that are not charged
+_CHECK_INTERVAL = 256  # parts between two checks of the limits
+_FREE_ATTRIBUTES = 32  # maximum number of attributes that cost no steps
 
 
 def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pair, ...]:
-    """The flat tuple of pairs ``(Entity . Matrix)`` that ``value`` is; raises SceneError naming ``word``.
+    """Flatten a value to a tuple of parts, that is, pairs ``(Entity . Matrix)``.
 
-    Lists that share their members can be far larger than they look, so the work is charged as it is done."""
+    Lists that share their tails can be exponentially larger than their memory, so the work is charged while it is done.
+
+    Parameters
+    ----------
+    value
+        An entity, an ``(entity . pose)`` pair, or a list of parts, nested to any depth.
+    word
+        Word that the error message names.
+
+    Raises
+    ------
+    SceneError("parts")
+        If ``value`` contains anything else.
+    SceneError("pose")
+        If an entity is paired with an invalid pose.
+    """
     if type(value) is Entity:
         return (Pair(value, IDENTITY),)
     out: list[Pair] = []
     stack: list[Any] = [value]
-    turns = 0
+    pending = 0
     while stack:
         item = stack.pop()
         kind = type(item)
-        turns += 1
-        if turns >= _BLOCK:
-            turns = 0
-            runtime.charge(_BLOCK)
+        pending += 1
+        if pending >= _CHECK_INTERVAL:
+            pending = 0
+            runtime.charge(_CHECK_INTERVAL)
             runtime.meter.check_growth(len(out), "a list of parts")
-        while kind is Pair and turns < _BLOCK:
-            turns += 1
+        while kind is Pair and pending < _CHECK_INTERVAL:
+            pending += 1
             head = item.car
             if type(head) is Entity:
                 tail = item.cdr
@@ -85,13 +101,16 @@ def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pai
             runtime.charge(len(item.items) >> 8)
             stack.extend(reversed(item.items))
         elif item is not NIL:
-            raise _no_part(item, word)
-    runtime.charge(turns >> 1)
+            raise _not_a_part(item, word)
+    runtime.charge(pending >> 1)
     return tuple(out)
 
 
 def primitives_of(runtime: Runtime, value: Any) -> list[Pair]:
-    """The primitives of an entity, pair or parts, depth first: pairs (entity . pose within ``value``)."""
+    """Return the primitives below an entity, pair or list of parts in depth-first order, as pairs (entity . pose).
+
+    The poses are relative to ``value``.
+    """
     found: list[Pair] = []
     stack: list[tuple[Matrix, Iterator[Pair]]] = [(IDENTITY, iter(parts_of(runtime, value)))]
     while stack:
@@ -111,36 +130,47 @@ def primitives_of(runtime: Runtime, value: Any) -> list[Pair]:
     return found
 
 
-def _no_part(item: Any, word: str | None) -> SceneError:
+def _not_a_part(item: Any, word: str | None) -> SceneError:
     where = f' in "{word}"' if word is not None else ""
     message = f"expected entities or (entity . matrix) pairs{where}, got {type_name(item)}"
     if item is not None:
         message += f": {show(item, 60)}"
-    hint = "nothing at all is `(union)`" if item is None or isinstance(item, bool) else None
+    hint = "to return no parts, write `(union)`" if item is None or isinstance(item, bool) else None
     if type(item) is Matrix:
-        hint = "a pose belongs to an entity: `(transform entity matrix)`"
+        hint = "to apply a pose to an entity, write `(transform entity matrix)`"
     elif type(item) is str:
-        hint = f"a word is called: `(call {show(item, 40)})`"
+        hint = f"to create an entity from a word, write `(call {show(item, 40)})`"
     return SceneError("parts", message, hint=hint)
 
 
 def pose_from(runtime: Runtime, value: Any) -> Matrix:
-    """The finite pose that ``value`` is, or an error."""
+    """Convert a value to a finite pose; raise ``SceneError("pose")`` if it is not one."""
     matrix = matrix_or_none(runtime, value)
     if matrix is None:
-        message = f"a pose must be a 4x4 matrix whose last row is 0 0 0 1, got {type_name(value)}: {show(value, 60)}"
-        raise SceneError("pose", message, hint="a vector becomes a pose with `(translate [x y z])`")
+        message = f"expected a 4x4 pose matrix with the last row 0 0 0 1, got {type_name(value)}: {show(value, 60)}"
+        raise SceneError("pose", message, hint="to turn a vector into a pose, write `(translate [x y z])`")
     if not pose.is_finite(matrix):
-        raise SceneError("pose", "a pose must be finite, but this one holds nan or inf")
+        raise SceneError("pose", "a pose must be finite, but this one contains nan or inf")
     return matrix
 
 
 def call_embeddings(
     runtime: Runtime, word: Any, arguments: list[Any]
 ) -> tuple[Embedding, list[Embedding], frozenset[str]]:
-    """z, gamma and the attribute names written, from the arguments of a ``call``: embeddings and ``:name value``."""
+    """Return the embeddings and attribute names in the arguments of a ``call``.
+
+    Parameters
+    ----------
+    arguments
+        Embeddings or texts, and ``:name value`` attributes.
+
+    Returns
+    -------
+    tuple of (Embedding, list of Embedding, frozenset of str)
+        The embedding z with the attributes merged in, the rest gamma, and the names of the attributes.
+    """
     if type(word) is not str:
-        raise SceneError("word", f"`call` wants a string for the word, got {type_name(word)}: {show(word, 40)}")
+        raise SceneError("word", f"`call` expects a string as the word, got {type_name(word)}: {show(word, 40)}")
     embeddings: list[Embedding] = []
     attributes: dict[str, Any] = {}
     pending = iter(arguments)
@@ -149,11 +179,11 @@ def call_embeddings(
         if kind is Keyword:
             name = str(argument)
             if name in attributes:
-                raise SceneError("keyword", f'`:{name}` is given twice in a call of "{word}"')
+                raise SceneError("keyword", f'`:{name}` appears twice in a call of "{word}"')
             try:
                 attributes[name] = next(pending)
             except StopIteration:
-                raise SceneError("keyword", f'`:{name}` is followed by no value in a call of "{word}"') from None
+                raise SceneError("keyword", f'`:{name}` has no value in a call of "{word}"') from None
         elif kind is Embedding:
             embeddings.append(argument)
         elif kind is str:
@@ -167,23 +197,27 @@ def call_embeddings(
 
 
 def not_an_embedding(word: str, value: Any) -> SceneError:
-    message = f'`call` wants embeddings and `:name value` attributes, but "{word}" got {type_name(value)}'
-    hint = f'name the attribute: `(call "{word}" :name {show(value, 30)})`'
+    """Return the error for an argument of ``call`` that is neither an embedding nor an attribute."""
+    message = f'`call` expects embeddings and `:name value` attributes, but "{word}" got {type_name(value)}'
+    hint = f'to set an attribute, write its name: `(call "{word}" :name {show(value, 30)})`'
     if isinstance(value, HandleList):
-        hint = "take as many as you need: `(list-head gamma n)`"
+        hint = "to pass the first n embeddings of an infinite list, write `(list-head gamma n)`"
     return SceneError("embedding", message + f": {show(value, 60)}", hint=hint)
 
 
 def with_attributes(runtime: Runtime, z: Embedding, attributes: Mapping[str, Any]) -> Embedding:
-    """``z`` with more attributes, which win over its own; tables are copied, so that later changes do not show."""
+    """Return ``z`` with ``attributes`` merged in, overriding its own.
+
+    Tables are copied, so later mutation has no effect.
+    """
     copied = {name: copy_table(runtime, value) if type(value) is Table else value for name, value in attributes.items()}
-    if len(z.attributes) + len(copied) > _FEW:
+    if len(z.attributes) + len(copied) > _FREE_ATTRIBUTES:
         runtime.charge((len(z.attributes) + len(copied)) >> 4)
     return Embedding(z.handle, z.text, {**z.attributes, **copied} if z.attributes else copied)
 
 
 def copy_table(runtime: Runtime, table: Table) -> Table:
-    """An unchangeable copy of a table."""
+    """Return an immutable copy of a table."""
     if table.birth < 0:
         return table
     runtime.read(table)
@@ -192,9 +226,9 @@ def copy_table(runtime: Runtime, table: Table) -> Table:
 
 
 def geometric_attributes(runtime: Runtime, z: Embedding) -> dict[str, Any]:
-    """The attributes as geometry reads them; mutable lists and arrays count as read at this moment."""
+    """Return the attributes of ``z`` for the geometry; mutable lists and arrays are recorded as read."""
     attributes = dict(z.attributes)
-    if len(attributes) > _FEW:
+    if len(attributes) > _FREE_ATTRIBUTES:
         runtime.charge(len(attributes) >> 4)
     for value in attributes.values():
         if isinstance(value, (MutableList, MutableArray, Set)):
@@ -205,31 +239,37 @@ def geometric_attributes(runtime: Runtime, z: Embedding) -> dict[str, Any]:
 
 
 def load_asset(runtime: Runtime, attributes: dict[str, Any]) -> tuple[Asset, dict[str, Any]]:
-    """What is known of an asset's mesh file, and its attributes with the file's resolved path."""
+    """Load the mesh file of an asset.
+
+    Returns
+    -------
+    tuple of (Asset, dict)
+        Metadata of the mesh, and the attributes with the resolved path of the file.
+    """
     file = attributes.get("file")
     if type(file) is not str:
-        raise SceneError("attribute", 'the primitive "asset" needs the attribute `:file`, a string')
+        raise SceneError("attribute", 'the primitive "asset" requires the attribute `:file`, a string')
     if runtime.asset is None:
-        raise SceneError("file", f"the asset {file} cannot be read here")
+        raise SceneError("file", f"cannot read the asset {file}: loading of assets is disabled here")
     asset = runtime.asset(file, runtime.charge)
     return asset, {**attributes, "file": asset.path}
 
 
 def attribute_table(runtime: Runtime, pairs: Mapping[str, Any]) -> Table:
-    """A table from names to values."""
+    """Create a table that maps names to values."""
     runtime.charge(len(pairs) >> 4)
     return runtime.table_of({table_key(name): (name, value) for name, value in pairs.items()})
 
 
 def transformed(runtime: Runtime, part: Any, matrix: Any) -> Any:
-    """``(transform part matrix)``: an Entity gives the paper's pair, a pair a pair, a list a list."""
+    """Apply ``(transform part matrix)``: return a pair for an entity or pair, and a list for a list."""
     moved = pose_from(runtime, matrix)
     if type(part) is Entity:
         return Pair(part, moved)
     parts = parts_of(runtime, part)
     composed: list[Pair] = []
-    for start in range(0, len(parts), _BLOCK):
-        block = parts[start : start + _BLOCK]
+    for start in range(0, len(parts), _CHECK_INTERVAL):
+        block = parts[start : start + _CHECK_INTERVAL]
         runtime.charge(len(block))
         composed += [Pair(p.car, pose_from(runtime, pose.compose(moved, p.cdr))) for p in block]
     if type(part) is Pair and type(part.car) is Entity and part.cdr is not NIL and type(part.cdr) is not Pair:

@@ -1,6 +1,7 @@
-"""Affine poses as 12-tuples (see ``values.Matrix``): a tenth of the cost of 4x4 numpy arrays one at a time.
+"""Affine poses as 12-tuples (see ``values.Matrix``), which for single poses cost a tenth of 4x4 numpy arrays.
 
-Column vectors, right-handed, radians; ``compose(a, b)`` applies ``b`` first (language.md, section 6).
+Conventions: column vectors, right-handed frames, radians. ``compose(a, b)`` applies ``b`` first (docs/language.md,
+"Geometry").
 """
 
 from __future__ import annotations
@@ -21,11 +22,12 @@ Point = tuple[float, float, float]
 
 
 def translation(x: float, y: float, z: float) -> Matrix:
+    """Return the translation by (x, y, z)."""
     return Matrix((1.0, 0.0, 0.0, float(x), 0.0, 1.0, 0.0, float(y), 0.0, 0.0, 1.0, float(z)))
 
 
 def about(linear: Sequence[float], point: Sequence[float]) -> Matrix:
-    """The pose with the 3x3 ``linear`` part (row-major) that keeps ``point`` fixed."""
+    """Return the pose with the 3x3 ``linear`` part (row-major) that maps ``point`` to itself."""
     a, b, c, d, e, f, g, h, i = linear
     x, y, z = point
     return Matrix((
@@ -36,14 +38,17 @@ def about(linear: Sequence[float], point: Sequence[float]) -> Matrix:
 
 
 def rotation(angle: float, axis: Sequence[float], point: Sequence[float]) -> Matrix:
-    """Right-hand rotation by ``angle`` radians about ``axis`` through ``point``; raises ValueError for a zero axis."""
+    """Return the right-handed rotation by ``angle`` radians about the ``axis`` through ``point``.
+
+    Raises ValueError for a zero axis.
+    """
     x, y, z = axis
     norm = math.sqrt(x * x + y * y + z * z)
     if norm == 0.0 or not math.isfinite(norm):
-        raise ValueError("the axis of a rotation must have a length")
+        raise ValueError("the rotation axis must be a finite non-zero vector")
     x, y, z = x / norm, y / norm, z / norm
     c, s = math.cos(angle), math.sin(angle)
-    t = 1.0 - c
+    t = 1.0 - c  # Rodrigues' rotation formula
     return about(
         (t * x * x + c, t * x * y - s * z, t * x * z + s * y,
          t * x * y + s * z, t * y * y + c, t * y * z - s * x,
@@ -53,17 +58,18 @@ def rotation(angle: float, axis: Sequence[float], point: Sequence[float]) -> Mat
 
 
 def scaling(x: float, y: float, z: float, origin: Sequence[float]) -> Matrix:
+    """Return the scaling by (x, y, z) that maps ``origin`` to itself."""
     return about((float(x), 0.0, 0.0, 0.0, float(y), 0.0, 0.0, 0.0, float(z)), origin)
 
 
 def reflection(point: Sequence[float], normal: Sequence[float]) -> Matrix:
-    """Mirror in the plane through ``point`` with ``normal``; raises ValueError for a zero normal."""
+    """Return the reflection in the plane through ``point`` with ``normal``; raise ValueError for a zero normal."""
     x, y, z = normal
     norm = math.sqrt(x * x + y * y + z * z)
     if norm == 0.0 or not math.isfinite(norm):
-        raise ValueError("the normal of a reflection must have a length")
+        raise ValueError("the normal of a reflection must be a finite non-zero vector")
     x, y, z = x / norm, y / norm, z / norm
-    return about(
+    return about(  # the Householder matrix I - 2 n n^T
         (1 - 2 * x * x, -2 * x * y, -2 * x * z,
          -2 * y * x, 1 - 2 * y * y, -2 * y * z,
          -2 * z * x, -2 * z * y, 1 - 2 * z * z),
@@ -72,7 +78,7 @@ def reflection(point: Sequence[float], normal: Sequence[float]) -> Matrix:
 
 
 def compose(m: Sequence[float], n: Sequence[float]) -> Matrix:
-    """The pose that applies ``n``, then ``m``."""
+    """Return the product ``m n``, the pose that applies ``n`` first."""
     a0, a1, a2, a3, b0, b1, b2, b3, c0, c1, c2, c3 = m
     d0, d1, d2, d3, e0, e1, e2, e3, f0, f1, f2, f3 = n
     return Matrix((
@@ -86,7 +92,7 @@ def compose(m: Sequence[float], n: Sequence[float]) -> Matrix:
 
 
 def apply(m: Sequence[float], p: Sequence[float]) -> Point:
-    """The point ``m p``."""
+    """Return the point ``m p``."""
     x, y, z = p
     return (
         m[0] * x + m[1] * y + m[2] * z + m[3],
@@ -96,17 +102,17 @@ def apply(m: Sequence[float], p: Sequence[float]) -> Point:
 
 
 def to_array(m: Sequence[float]) -> npt.NDArray[np.float64]:
-    """The pose as a 4x4 array."""
+    """Convert a pose to a 4x4 array."""
     return np.array([*m, 0.0, 0.0, 0.0, 1.0]).reshape(4, 4)
 
 
 def from_array(a: npt.NDArray[np.float64]) -> Matrix | None:
-    """The pose that a 4x4 array is, or None when its last row is not 0 0 0 1."""
+    """Convert a 4x4 array to a pose, or return None if its last row is not 0 0 0 1."""
     if a.shape != (4, 4) or a[3].tolist() != [0, 0, 0, 1]:
         return None
     return Matrix(a[:3].astype(float).ravel().tolist())
 
 
 def is_finite(m: Sequence[float]) -> bool:
-    """True when no entry is infinite or nan (a sum of finite doubles is at worst infinite, so check it once)."""
-    return math.isfinite(sum(m)) or all(map(math.isfinite, m))
+    """Return whether all entries are finite."""
+    return math.isfinite(sum(m)) or all(map(math.isfinite, m))  # a finite sum rules out inf and nan in one check

@@ -1,5 +1,6 @@
-"""A language model's Python as a program of the language; the Python is parsed and never executed.
+"""Transpiler from a language model's Python to a program of the language; the Python is parsed, never executed.
 
-``python_text`` finds the code and parses it, ``analysis`` finds out what it means, ``writing`` writes the program,
-``translate`` is all of it (docs/transpiler.md). It knows the helper API by its table, not by running it.
+``python_text`` extracts and parses the code, ``analysis`` resolves names and infers types, ``writing`` generates the
+program, and ``translate`` runs all of these steps (docs/transpiler.md). The helper API is known from a table; it is not
+imported.
 """

@@ -1,4 +1,4 @@
-"""The Python source: parsed, with the place in the response of every node, and its comments."""
+"""The Python source: extraction from the response, parsing, locations of nodes, and comments."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from typing import TypeAlias
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic
 
-# The helper functions that a language model's Python is written against (the paper's macros as Python, section 5).
+# The helper API that a language model's Python uses (the paper's macros as Python functions, section 5).
 #
-# The transpiler takes its names and parameters from here, and so does the header of the prompts.
+# The transpiler and the header of the prompts take names and parameters from this table.
 
 
 _PARAMETER = re.compile(r"(\w+):[^=]*?(=[^,]*?(?:\([^)]*\))?)?(?:,|$)")
@@ -26,8 +26,19 @@ _PARAMETER = re.compile(r"(\w+):[^=]*?(=[^,]*?(?:\([^)]*\))?)?(?:,|$)")
 
 @dataclass(frozen=True, slots=True)
 class Helper:
-    """A function in Python's terms. ``signature`` are its parameters with types and defaults; ``counterpart`` is what
-    it becomes in the language, None for a decorator; ``note`` says what only its Python has to say."""
+    """Function of the helper API.
+
+    Attributes
+    ----------
+    signature
+        Parameters with types and defaults, as in Python.
+    result
+        Type of the result.
+    counterpart
+        Function of the language that it is translated to, None for a decorator.
+    note
+        Additional documentation of the Python function.
+    """
 
     name: str
     signature: str
@@ -37,7 +48,7 @@ class Helper:
 
     @property
     def parameters(self) -> str:
-        """The names of its parameters in order, an optional one with a question mark: ``angle direction point?``."""
+        """Names of the parameters in order, with a question mark after an optional one: ``angle direction point?``."""
         found = _PARAMETER.findall(self.signature)
         return " ".join(name + ("?" if default else "") for name, default in found)
 
@@ -45,15 +56,15 @@ class Helper:
 _ALL = (
     Helper(
         "register", "docstring: str | None = None", "Callable", None,
-        "Decorator: a function under it makes a shape, and `library_call` finds it by its name.",
+        "Decorator for a function that returns a shape; `library_call` finds it by its name.",
     ),
     Helper(
         "register_animation", "docstring: str | None = None", "Callable", None,
-        "Decorator for the one function that makes the film: a generator that yields the shape of every frame.",
+        "Decorator for the one function that creates the animation: a generator that yields the shape of every frame.",
     ),
     Helper(
         "library_call", "func_name: str, **kwargs", "Shape", "call",
-        "Calls the registered function `func_name`; all its arguments are given by name.",
+        "Call the registered function `func_name`; pass all its arguments by name.",
     ),
     Helper("primitive_call", "name: str, shape_kwargs: dict, color: P = (1, 1, 1)", "Shape", "call"),
     Helper("loop", "n: int, fn: Callable[[int], Shape]", "Shape", "union-loop"),
@@ -73,7 +84,7 @@ _ALL = (
 HELPERS: Mapping[str, Helper] = MappingProxyType({helper.name: helper for helper in _ALL})
 
 
-# Where the program stands in a language model's response: prose, fenced code, prose.
+# Location of the program in a language model's response, which consists of prose, fenced code and prose.
 
 
 _FENCE = re.compile(r"^[ \t]*+(?:```++|~~~++)[ \t]*+([\w+-]*+)[^\n`]*+$", re.M)
@@ -84,8 +95,17 @@ _REGISTERS = re.compile(r"^[ \t]*@register", re.M)
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """``start`` and ``end`` delimit the code in the text; ``before`` and ``after`` are the prose around it;
-    ``ignored`` counts the further blocks of code that were left out."""
+    """Location of the code in a response.
+
+    Attributes
+    ----------
+    start, end
+        Offsets of the code.
+    before, after
+        Prose around the code.
+    ignored
+        Number of further code blocks.
+    """
 
     start: int
     end: int
@@ -95,9 +115,12 @@ class Response:
 
 
 def find_code(text: str) -> Response:
-    """The code of a response: from the first line "```python" to the next "```", as the paper's own tool reads it; the
-    first block that registers something when that one does not; the whole text when nothing is fenced, or when the
-    text is Python as it stands (its fences are then inside strings)."""
+    """Find the code of a response.
+
+    As in the paper's tool, it starts at the first line "```python" and ends at the next "```". If that block registers
+    nothing, the first block that does is used. If there are no fences, or the whole text is valid Python (so that
+    fences are inside strings), the whole text is used.
+    """
     blocks = _python_blocks(text) or _blocks(text)
     if not blocks or _is_python(text):
         return Response(0, len(text), "", "")
@@ -109,7 +132,7 @@ def find_code(text: str) -> Response:
 
 
 def _is_python(text: str) -> bool:
-    """Whether a whole text parses as Python and is more than strings."""
+    """Return whether a whole text parses as Python and contains more than strings."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -120,7 +143,7 @@ def _is_python(text: str) -> bool:
 
 
 def code_of(text: str) -> str:
-    """The code of a response by itself, with one newline at its end."""
+    """Return the code of a response, ending in one newline."""
     found = find_code(text)
     return text[found.start : found.end].strip() + "\n"
 
@@ -130,7 +153,7 @@ Block: TypeAlias = tuple[int, int, int, int]
 
 
 def _python_blocks(text: str) -> list[Block]:
-    """Blocks that say that they are Python, each up to the next fence of any kind."""
+    """Return the blocks that are marked as Python, each up to the next fence of any kind."""
     found: list[Block] = []
     position = 0
     while opening := _PYTHON_FENCE.search(text, position):
@@ -144,7 +167,7 @@ def _python_blocks(text: str) -> list[Block]:
 
 
 def _blocks(text: str) -> list[Block]:
-    """All fenced blocks."""
+    """Return all fenced blocks."""
     found: list[Block] = []
     opening: re.Match[str] | None = None
     for match in _FENCE.finditer(text):
@@ -153,7 +176,7 @@ def _blocks(text: str) -> list[Block]:
         elif not match.group(1):
             found.append((opening.start(), _next_line(text, opening), match.start(), match.end()))
             opening = None
-    if opening is not None:  # cut off before its end
+    if opening is not None:  # the response is truncated
         found.append((opening.start(), _next_line(text, opening), len(text), len(text)))
     return found
 
@@ -176,13 +199,13 @@ _TOKENS = re.compile(
     r'"""(?:[^\\]|\\.)*?"""' r"|'''(?:[^\\]|\\.)*?'''" r'|"(?:[^"\\\n]|\\.)*"' r"|'(?:[^'\\\n]|\\.)*'" r"|(#[^\n]*)",
     re.S,
 )
-_MOST_SYNTAX_ERRORS = 5
-_LARGEST, _DEEPEST = 80_000, 400
+_MAX_SYNTAX_ERRORS = 5
+_MAX_NODES, _MAX_DEPTH = 80_000, 400  # of the syntax tree
 
 
 @dataclass(slots=True)
 class PythonComment:
-    """A comment of the Python. ``alone``: nothing else stands on its line."""
+    """Comment in the Python code. ``alone`` is set if it is the only content of its line."""
 
     line: int
     column: int
@@ -193,7 +216,7 @@ class PythonComment:
 
 @dataclass(eq=False)
 class PythonText:
-    """The code inside ``source`` and its tree. Lines count from 1 within the code."""
+    """Parsed code of ``source``. Line numbers count from 1 within the code."""
 
     source: Source
     response: Response
@@ -205,7 +228,7 @@ class PythonText:
     comments: list[PythonComment] = field(default_factory=list)
 
     def offset(self, line: int, byte_column: int) -> int:
-        """The offset in the source of a place that ``ast`` gives in lines and bytes."""
+        """Return the offset in the source of a position given by ``ast`` as line and byte column."""
         if line > len(self.lines):
             return self.response.end
         text = self.lines[line - 1]
@@ -213,7 +236,7 @@ class PythonText:
         return min(self.starts[line - 1] + (self.indent if text else 0) + column, len(self.source.text))
 
     def span(self, node: ast.AST) -> Span:
-        """The place of a node in the source."""
+        """Return the span of a node in the source."""
         line: int = getattr(node, "lineno", 1)
         end_line: int = getattr(node, "end_lineno", line) or line
         start = self.offset(line, getattr(node, "col_offset", 0))
@@ -224,12 +247,12 @@ class PythonText:
         return self.span(node).text
 
     def blank_before(self, line: int) -> bool:
-        """Whether the line above ``line`` is empty."""
+        """Return whether the line above ``line`` is empty."""
         return 1 < line <= len(self.lines) + 1 and not self.lines[line - 2].strip()
 
 
 def parse_python(source: Source) -> PythonText:
-    """Parse the code of a response. After a syntax error the block around it is left out, so that further ones show."""
+    """Parse the code of a response. After a syntax error, the block around it is skipped to find further errors."""
     response = find_code(source.text)
     code = source.text[response.start : response.end]
     raw = code.split("\n")
@@ -263,14 +286,16 @@ def _parse(text: PythonText) -> None:
                     text.diagnostics.append(problem)
                     return
                 text.tree = _with_named_tuples(_with_separate_lists(_Matches().visit(tree)))
-                symtable.symtable(code, "<python>", "exec")  # finds what the parser alone lets pass; runs nothing
+                symtable.symtable(
+                    code, "<python>", "exec"
+                )  # reports scope errors that the parser does not detect; executes nothing
             return
         except SyntaxError as error:
             text.diagnostics.append(_syntax_diagnostic(text, error))
-            if len(text.diagnostics) >= _MOST_SYNTAX_ERRORS or not _leave_out_block(lines, error.lineno or 1):
+            if len(text.diagnostics) >= _MAX_SYNTAX_ERRORS or not _skip_block(lines, error.lineno or 1):
                 return
         except (ValueError, RecursionError, MemoryError) as error:
-            message = "the Python is nested too deeply" if not isinstance(error, ValueError) else str(error)
+            message = "the Python code is nested too deeply" if not isinstance(error, ValueError) else str(error)
             text.diagnostics.append(
                 Diagnostic("python-syntax", message, Span(text.source, text.starts[0], text.starts[0]))
             )
@@ -278,24 +303,26 @@ def _parse(text: PythonText) -> None:
 
 
 def _too_large(text: PythonText, tree: ast.Module) -> Diagnostic | None:
-    """Programs far beyond what models write are refused: the analysis is not linear in everything."""
+    """Return a diagnostic for a program far larger than models write; parts of the analysis are not linear."""
     level: list[ast.AST] = [tree]
     count = 0
-    for _ in range(_DEEPEST):
+    for _ in range(_MAX_DEPTH):
         count += len(level)
         level = [child for node in level for child in ast.iter_child_nodes(node)]
-        if not level or count > _LARGEST:
+        if not level or count > _MAX_NODES:
             break
     if not level:
         return None
     where = next((node for node in level if hasattr(node, "lineno")), tree)
-    if count > _LARGEST:
-        return Diagnostic("size", f"the Python has more than {_LARGEST:,} nodes in its syntax tree", text.span(where))
-    return Diagnostic("nesting", f"the Python is nested deeper than {_DEEPEST} levels", text.span(where))
+    if count > _MAX_NODES:
+        return Diagnostic(
+            "size", f"the syntax tree of the Python code has more than {_MAX_NODES:,} nodes", text.span(where)
+        )
+    return Diagnostic("nesting", f"the Python code is nested more than {_MAX_DEPTH} levels deep", text.span(where))
 
 
 def _with_separate_lists(tree: ast.Module) -> ast.Module:
-    """``shapes, y = [], 0`` as two statements: a list that is built up is easier to follow alone."""
+    """Split ``shapes, y = [], 0`` into two statements, which makes lists easier to analyse."""
     for node in ast.walk(tree):
         for name in ("body", "orelse", "finalbody"):
             block = getattr(node, name, None)
@@ -305,7 +332,7 @@ def _with_separate_lists(tree: ast.Module) -> ast.Module:
 
 
 class _Matches(ast.NodeTransformer):
-    """``match`` over constants as ``if`` and ``elif``; other patterns stay, and are refused later."""
+    """Converts ``match`` over constants to ``if`` and ``elif``; other patterns are unsupported."""
 
     def visit_Match(self, node: ast.Match) -> ast.stmt:
         self.generic_visit(node)
@@ -347,7 +374,7 @@ def _case_test(subject: ast.Name, pattern: ast.pattern) -> ast.expr | None:
 
 
 def _with_named_tuples(tree: ast.Module) -> ast.Module:
-    """``P = namedtuple("P", "x y")`` as the class that it makes."""
+    """Convert ``P = namedtuple("P", "x y")`` to a class definition."""
     tree.body = [_named_tuple(statement) or statement for statement in tree.body]
     return tree
 
@@ -374,10 +401,10 @@ def _named_tuple(statement: ast.stmt) -> ast.ClassDef | None:
     body: list[ast.stmt] = [
         ast.AnnAssign(ast.Name(field, ast.Store()), ast.Name("Any", ast.Load()), None, simple=1) for field in names
     ]
-    made = ast.ClassDef(statement.targets[0].id, [ast.Name("NamedTuple", ast.Load())], [], body, [])
-    for node in ast.walk(made):
+    class_def = ast.ClassDef(statement.targets[0].id, [ast.Name("NamedTuple", ast.Load())], [], body, [])
+    for node in ast.walk(class_def):
         ast.copy_location(node, statement)
-    return made
+    return class_def
 
 
 def _separated(statement: ast.stmt) -> list[ast.stmt]:
@@ -404,14 +431,14 @@ def _syntax_diagnostic(text: PythonText, error: SyntaxError) -> Diagnostic:
     last = len(text.source.text)
     hint = None
     if not text.source.name.endswith(".py") and "```" not in text.source.text:
-        hint = "the program of a response stands between ```python and ```"
+        hint = "put the program between ```python and ```"
     return Diagnostic(
         "python-syntax", f"Python: {error.msg}", Span(text.source, min(start, last), min(end, last)), hint
     )
 
 
-def _leave_out_block(lines: list[str], line: int) -> bool:
-    """Empty the top-level block around ``line``; tells whether there was anything left to empty."""
+def _skip_block(lines: list[str], line: int) -> bool:
+    """Clear the top-level block around ``line``; return whether it had any text."""
     first = min(line, len(lines)) - 1
     while first > 0 and (not lines[first].strip() or lines[first][0] in " \t)]}"):
         first -= 1

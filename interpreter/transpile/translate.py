@@ -1,4 +1,4 @@
-"""A response of a language model -> a program: parse, analyse, write, name, lay out."""
+"""Translation of a response of a language model to a program: parse, analyse, generate, choose names, lay out."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from scenelang.interpreter.transpile.analysis.scopes import (
 from scenelang.interpreter.transpile.python_text import HELPERS, PythonText, parse_python
 from scenelang.interpreter.transpile.writing.code import Code, Namer, Output, prose
 from scenelang.interpreter.transpile.writing.expressions import write_expression
-from scenelang.interpreter.transpile.writing.statements import opening_texts, write_program, write_statement
+from scenelang.interpreter.transpile.writing.statements import header_texts, write_program, write_statement
 from scenelang.interpreter.transpile.writing.writer import Analysed, Writer
 
-_LONGEST_PROSE = 1200
+_MAX_PROSE = 1200  # characters of the response's text that become comments
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,8 +50,8 @@ class Translation:
     diagnostics: tuple[Diagnostic, ...]
     partial: tuple[Datum, ...] = ()
 
-    def checked(self, diagnostics: tuple[Diagnostic, ...]) -> Translation:
-        """The same with what the checker says of it; without a program if that is an error."""
+    def with_diagnostics(self, diagnostics: tuple[Diagnostic, ...]) -> Translation:
+        """Return the translation with the diagnostics of the checker, without a program if one of them is an error."""
         found = Translation(self.forms, self.text, diagnostics)
         return found if found.ok else Translation((), "", diagnostics)
 
@@ -61,29 +61,29 @@ class Translation:
 
 
 def translate(source: Source, with_text: bool = True) -> Translation:
-    """Translate the program in a response or a Python file. Never raises for a mistake in it; the Python is not run."""
+    """Translate the Python code of a response or file. Errors in the code are returned as diagnostics, never raised."""
     text = parse_python(source)
     if text.response.ignored:
-        place = Span(source, text.response.end, text.response.end)
-        message = f"only one block of Python is read; {text.response.ignored} more in this response are left out"
-        text.diagnostics.append(Diagnostic("ignored-block", message, place))
+        span = Span(source, text.response.end, text.response.end)
+        message = f"only one Python code block is used; {text.response.ignored} more in the response are ignored"
+        text.diagnostics.append(Diagnostic("ignored-block", message, span))
     analysed = analyse(text)
     writer = Writer(analysed, write_expression, write_statement)
-    header = opening_texts(writer)
+    header = header_texts(writer)
     forms = write_program(writer)
     diagnostics = _sorted([*text.diagnostics, *writer.diagnostics])
     if not any(d.is_error for d in diagnostics) and analysed.root is None:
-        place = Span(source, text.response.start, text.response.start)
-        hint = "a scene's function has @register() above it"
-        diagnostics.append(Diagnostic("no-root", "the Python registers no function", place, hint))
+        span = Span(source, text.response.start, text.response.start)
+        hint = "decorate the function of the scene with `@register()`"
+        diagnostics.append(Diagnostic("no-root", "the Python code registers no function", span, hint))
     if any(d.is_error for d in diagnostics):
-        partial = _written(text, writer, forms, header, diagnostics, False)
+        partial = _generate(text, writer, forms, header, diagnostics, False)
         return Translation((), "", tuple(diagnostics), partial.forms)
-    return _written(text, writer, forms, header, diagnostics, with_text)
+    return _generate(text, writer, forms, header, diagnostics, with_text)
 
 
 def analyse(text: PythonText) -> Analysed:
-    """All that is found out before a word is written."""
+    """Run all analyses that code generation depends on."""
     names = resolve(text.tree)
     paths = LibraryPaths(names)
     liveness = Liveness(names)
@@ -91,12 +91,12 @@ def analyse(text: PythonText) -> Analysed:
     root = find_root(names, paths, words)
     collections = find_collections(names, liveness)
     facts = infer(names, paths, words, root, collections.additions)
-    spread = _note_calls(names, facts) | _keys_of_primitives(text.tree)
+    spread = _analyse_calls(names, facts) | _spread_primitive_keys(text.tree)
     return Analysed(text, names, paths, liveness, collections, facts, words, root, spread)
 
 
-def _keys_of_primitives(tree: ast.Module) -> set[str]:
-    """The names that `primitive_call(word, **table)` reads from its table."""
+def _spread_primitive_keys(tree: ast.Module) -> set[str]:
+    """Return the parameter names that ``primitive_call(word, **table)`` takes from a table."""
     calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
     is_spread = any(
         isinstance(c.func, ast.Name) and c.func.id == "primitive_call" and any(k.arg is None for k in c.keywords)
@@ -105,9 +105,11 @@ def _keys_of_primitives(tree: ast.Module) -> set[str]:
     return {"shape_kwargs"} if is_spread else set()
 
 
-def _note_calls(names: PythonNames, facts: TypeFacts) -> set[str]:
-    """Which parameters callers name, and which registered functions are also called as functions of Python. Gives the
-    names of parameters that may come from a table, by ``**``."""
+def _analyse_calls(names: PythonNames, facts: TypeFacts) -> set[str]:
+    """Mark parameters passed by keyword, and registered functions that are also called directly.
+
+    Returns the names of parameters that may come from a table, passed with ``**``.
+    """
     spread: set[str] = set()
     for function in names.ordered:
         if function.is_registered:
@@ -125,19 +127,19 @@ def _note_calls(names: PythonNames, facts: TypeFacts) -> set[str]:
             if not is_library:
                 target.is_called_directly = True
             has_table = any(k.arg is None for k in call.keywords)
-            _name_parameters(target, named, has_table)
+            _mark_keyword_parameters(target, named, has_table)
             if has_table:
                 spread |= {p.variable.name for p in target.parameters}
-    _note_constructors(names, facts)
+    _analyse_constructors(names, facts)
     for node, variable in names.variables.items():
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node not in callees:
             for function in variable.functions:
-                function.is_passed_on = True
+                function.is_used_as_value = True
     return spread
 
 
-def _note_constructors(names: PythonNames, facts: TypeFacts) -> None:
-    """The parameters of ``__init__`` that calls of the class name."""
+def _analyse_constructors(names: PythonNames, facts: TypeFacts) -> None:
+    """Mark the parameters of ``__init__`` that calls of the class pass by keyword."""
     if not names.classes:
         return
     for call in ast.walk(names.module.node):
@@ -146,31 +148,32 @@ def _note_constructors(names: PythonNames, facts: TypeFacts) -> None:
             for record in facts.type(call.func).classes:
                 constructor = record.methods.get("__init__")
                 if constructor is not None and named:
-                    _name_parameters(constructor, named, False)
+                    _mark_keyword_parameters(constructor, named, False)
 
 
-def _name_parameters(target: Function, named: set[str], has_table: bool) -> None:
+def _mark_keyword_parameters(target: Function, named: set[str], has_table: bool) -> None:
     for parameter in target.parameters:
         if parameter.kind == "plain" and (parameter.variable.name in named or has_table):
             parameter.variable.is_keyword = True
 
 
-def _written(
+def _generate(
     text: PythonText, writer: Writer, forms: list[Code], texts: list[str], diagnostics: list[Diagnostic],
     with_text: bool,
 ) -> Translation:  # fmt: skip
+    """Choose names, and create the datums and the text of the program."""
     namer = Namer(forms, writer.analysed.spread)
     namer.choose()
     output = Output(namer, Span(text.source, text.response.start, text.response.start))
     datums = tuple(output.datum(form) for form in forms)
     if not with_text:
         return Translation(datums, "", tuple(diagnostics))
-    header = prose(text.response.before[:_LONGEST_PROSE])
+    header = prose(text.response.before[:_MAX_PROSE])
     if header and texts:
         header.append("")
     header += texts
-    footer = [*writer.pending_texts, *writer.comments.until(len(text.lines) + 1)]
-    after = prose(text.response.after[:_LONGEST_PROSE])
+    footer = [*writer.pending_texts, *writer.comments.take_until(len(text.lines) + 1)]
+    after = prose(text.response.after[:_MAX_PROSE])
     ending: list[str | None] = [*footer, *([None] if after else []), *after]
     written = output.text(datums, header, ending)
     if isinstance(written, Diagnostic):
@@ -187,7 +190,8 @@ def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
 # the Python, and their messages name what the language calls it.
 
 _FUNCTIONS = {
-    **{helper.counterpart: name for name, helper in HELPERS.items() if helper.counterpart}, "length": "len", "string": "str",
+    **{helper.counterpart: name for name, helper in HELPERS.items() if helper.counterpart},
+    "length": "len", "string": "str",
     "string-append": "+", "list": "list", "map": "map", "expt": "**", "modulo": "%", "ceiling": "math.ceil",
     "floor": "math.floor", "sqrt": "math.sqrt", "sin": "math.sin", "cos": "math.cos", "tan": "math.tan",
     "atan": "math.atan2", "hypot": "math.hypot", "radians": "math.radians", "append": "+", "ref": "[]",
@@ -205,7 +209,7 @@ _NAMED = re.compile(r"`([^`\s]+)`")
 
 
 def in_python(diagnostic: Diagnostic) -> Diagnostic:
-    """Return a diagnostic about translated Python in the words of Python, without fixes and signatures of the language."""
+    """Return a diagnostic about translated Python in terms of Python, without fixes and signatures of the language."""
     message = _in_python_words(diagnostic.message)
     return replace(
         diagnostic,

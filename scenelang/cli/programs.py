@@ -40,7 +40,7 @@ from scenelang.reports import deliver, painted, print_json, say, table
 
 if TYPE_CHECKING:
     from scenelang.formatting import FormattedFile
-    from scenelang.interpreter.scene.difference import Sheet
+    from scenelang.interpreter.scene.difference import ComparedFrame
     from scenelang.session import Session
 
 _FIRST_LINES = 10_000
@@ -192,7 +192,7 @@ def add_bounds(parser: argparse.ArgumentParser) -> None:
 
 
 def run_bounds(arguments: argparse.Namespace) -> int:
-    from scenelang.interpreter.scene.bounds import box_facts, word_box
+    from scenelang.interpreter.scene.bounds import box_data, word_box
 
     with bounded(arguments):
         scene = evaluated(arguments)
@@ -200,7 +200,7 @@ def run_bounds(arguments: argparse.Namespace) -> int:
     if box is None:
         what = f'"{arguments.word}"' if arguments.word else "the scene"
         raise SceneError("empty-scene", f"{what} has no geometry and therefore no bounding box")
-    facts = box_facts(box)
+    facts = box_data(box)
     rows = [(name, *(f"{x:.6g}" for x in values)) for name, values in facts.items()]
     return print_result(arguments, facts, table(rows, (False, True, True, True)))
 
@@ -287,26 +287,26 @@ def run_diff(arguments: argparse.Namespace) -> int:
 
     if arguments.a == arguments.b == "-":
         raise UsageError("file", "only one of the two inputs can be standard input")
-    sides: list[Sequence[Sheet]] = []
+    sides: list[Sequence[ComparedFrame]] = []
     for path in (arguments.a, arguments.b):
         with bounded(arguments):
-            sides.append(_sheets(arguments, path))
+            sides.append(_compared_frames(arguments, path))
     with bounded(arguments):
         found = changes_between(sides[0], sides[1], arguments.tolerance)
     print_result(arguments, found.data(), "\n".join(change_lines(found, arguments.limit)))
     return 0 if found.equal else 1
 
 
-def _sheets(arguments: argparse.Namespace, path: str) -> Sequence[Sheet]:
+def _compared_frames(arguments: argparse.Namespace, path: str) -> Sequence[ComparedFrame]:
     """Return the frames of a program or a JSON file; raises Told if the program has errors."""
-    from scenelang.scene_changes import sheets_in, sheets_of
+    from scenelang.scene_changes import compared_frames, compared_frames_in
 
     limit = session_limit(arguments)
-    sheets = sheets_in(path, limit)
+    sheets = compared_frames_in(path, limit)
     if sheets is not None:
         return sheets
     arguments.file = path  # used to locate the embeddings beside the program
-    return sheets_of(evaluated(arguments), limit)
+    return compared_frames(evaluated(arguments), limit)
 
 
 # --- transpile, import, grammar --------------------------------------------------------------------------------------

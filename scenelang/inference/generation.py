@@ -33,7 +33,7 @@ from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene as SceneGraph
 from scenelang.interpreter.transpile.python_text import code_of, find_code
-from scenelang.scene_changes import Changes, changes_between, paired_by_path, sheets_of
+from scenelang.scene_changes import Changes, changes_between, compared_frames, paired_by_path
 from scenelang.session import Evaluated, Options, Session, is_python, is_scene_file
 
 if TYPE_CHECKING:
@@ -376,7 +376,7 @@ def edit_of(name: str, task: Task, before: SceneGraph, after: Verdict, limit: in
     lines = difflib.unified_diff(
         task.program.splitlines(), written.splitlines(), f"{name} before", f"{name} after", lineterm=""
     )
-    changes = changes_between(sheets_of(before, limit), sheets_of(after.scene, limit))
+    changes = changes_between(compared_frames(before, limit), compared_frames(after.scene, limit))
     return SceneEdit("\n".join(lines), paired_by_path(changes))
 
 

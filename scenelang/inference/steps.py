@@ -30,7 +30,7 @@ from scenelang.interpreter.scene.primitives import block_words
 from scenelang.interpreter.transpile.python_text import code_of
 from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import trial
-from scenelang.scene_changes import changes_between, sheets_of
+from scenelang.scene_changes import changes_between, compared_frames
 from scenelang.session import Options, Session
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ def has_blocks(scene: Scene) -> bool:
 def _stands_still(scene: Scene) -> bool:
     """Return whether all frames are equal; films too large to compare count as animated."""
     try:
-        first, *others = sheets_of(scene, _MAX_COMPARED)
+        first, *others = compared_frames(scene, _MAX_COMPARED)
     except SceneError:
         return False
     return all(changes_between([first], [other]).equal for other in others)

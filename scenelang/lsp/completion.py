@@ -15,7 +15,7 @@ from scenelang.interpreter.expand.forms import FORMS, snippet
 from scenelang.interpreter.expand.scope import ConstantBinding, Macro, PaperForm, Special, Variable
 from scenelang.interpreter.program.program import Param
 from scenelang.interpreter.runtime.types import BASE_TYPES, STD, Builtin
-from scenelang.interpreter.scene.primitives import docs_of_words, geometry_read, words
+from scenelang.interpreter.scene.primitives import docs_of_words, geometry_attributes, words
 from scenelang.lsp.names import Around, CursorContext, Names, context, local_bindings, range_of
 from scenelang.lsp.references import Document
 from scenelang.primer import attribute_doc, attributes_of
@@ -277,7 +277,7 @@ def _in_string(document: Document, around: CursorContext) -> Iterator[lsp.Comple
                                      data="word")  # fmt: skip
         if head in ("call", "primitive"):
             for word in sorted(words()):
-                attributes = " ".join(f":{name}" for name in geometry_read(word) or ())
+                attributes = " ".join(f":{name}" for name in geometry_attributes(word) or ())
                 yield lsp.CompletionItem(word, kind=lsp.CompletionItemKind.Constant, sort_text=f"1{word}",
                                          detail=f"(call {quoted(word)} {attributes})".replace(" )", ")"))  # fmt: skip
 
@@ -379,7 +379,7 @@ def _signature(document: Document, around: CursorContext, list_: Around) -> tupl
         form = document.definitions().get(word)
         if form is not None:
             return call_shape(word, form.function), None
-        read = geometry_read(word)
+        read = geometry_attributes(word)
         if read is not None:
             return f"(call {quoted(word)} {' '.join(f':{name}' for name in read)})", None
     for binding, form in document.definitions().items():

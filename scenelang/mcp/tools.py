@@ -16,14 +16,14 @@ from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.scene.entity import Scene, count_words
 from scenelang.primer import description, known_names, primer, summary, summary_rows
 from scenelang.sandbox.supervision import limited
-from scenelang.scene_changes import TOLERANCE, change_lines, changes_between, sheets_in, sheets_of
+from scenelang.scene_changes import TOLERANCE, change_lines, changes_between, compared_frames, compared_frames_in
 from scenelang.session import Options, Session
 from scenelang.zfile import beside, read_entries
 
 if TYPE_CHECKING:
     from scenelang.backends.pictures.camera import Camera, Viewpoint
     from scenelang.interpreter.runtime.runtime import ZEntry
-    from scenelang.interpreter.scene.difference import Sheet
+    from scenelang.interpreter.scene.difference import ComparedFrame
     from scenelang.session import Evaluated
 
 
@@ -308,10 +308,10 @@ def render(project: Project, program: ProjectProgram, view: ToolView) -> ToolAns
 
 def diff(project: Project, a: ProjectProgram, b: ProjectProgram, tolerance: float = TOLERANCE) -> ToolAnswer:
     """List moved, recolored, removed and added primitives in B."""
-    sides: list[list[Sheet]] = []
+    sides: list[list[ComparedFrame]] = []
     for name, program in (("a", a), ("b", b)):
         try:
-            side = _sheets(project, program)
+            side = _compared_frames(project, program)
         except WrongArguments as error:
             raise WrongArguments(f"scene {name.upper()}: {error}") from None
         if isinstance(side, ToolAnswer):
@@ -356,17 +356,23 @@ def _of_scene(project: Project, program: ProjectProgram, reply: Callable[[Scene,
         return refused([error.diagnostic])
 
 
-def _sheets(project: Project, program: ProjectProgram) -> list[Sheet] | ToolAnswer:
+def _compared_frames(project: Project, program: ProjectProgram) -> list[ComparedFrame] | ToolAnswer:
     """Return the frames of a program or of a flattened scene (.json), or an answer that explains why there are none."""
     limit = project.limits.primitives
     try:
-        sheets = sheets_in(str(project.file(program.path)), limit) if program.path and not program.text else None
+        sheets = (
+            compared_frames_in(str(project.file(program.path)), limit) if program.path and not program.text else None
+        )
         if sheets is not None:
             return sheets
         with limited(project.limits):
             session, source = project.opened(program)
             result = session.evaluate(source)
-            return refused(result.diagnostics, result.log) if result.scene is None else sheets_of(result.scene, limit)
+            return (
+                refused(result.diagnostics, result.log)
+                if result.scene is None
+                else compared_frames(result.scene, limit)
+            )
     except SceneError as error:
         return refused([error.diagnostic])
 

@@ -475,10 +475,10 @@ def _changed_size(old: Scene, new: Scene) -> Iterator[str]:
 
 
 def _differences(old: Scene, new: Scene) -> Iterator[str]:
-    from scenelang.interpreter.scene.difference import compare_frames, sheet_of
+    from scenelang.interpreter.scene.difference import compare_frames, compared_frame
     from scenelang.interpreter.scene.flatten import flatten
 
-    before, after = (sheet_of(flatten(scene, 2 * _COMPARED).frames[0]) for scene in (old, new))
+    before, after = (compared_frame(flatten(scene, 2 * _COMPARED).frames[0]) for scene in (old, new))
     found = compare_frames(before, after)
     if found.equal:
         yield "no primitive changed"
@@ -525,12 +525,12 @@ def _count(repl: Repl, rest: str) -> None:
 
 
 def _bounds(repl: Repl, rest: str) -> None:
-    from scenelang.interpreter.scene.bounds import box_facts, word_box
+    from scenelang.interpreter.scene.bounds import box_data, word_box
 
     box = word_box(_scene(repl, rest), None)
     if box is None:
         raise SceneError("empty-scene", "the scene has no geometry and therefore no bounding box")
-    rows = [(name, "[" + " ".join(map(_number, values)) + "]") for name, values in box_facts(box).items()]
+    rows = [(name, "[" + " ".join(map(_number, values)) + "]") for name, values in box_data(box).items()]
     repl.screen.rows(table(rows))
 
 

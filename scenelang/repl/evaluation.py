@@ -20,7 +20,7 @@ from scenelang.grammar.datum import Source, Span, comment_above
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.expand.scope import Macro
 from scenelang.interpreter.lint.lint import find_root
-from scenelang.interpreter.program.interactive import Given, TopLevel, is_assignment, names_of
+from scenelang.interpreter.program.interactive import FormResult, TopLevel, is_assignment, names_of
 from scenelang.interpreter.program.program import TopForm
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.procedures import TAIL, Closure, Frame
@@ -42,7 +42,7 @@ def program_text(top: TopLevel) -> str:
     """Return the current definitions with their comments as a formatted program; empty if there are none."""
     seen: set[str] = set()
     texts = []
-    for form in top.lasting_forms():
+    for form in top.persistent_forms():
         texts.append(_with_comment(form, seen))
         seen |= names_of(form)
     text = "\n\n".join(texts)
@@ -100,7 +100,7 @@ class Tracer:
             function = function_of(top, name)
             if function is not None and function.body is function.code.body:
                 function.body = self._telling(top, name, function)
-                top.rt.forget_calls()
+                top.rt.invalidate_calls()
 
     def toggle(self, top: TopLevel, name: str) -> bool:
         """Toggle tracing of a name; returns whether it is traced now."""
@@ -233,7 +233,7 @@ class ReplEvaluation:
         """Seed the random streams."""
         self.seed = seed % (1 << 32)
         self.top.rt.streams.seed(self.seed)
-        self.top.rt.forget_calls()
+        self.top.rt.invalidate_calls()
 
     # --- evaluating --------------------------------------------------------------------------------------------
 
@@ -245,7 +245,7 @@ class ReplEvaluation:
     def evaluate(self, source: Source, whole: bool = False) -> EvaluationOutcome:
         """Evaluate the forms of an input; errors are returned as diagnostics and never raised."""
 
-        def work(give: Callable[[Given], None], warn: Callable[[Diagnostic], None]) -> None:
+        def work(give: Callable[[FormResult], None], warn: Callable[[Diagnostic], None]) -> None:
             watched = link()
             if watched is not None:
                 watched.note(Span(source, 0, len(source.text)))
@@ -274,7 +274,7 @@ class ReplEvaluation:
 
     def _account(
         self,
-        work: Callable[[Callable[[Given], None], Callable[[Diagnostic], None]], None],
+        work: Callable[[Callable[[FormResult], None], Callable[[Diagnostic], None]], None],
         source: Source,
         whole: bool,
     ) -> EvaluationOutcome:
@@ -282,10 +282,10 @@ class ReplEvaluation:
         found: list[Diagnostic] = []
         rt = self.top.rt
 
-        def give(given: Given) -> None:
+        def give(given: FormResult) -> None:
             if given.is_expression and given.value is not None:
                 values.append(given.value)
-                self.top.latest.remember(given.value)
+                self.top.history.remember(given.value)
 
         started = time.perf_counter()
         problem = self.attempt(lambda: work(give, found.append))
@@ -308,7 +308,7 @@ class ReplEvaluation:
             scene_error = (
                 error if isinstance(error, SceneError) else SceneError(problem.name, problem.message, problem.hint)
             )
-            self.top.latest.remember_error(scene_error)
+            self.top.history.remember_error(scene_error)
             return problem
         return None
 
@@ -316,7 +316,7 @@ class ReplEvaluation:
         """Run an action under fresh limits; Ctrl-C interrupts it. Re-raises its exceptions; raises Ended, with the
         previous state restored, if the monitor killed the process."""
         rt = self.top.rt
-        rt.renew()
+        rt.reset()
         self.tracer.attach(self.top)
         depth = max(EXPANSION_DEPTH, self.session.options.limits.depth)
         folders = self.session.folders(self.top.main)
@@ -360,7 +360,7 @@ class ReplEvaluation:
         try:
             scene = self.root()
         except SceneError as error:
-            last = self.top.latest.value
+            last = self.top.history.value
             older = self.as_scene(last) if last is not None else None
             if error.name != "no-root" or older is None:
                 raise

@@ -215,7 +215,7 @@ def test_speed_is_linear() -> None:
 def test_a_keyword_stays_with_its_value(width: int) -> None:
     text = (
         "(define a (align (row (map tub (iota 3)) :gap .25) some-long-paving-name :x :min :y :after :z :max"
-        " :and-another-keyword (list 1 2 3 4 5 6 7 8) :color (color \"lightgoldenrodyellow\")))\n"
+        ' :and-another-keyword (list 1 2 3 4 5 6 7 8) :color (color "lightgoldenrodyellow")))\n'
     )
     lines = format_text(text, INDENTS, width=width).splitlines()
     assert len(lines) > 1

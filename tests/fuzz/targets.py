@@ -416,11 +416,11 @@ def flattened_seeds() -> Sequence[Any]:
 
 def flattened(data: bytes) -> None:
     from scenelang.interpreter.scene.difference import compare_frames
-    from scenelang.scene_changes import read_sheets
+    from scenelang.scene_changes import read_compared_frames
 
     path = written("a.json", data)
     with refusing():
-        sheets = read_sheets(str(path), 10_000)
+        sheets = read_compared_frames(str(path), 10_000)
         for one in sheets[:2]:
             if len(one) < 100:
                 compare_frames(one, sheets[0])

@@ -95,7 +95,6 @@ class Traced:
     error: Diagnostic | None = None
     errors: tuple[Diagnostic, ...] = ()
 
-
     @property
     def false_alarms(self) -> list[str]:
         """Errors about expressions that had a value."""

@@ -151,7 +151,7 @@ def test_full_boxes_are_tight(table: Scene, view: Viewpoint) -> None:
 
 def test_every_level_of_the_hierarchy_covers_the_same_pixels(table: Scene) -> None:
     found = truth(table)
-    for depth in range(found.ancestry.deepest + 1):
+    for depth in range(found.ancestry.max_depth + 1):
         level = found.at_depth(depth)
         assert ((level >= 0) == found.seen).all()
         assert (found.ancestry.depth[level[found.seen]] <= depth).all()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.runtime.limits import _CHUNK, STEPS_OF_ERROR, Limits
+from scenelang.interpreter.runtime.limits import _CHUNK_STEPS, STEPS_OF_ERROR, Limits
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.values import Keyword, Procedure
 from scenelang.stdlib.library import build_library
@@ -31,7 +31,7 @@ class WatchedRuntime(Runtime):
         meter.spend = spend  # type: ignore[method-assign]
 
     def begin(self) -> None:
-        self.renew()
+        self.reset()
         self.longest = 0.0
         self._last = time.thread_time()
 
@@ -72,4 +72,4 @@ def measure(rt: WatchedRuntime, function: Procedure, positional: list[Any], keyw
     rt.pause()
     seconds = time.thread_time() - started
     steps = max(1, rt.meter.total - before)
-    return Measured(rt.longest, 0.0 if ended else seconds * _CHUNK / steps)
+    return Measured(rt.longest, 0.0 if ended else seconds * _CHUNK_STEPS / steps)

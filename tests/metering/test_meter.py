@@ -51,12 +51,12 @@ def _run(text: str, limits: Limits) -> Any:
 
 def test_seconds_may_have_begun_earlier() -> None:
     meter = Meter(Limits(seconds=10))
-    meter.renew(time.monotonic() - 9)
+    meter.reset(time.monotonic() - 9)
     meter.spend(1)
-    meter.renew(time.monotonic() - 11)
+    meter.reset(time.monotonic() - 11)
     with pytest.raises(LimitError, match="time limit of 10 seconds"):
         meter.spend(1)
-    meter.renew()
+    meter.reset()
     meter.spend(1)
 
 

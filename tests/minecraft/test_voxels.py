@@ -49,7 +49,7 @@ def test_there_are_responses_and_imitations() -> None:
 
 def expected_of(root: Entity) -> dict[tuple[int, int, int], str]:
     """The oracle's cells of an expanded scene."""
-    flat = flatten_entity(root, whole_cells=False)
+    flat = flatten_entity(root, snap_blocks=False)
     cuboids = []
     for i, matrix in zip(flat.index.tolist(), flat.matrices):
         attributes = flat.primitives[i].embedding.attributes

@@ -14,7 +14,7 @@ from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, 
 from scenelang.inference.listing import MAX_ITEMS, listing, program_of, rename_language, rename_python
 from scenelang.inference.steps import AnswerReader, Verdict
 from scenelang.interpreter.scene.entity import Scene, primitive_count
-from scenelang.scene_changes import Changes, changes_between, sheets_of
+from scenelang.scene_changes import Changes, changes_between, compared_frames
 from scenelang.session import Options, Session
 
 INSTRUCTION = "move the apple to the left"
@@ -33,7 +33,7 @@ def scene_of(name: str) -> Scene:
 
 
 def changes(a: Scene, b: Scene, tolerance: float = 1e-4) -> Changes:
-    return changes_between(sheets_of(a, 50_000), sheets_of(b, 50_000), tolerance)
+    return changes_between(compared_frames(a, 50_000), compared_frames(b, 50_000), tolerance)
 
 
 def brief(ablation: Ablation, notation: Notation, program: str | None, seed: int = 0) -> Brief:

@@ -13,7 +13,7 @@ from sampling import one_in
 from models.conftest import GOLDEN, RESPONSES, Place, recorded, system, texts
 from models.server import Said
 from scenelang.inference import generation
-from scenelang.scene_changes import changes_between, sheets_in, sheets_of
+from scenelang.scene_changes import changes_between, compared_frames, compared_frames_in
 from scenelang.session import Session
 
 TOWER = """; a tower
@@ -68,9 +68,9 @@ def test_recorded_edits_of_python(place: Place, name: str, instruction: str) -> 
     session = Session()
     scene = session.evaluate(session.source(str(place.work / "edited.scene"))).scene
     assert scene is not None
-    expected = sheets_in(str(GOLDEN / f"{name}.edit.json"), 100_000)
+    expected = compared_frames_in(str(GOLDEN / f"{name}.edit.json"), 100_000)
     assert expected is not None
-    assert changes_between(expected, sheets_of(scene, 100_000)).equal
+    assert changes_between(expected, compared_frames(scene, 100_000)).equal
     assert done.out.startswith(f"--- {name}.txt before\n+++ {name}.txt after\n@@")
     picture = np.asarray(Image.open(place.work / "both.png").convert("RGB"), np.int64)
     assert picture.shape == (48, 96, 3)

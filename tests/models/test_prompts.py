@@ -31,7 +31,7 @@ from scenelang.inference.brief import (
 from scenelang.inference.steps import AnswerReader, Verdict
 from scenelang.interpreter.scene.primitives import attributes_read, block_words
 from scenelang.interpreter.transpile.python_text import HELPERS
-from scenelang.scene_changes import changes_between, sheets_of
+from scenelang.scene_changes import changes_between, compared_frames
 from scenelang.session import Options, Session
 from scenelang.stdlib.reference import helper_header, python_word, records
 
@@ -355,7 +355,7 @@ def test_defaults_of_the_header_are_the_languages() -> None:
         one, two = verdict_on(helper, [short]), verdict_on(helper, [long])
         assert one.scene is not None, one.report_text()
         assert two.scene is not None, two.report_text()
-        assert changes_between(sheets_of(one.scene, 10), sheets_of(two.scene, 10)).equal, (helper, short)
+        assert changes_between(compared_frames(one.scene, 10), compared_frames(two.scene, 10)).equal, (helper, short)
 
 
 def test_the_last_function_is_the_scene_and_needs_no_mark() -> None:

@@ -224,7 +224,7 @@ def test_watch_writes_above_the_prompt(tmp_path: Path) -> None:
     program = tmp_path / "a.scene"
     program.write_text('(bind "a" (lambda () (call "cube")))')
     terminal = Terminal(tmp_path, "a.scene")
-    assert "is watched" in terminal.enter(",watch")
+    assert "watching a.scene" in terminal.enter(",watch")
     program.write_text('(bind "a" (lambda () (union (call "cube") (call "sphere"))))')
     terminal.wait("a.scene changed: 1 -> 2 primitives")
     assert "no longer watched" in terminal.enter(",watch")

@@ -108,7 +108,7 @@ def test_streams_of_ones_own(call: Caller, maker: str, real: Any, draws: Any) ->
     stream, generator = call(maker, 7), real(7)
     for name, arguments, draw in draws * 2:
         assert plain(call(name, *arguments, *option(stream=stream))) == plain(draw(generator)), name
-    assert not call.rt.drew
+    assert not call.rt.drew_random
 
 
 def test_seeds(call: Caller) -> None:
@@ -148,14 +148,14 @@ def test_shapes(call: Caller) -> None:
 def test_draws_are_noted(rt: Runtime) -> None:
     call = Caller(rt)
     for name, *arguments in (("random",), ("py-random",), ("set-seed!", 1), ("py-set-seed!", 1), ("shuffle", [1, 2])):
-        rt.drew = False
+        rt.drew_random = False
         call(name, *arguments)
-        assert rt.drew, name
-    rt.drew = False
+        assert rt.drew_random, name
+    rt.drew_random = False
     stream = call("random-stream", 1)
     rt.serial = rt.clock = stream.birth + 5
     call("random", *option(stream=stream))
-    assert not rt.drew
+    assert not rt.drew_random
     assert rt.oldest_write == stream.birth
 
 

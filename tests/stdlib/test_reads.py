@@ -149,8 +149,8 @@ def _calls(builtin: Builtin, most: int) -> Iterator[tuple[Change, int, tuple[Sam
 def _texts(rt: Runtime, builtin: Builtin, call: tuple[Change, int, tuple[Sample, ...], str | None]) -> list[str]:
     """What the call gives, as text, before and after the change, each inside a call of a word."""
     change, place, others, keyword = call
-    rt.renew()
-    rt.forget_calls()
+    rt.reset()
+    rt.invalidate_calls()
     thing = change.make()
     arguments = [sample.make() for sample in others]
     given = change.wrap(thing)

@@ -1,9 +1,9 @@
-"""The primitives, one file each, and the registry that everything else asks: which words there are, what they are.
+"""Registry of the primitives, with one file per primitive.
 
-Packages of anybody's add one through the entry-point group ``scenelang.primitives``: the entry's name is the word, its
-value a subclass of ``Primitive``. They are looked for when a word is asked for that is none of the language's own.
-``base`` is the protocol, ``forms`` what canonical forms share, ``mesh`` the fallback of every method. Nothing here
-knows a backend; numpy is imported at first use (``lazy``).
+Other packages can add a primitive with the entry-point group ``scenelang.primitives``: the name of the entry is the
+word, its value is a subclass of ``Primitive``. Entry points are only loaded for words that the language itself does not
+define. ``base`` defines the protocol, ``forms`` the canonical forms, ``mesh`` the fallback for every method. Nothing
+here imports a backend; numpy is imported lazily (``lazy``).
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
 GROUP = "scenelang.primitives"
 
-# Every word of the language's own with its module and class, which are loaded when they are needed.
-_OWN: Mapping[str, tuple[str, str]] = {
+# Module and class of each built-in word, loaded on demand.
+_BUILTIN: Mapping[str, tuple[str, str]] = {
     "cube": ("cube", "Cube"),
     "sphere": ("sphere", "Sphere"),
     "cylinder": ("cylinder", "Cylinder"),
@@ -52,31 +52,36 @@ _SEMANTIC = ("semantic", "Semantic")
 
 
 def words() -> tuple[str, ...]:
-    """The words of all primitives, the language's own first."""
-    return (*_OWN, *_entry_points())
+    """Return the words of all primitives, the built-in ones first."""
+    return (*_BUILTIN, *_entry_points())
 
 
 def is_word(word: str) -> bool:
-    """Whether ``word`` is that of a primitive; loads none."""
-    return word in _OWN or word in _entry_points()
+    """Return whether ``word`` names a primitive, without loading it."""
+    return word in _BUILTIN or word in _entry_points()
 
 
 def find(word: str) -> type[Primitive] | None:
-    """The class of the primitive ``word``, None for a word that has none. Raises SceneError("backend") where a package
-    that brings it does not load."""
-    if word in _OWN:
-        return _loaded(*_OWN[word])
+    """Return the class of the primitive ``word``, or None if there is none.
+
+    Raises
+    ------
+    SceneError("backend")
+        If the package that defines it cannot be loaded.
+    """
+    if word in _BUILTIN:
+        return _loaded(*_BUILTIN[word])
     points = _entry_points()
     return _from_package(word) if points and word in points else None
 
 
 def class_of(word: str) -> type[Primitive]:
-    """The class that makes ``word``: that of a semantic primitive where it has none."""
+    """Return the class of the primitive ``word``, or that of a semantic primitive if there is none."""
     return find(word) or _loaded(*_SEMANTIC)
 
 
-def every() -> tuple[type[Primitive], ...]:
-    """The classes of all primitives that load."""
+def all_primitives() -> tuple[type[Primitive], ...]:
+    """Return the classes of all primitives that can be loaded."""
     found = []
     for word in words():
         try:
@@ -89,31 +94,33 @@ def every() -> tuple[type[Primitive], ...]:
 
 
 def solid_words() -> tuple[str, ...]:
-    """The primitives whose attributes alone say what is seen."""
-    return tuple(cls.word for cls in every() if cls.is_solid)
+    """Return the primitives whose attributes alone determine their appearance."""
+    return tuple(cls.word for cls in all_primitives() if cls.is_solid)
 
 
 def block_words() -> tuple[str, ...]:
-    """The primitives that make builds of Minecraft."""
-    return tuple(cls.word for cls in every() if cls.is_block)
+    """Return the primitives made of Minecraft blocks."""
+    return tuple(cls.word for cls in all_primitives() if cls.is_block)
 
 
-def seen_words() -> tuple[str, ...]:
-    """The primitives that have a geometry to be seen."""
-    return tuple(cls.word for cls in every() if cls.has_geometry)
+def geometric_words() -> tuple[str, ...]:
+    """Return the primitives that have a visible geometry."""
+    return tuple(cls.word for cls in all_primitives() if cls.has_geometry)
 
 
 def attributes_read(word: str) -> tuple[str, ...]:
-    """The names of the attributes that the primitive ``word`` reads, material aside. A package that does not load
-    brings none: what is asked is told where it is called."""
+    """Return the names of the attributes of the primitive ``word``, except those of the material.
+
+    Returns an empty tuple if its package cannot be loaded; the error is reported where the word is called.
+    """
     try:
         return class_of(word).attribute_names()
     except SceneError:
         return ()
 
 
-def geometry_read(word: str) -> tuple[str, ...] | None:
-    """The attributes of a primitive whose attributes alone say what is seen; None for all other words."""
+def geometry_attributes(word: str) -> tuple[str, ...] | None:
+    """Return the attributes of a primitive whose attributes alone determine its appearance, or None for other words."""
     try:
         cls = find(word)
     except SceneError:
@@ -122,13 +129,16 @@ def geometry_read(word: str) -> tuple[str, ...] | None:
 
 
 def docs_of_words() -> dict[str, str]:
-    """What each primitive is, in a line, by word."""
-    return {cls.word: cls.doc for cls in every()}
+    """Return a one-line description of each primitive, by word."""
+    return {cls.word: cls.doc for cls in all_primitives()}
 
 
 def docs_of_attributes() -> dict[str, str]:
-    """What each attribute of some primitive means, in a line, by name; the first primitive that has it says so."""
-    classes = every()
+    """Return a one-line description of each attribute, by name.
+
+    The first primitive that has the attribute defines it.
+    """
+    classes = all_primitives()
     solids = [attribute for cls in classes if cls.is_solid for attribute in cls.attributes]
     others = [attribute for cls in classes if not cls.is_solid for attribute in cls.attributes]
     found: dict[str, str] = {}
@@ -138,7 +148,8 @@ def docs_of_attributes() -> dict[str, str]:
 
 
 def attribute_doc(word: str, name: str) -> str | None:
-    """What the attribute ``name`` means to the primitive ``word``; None where it reads none of that name."""
+    """Return the description of the attribute ``name`` of the primitive ``word``, or None if it has no such
+    attribute."""
     try:
         cls = class_of(word)
     except SceneError:
@@ -148,17 +159,24 @@ def attribute_doc(word: str, name: str) -> str | None:
 
 
 def shape_of(word: str, attributes: Mapping[str, Any], asset: Any = None) -> Primitive:
-    """The primitive ``word`` with its parameters; raises SceneError where an attribute does not fit it.
+    """Create the primitive ``word`` with ``attributes``.
 
-    A missing attribute, or one that is ``none``, has the default of language.md, section 6.
+    An attribute that is missing or ``none`` has its default (docs/language.md, "Geometry").
+
+    Raises
+    ------
+    SceneError("attribute")
+        If an attribute is invalid.
     """
-    return class_of(word).made(word, attributes, asset)
+    return class_of(word).from_attributes(word, attributes, asset)
 
 
 @cache
 def standard_forms() -> tuple[CanonicalForm, ...]:
-    """The canonical forms of the oldest primitives and the piece of a mesh, which stand first in every table of forms,
-    so that what is drawn keeps its order."""
+    """Return the canonical forms that come first in every table of forms, in a fixed order.
+
+    The order of the forms determines the drawing order, so it must not depend on which forms a scene contains.
+    """
     from scenelang.interpreter.scene.primitives.cone import CONE
     from scenelang.interpreter.scene.primitives.cube import BLOCK
     from scenelang.interpreter.scene.primitives.cylinder import CYLINDER
@@ -168,7 +186,7 @@ def standard_forms() -> tuple[CanonicalForm, ...]:
     return (BALL, BLOCK, CYLINDER, CONE, TRIANGLE)
 
 
-# --- where classes come from -----------------------------------------------------------------------------------------
+# --- loading of classes ----------------------------------------------------------------------------------------------
 
 
 @cache
@@ -178,8 +196,8 @@ def _loaded(module: str, name: str) -> type[Primitive]:
 
 
 def _entry_points() -> Mapping[str, EntryPoint]:
-    """The entry points of other packages by word."""
-    return {word: point for word, point in plugins.entry_points_of(GROUP).items() if word not in _OWN}
+    """Return the entry points of other packages, by word."""
+    return {word: point for word, point in plugins.entry_points_of(GROUP).items() if word not in _BUILTIN}
 
 
 @cache
@@ -187,21 +205,45 @@ def _from_package(word: str) -> type[Primitive]:
     point = _entry_points()[word]
     try:
         cls = point.load()
-    except Exception as error:  # foreign code may raise anything as it is imported
-        raise SceneError("backend", f'the primitive "{word}" ({point.value}) cannot be loaded: {error}') from error
+    except Exception as error:  # third-party code may raise anything on import
+        raise SceneError("backend", f'cannot load the primitive "{word}" ({point.value}): {error}') from error
     if not isinstance(cls, type) or not issubclass(cls, Primitive) or cls.word != word:
-        raise SceneError("backend", f'the entry point `{point.value}` names no Primitive with the word "{word}"')
+        raise SceneError("backend", f'the entry point `{point.value}` is not a Primitive with the word "{word}"')
     return cls
 
 
-def forget_packages() -> None:
-    """Look for packages again: for tests, and for a process in which one was installed."""
+def clear_package_cache() -> None:
+    """Discover packages again, for tests and after installing one in a running process."""
     plugins.forget()
     _from_package.cache_clear()
 
 
 __all__ = [
-    "COLOR", "GROUP", "MATERIALS", "SCALE", "Attribute", "Box", "Placed", "Point", "Primitive", "Support", "attribute_doc", "attributes_read",
-    "block_words", "class_of", "docs_of_attributes", "docs_of_words", "every", "find", "forget_packages",
-    "geometry_read", "is_word", "items_of", "seen_words", "shape_of", "solid_words", "standard_forms", "words",
+    "COLOR",
+    "GROUP",
+    "MATERIALS",
+    "SCALE",
+    "Attribute",
+    "Box",
+    "Placed",
+    "Point",
+    "Primitive",
+    "Support",
+    "all_primitives",
+    "attribute_doc",
+    "attributes_read",
+    "block_words",
+    "class_of",
+    "clear_package_cache",
+    "docs_of_attributes",
+    "docs_of_words",
+    "find",
+    "geometric_words",
+    "geometry_attributes",
+    "is_word",
+    "items_of",
+    "shape_of",
+    "solid_words",
+    "standard_forms",
+    "words",
 ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""The primitive "asset": a mesh file. Finding, checking and reading files is a backend's work, given to it here."""
+"""The primitive "asset": a mesh file. A backend locates, checks and reads the files."""
 
 from __future__ import annotations
 
@@ -13,21 +13,35 @@ from scenelang.interpreter.scene.primitives.base import Attribute, Box, Primitiv
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.mesh import Mesh
 
-FILE = Attribute("file", "the mesh file: .glb .gltf .obj .ply .stl .off, inside the project's folder", "a string", accepts=("String",))
+FILE = Attribute(
+    "file",
+    "path of the mesh file (.glb .gltf .obj .ply .stl .off) inside the project folder",
+    "a string",
+    accepts=("String",),
+)
 
-# Reads a mesh file: the path and the folder in which all that it refers to lies -> triangles; raises SceneError.
+# Loader of mesh files, called with the path and the folder that must contain all referenced files; raises SceneError.
 _loaders: list[Callable[[str, str | None], Mesh]] = []
 
 
-def read_files_by(loader: Callable[[str, str | None], Mesh]) -> None:
-    """Let ``loader(path, root)`` read the mesh files of assets."""
+def set_mesh_loader(loader: Callable[[str, str | None], Mesh]) -> None:
+    """Register ``loader(path, root)``, which reads the mesh files of assets."""
     _loaders[:] = [loader]
 
 
 @dataclass(frozen=True, slots=True)
 class Asset:
-    """A mesh file: its resolved ``path``, the folder ``root`` in which all that it refers to must lie, and the ``box``
-    and ``support`` of its vertices."""
+    """Metadata of a mesh file.
+
+    Attributes
+    ----------
+    path
+        Resolved path.
+    root
+        Folder that must contain all referenced files.
+    box, support
+        Bounding box and support function of the vertices.
+    """
 
     path: str
     root: str
@@ -37,39 +51,39 @@ class Asset:
 
 @dataclass(frozen=True, slots=True)
 class MeshFile(Primitive):
-    """The mesh in ``file``, in its own colours where the program gives it none. ``asset`` is what is known of it."""
+    """Mesh in ``file``, with its own colours if the program sets none. ``asset`` is the metadata of the file."""
 
     word = "asset"
-    doc = "a mesh file inside the project's folder"
+    doc = "a mesh file inside the project folder"
     attributes = (FILE,)
     is_solid = False
     is_file = True
-    meaning = "object"
-    turn = Symmetry(whole=True)
+    common_name = "object"
+    symmetry = Symmetry(unknown=True)
 
     file: str | None = None
     asset: Asset | None = None
 
     @classmethod
-    def made(cls, word: str, given: Mapping[str, Any], asset: Any = None) -> Primitive:
-        color = given.get("color")
+    def from_attributes(cls, word: str, attributes: Mapping[str, Any], asset: Any = None) -> Primitive:
+        color = attributes.get("color")
         if color is None:
-            return cls(file=given.get("file"), asset=asset)
-        return cls(file=given.get("file"), asset=asset, color=color_of(word, color))
+            return cls(file=attributes.get("file"), asset=asset)
+        return cls(file=attributes.get("file"), asset=asset, color=color_of(word, color))
 
     @classmethod
-    def compared(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
+    def comparison_key(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
         return str(given.get("file")), None
 
-    def defining(self) -> dict[str, Any]:
+    def defining_attributes(self) -> dict[str, Any]:
         return {"color": list(self.color)}
 
-    def name_of(self, word: str) -> str | None:
-        return (PurePosixPath(self.file).stem if self.file else None) or self.meaning
+    def display_name(self, word: str) -> str | None:
+        return (PurePosixPath(self.file).stem if self.file else None) or self.common_name
 
     @property
     def root(self) -> str | None:
-        """The folder in which what the mesh file refers to lies."""
+        """Folder that must contain the files that the mesh file refers to."""
         return None if self.asset is None else self.asset.root
 
     @property
@@ -83,16 +97,16 @@ class MeshFile(Primitive):
     def interval(self, a: float, b: float, c: float) -> tuple[float, float]:
         if self.asset is not None:
             return self.asset.support.interval(a, b, c)
-        half = 0.5 * (abs(a) + abs(b) + abs(c))  # a file that nobody has measured: the unit box from the origin
+        half = 0.5 * (abs(a) + abs(b) + abs(c))  # the unit box for a file that has not been measured
         middle = 0.5 * (a + b + c)
         return middle - half, middle + half
 
     def triangulate(self, tolerance: float) -> Mesh:
-        """The triangles of the file, whatever the tolerance; raises SceneError where it cannot be read."""
+        """Return the triangles of the file, whatever the tolerance; raise SceneError if it cannot be read."""
         from scenelang.interpreter.scene.primitives.mesh import empty
 
         if self.file is None:
             return empty()
         if not _loaders:
-            raise SceneError("file", f"the asset {self.file} cannot be read here")
+            raise SceneError("file", f"cannot read the asset {self.file}: no mesh loader is registered")
         return _loaders[0](self.file, self.root)

@@ -1,8 +1,9 @@
-"""What a primitive is: its attributes, and everything that can be asked of its geometry (language.md, section 6).
+"""Protocol of primitives: attributes and geometry (docs/language.md, "Geometry").
 
-A primitive is one class in one file. It says its word, what it is, its attributes with types, docs and defaults, and
-its geometry before any pose. Where it is a canonical form under an affine pose (``placed``), all else follows from the
-form; one that only makes triangles (``triangulate``) inherits exact rays, samples, box and volume of its mesh.
+A primitive is one class in one file. It defines its word, a description, its attributes with types, descriptions and
+defaults, and its geometry in the local frame. If it is a canonical form under an affine pose (``placed``), all other
+methods are derived from the form; a class that only implements ``triangulate`` inherits rays, samples, box and volume
+that are exact for its mesh.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ Box = tuple[float, float, float, float, float, float]  # min x, y, z, max x, y, 
 
 WHITE: Point = (1.0, 1.0, 1.0)
 ORIGIN: Point = (0.0, 0.0, 0.0)
-FINE = 1e-3  # of a primitive's largest side: how far a mesh that stands for it may lie from its surface
+MESH_TOLERANCE = 1e-3  # maximum distance of an approximating mesh from the surface, relative to the largest side
 
 
 # --- attributes ------------------------------------------------------------------------------------------------------
@@ -34,9 +35,24 @@ FINE = 1e-3  # of a primitive's largest side: how far a mesh that stands for it 
 
 @dataclass(frozen=True, slots=True)
 class Attribute:
-    """One attribute of a primitive: its name in the language, what it means (with its default, in a line), its type in
-    words and its default. ``read(word, name, value)`` checks a given value and brings it into the form that the
-    primitive's ``field`` keeps; it raises SceneError("attribute"). None: no geometry reads it, only backends do."""
+    """Attribute of a primitive.
+
+    Attributes
+    ----------
+    name
+        Name in the language.
+    doc
+        One-line description, including the default.
+    type
+        Description of the type.
+    default
+        Default value.
+    read
+        ``read(word, name, value)`` validates and converts a value; it raises ``SceneError("attribute")``. None for an
+        attribute that only backends use.
+    field
+        Field of the primitive that stores the converted value, if its name differs.
+    """
 
     name: str
     doc: str
@@ -51,7 +67,7 @@ class Attribute:
 
 
 def items_of(value: Any) -> Sequence[Any] | None:
-    """The items of whatever may stand for an array of numbers; None for anything else."""
+    """Return the items of any sequence or array of numbers, or None for other values."""
     if isinstance(value, tuple):
         return value
     if type(value) is Pair:
@@ -64,45 +80,46 @@ def items_of(value: Any) -> Sequence[Any] | None:
     return None
 
 
-def _problem(word: str, name: str, wanted: str) -> SceneError:
-    return SceneError("attribute", f'the attribute `:{name}` of "{word}" must be {wanted}')
+def _invalid(word: str, name: str, expected: str) -> SceneError:
+    """Return the error for an invalid attribute value."""
+    return SceneError("attribute", f'the attribute `:{name}` of "{word}" must be {expected}')
 
 
-def point_of(word: str, name: str, value: Any, wanted: str = "three finite numbers") -> Point:
-    """Three finite numbers."""
+def point_of(word: str, name: str, value: Any, expected: str = "three finite numbers") -> Point:
+    """Convert a value to three finite numbers; raise ``SceneError("attribute")`` if it is something else."""
     if type(value) is Vector and len(value) == 3 and type(value[0]) is float:
         x, y, z = value
         if math.isfinite(x + y + z):
             return (x, y, z)
     numbers = items_of(value)
     if numbers is None or len(numbers) != 3 or not all(type(x) in (int, float) for x in numbers):
-        raise _problem(word, name, wanted)
+        raise _invalid(word, name, expected)
     try:
         x, y, z = (float(n) for n in numbers)
     except OverflowError:
-        raise _problem(word, name, wanted) from None
+        raise _invalid(word, name, expected) from None
     if not math.isfinite(x + y + z):
-        raise _problem(word, name, wanted)
+        raise _invalid(word, name, expected)
     return (x, y, z)
 
 
 def size_of(word: str, name: str, value: Any) -> Point:
-    """Three sizes, or one for all; signs do not matter."""
+    """Convert a number, or three numbers, to three absolute sizes."""
     if type(value) in (int, float):
         value = Vector((value, value, value))
-    size = point_of(word, name, value, "a finite number or three of them")
+    size = point_of(word, name, value, "a finite number or three finite numbers")
     return (abs(size[0]), abs(size[1]), abs(size[2]))
 
 
 def length_of(word: str, name: str, value: Any) -> float:
-    """A finite number, whose sign does not matter."""
+    """Convert a finite number to its absolute value."""
     if type(value) not in (int, float) or not math.isfinite(value):
-        raise _problem(word, name, "a finite number")
+        raise _invalid(word, name, "a finite number")
     return abs(float(value))
 
 
 def color_of(word: str, value: Any) -> Point:
-    """The first three numbers, each cut to 0 to 1."""
+    """Convert a value to linear sRGB: its first three numbers, clamped to [0, 1]."""
     numbers = items_of(value)
     if numbers is not None and len(numbers) > 3:
         value = Vector(numbers[:3])
@@ -113,26 +130,27 @@ def color_of(word: str, value: Any) -> Point:
 
 
 SCALE = Attribute(
-    "scale", "sizes along x, y and z in the scene's units, or one number for all; default [1 1 1]",
+    "scale", "side lengths along x, y and z in scene units, or one number for all three; default [1 1 1]",
     "a number or three", WHITE, size_of, "size", ("Number", "Triple"), 0.0,
     aliases=("size", "sizes", "dimensions", "dims", "extent", "extents", "half-extents", "scaling"),
 )  # fmt: skip
 RADIUS = Attribute(
-    "radius", "the radius in the scene's units, of a cone that of its base, of a torus that of its ring; default 1",
+    "radius", "radius in scene units (of a cone: of its base; of a torus: of its ring); default 1",
     "a number", 1.0, length_of, "radius", ("Number",), 0.0, aliases=("r", "rad", "base-radius", "bottom-radius", "r1"),
 )  # fmt: skip
 P0 = Attribute(
-    "p0", "where the axis begins, a point [x y z]; default [0 0 0]", "a point", ORIGIN, point_of, "p0", ("Triple",),
+    "p0", "start point [x y z] of the axis; default [0 0 0]", "a point", ORIGIN, point_of, "p0", ("Triple",),
     aliases=("start", "from", "bottom", "base", "begin", "point-a"),
 )  # fmt: skip
 P1 = Attribute(
-    "p1", "where the axis ends, of a cone its apex, a point [x y z]; default [0 1 0]",
+    "p1", "end point [x y z] of the axis, for a cone its apex; default [0 1 0]",
     "a point", (0.0, 1.0, 0.0), point_of, "p1", ("Triple",),
     aliases=("end", "to", "top", "tip", "apex", "point-b"),
 )  # fmt: skip
 COLOR = Attribute(
-    "color", "reflected light, linear sRGB from 0 to 1; default white; `(color \"ivory\")` converts",
-    "three numbers", WHITE, accepts=("Color",), low=0.0, high=1.0, aliases=("colour", "rgb", "albedo", "base-color", "diffuse"),
+    "color", "diffuse reflectance in linear sRGB, each from 0 to 1; default white; `(color \"ivory\")` converts a name",
+    "three numbers", WHITE, accepts=("Color",), low=0.0, high=1.0,
+    aliases=("colour", "rgb", "albedo", "base-color", "diffuse"),
 )  # fmt: skip
 
 # Attributes of the material, which every primitive has and only backends read.
@@ -154,19 +172,19 @@ MATERIALS = (
 
 
 class Support(Protocol):
-    """How far something reaches."""
+    """Support function of a shape."""
 
     def interval(self, a: float, b: float, c: float) -> tuple[float, float]:
-        """Least and greatest value of ``a x + b y + c z`` over it."""
+        """Return the minimum and maximum of ``a x + b y + c z`` over the shape."""
         ...
 
     def __len__(self) -> int:
-        """How many points decide that."""
+        """Return the number of points that determine the support."""
         ...
 
 
 class Placed(NamedTuple):
-    """A canonical form with its ratios, and the pose (12 floats) that takes it to the primitive's own frame."""
+    """Canonical form with its ratios, and the pose (12 floats) from the frame of the form to that of the primitive."""
 
     form: CanonicalForm
     ratios: tuple[float, ...]
@@ -174,66 +192,79 @@ class Placed(NamedTuple):
 
     @property
     def matrix(self) -> FloatArray:
-        """The pose (3, 4)."""
+        """Pose as an array (3, 4)."""
         return np.array(self.rows, np.float64).reshape(3, 4)
 
 
 class Symmetry(NamedTuple):
-    """What of a primitive's pose can be told apart when two scenes are compared (see ``difference``).
+    """Aspects of a primitive's orientation that the comparison of scenes distinguishes (see ``difference``).
 
-    ``ends``: its :p0 and :p1 and the cross-section between them. ``edges``: directions of edges that are alike, as a
-    cube's. ``whole``: nothing is known of its symmetries.
+    Attributes
+    ----------
+    axis
+        The endpoints :p0 and :p1, and the cross-section between them.
+    edges
+        The directions of equivalent edges, as for a cube.
+    unknown
+        Everything, because no symmetry is known.
     """
 
-    ends: bool = False
+    axis: bool = False
     edges: bool = False
-    whole: bool = False
+    unknown: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Primitive:
-    """A primitive with its parameters, defaults filled in. Sizes are in the scene's units, ``color`` is linear sRGB in
-    [0, 1]. Every method speaks of the primitive's own frame.
+    """Primitive with its parameters, with defaults filled in.
 
-    A class for a new word sets ``word``, ``doc`` and ``attributes``, keeps one field for each attribute that its
-    geometry reads, and writes ``placed`` or ``triangulate``. ``interval``, ``contains`` and others may be written too,
-    where a closed form beats what the mesh gives. It is a frozen dataclass.
+    Sizes are in scene units, ``color`` is linear sRGB in [0, 1]. All methods use the local frame of the primitive.
+
+    A class for a new word is a frozen dataclass that sets ``word``, ``doc`` and ``attributes``, has one field for each
+    attribute that its geometry depends on, and implements ``placed`` or ``triangulate``. It may override ``interval``,
+    ``contains`` and other methods with closed forms.
     """
 
     word: ClassVar[str] = ""
-    doc: ClassVar[str] = ""  # what it is, in a line
-    attributes: ClassVar[tuple[Attribute, ...]] = ()  # but for the color
-    is_solid: ClassVar[bool] = True  # its attributes alone say what is seen
-    is_semantic: ClassVar[bool] = False  # a box that stands for a word without geometry
-    is_block: ClassVar[bool] = False  # a part of a Minecraft build
-    is_file: ClassVar[bool] = False  # a mesh file that must be found and measured
+    doc: ClassVar[str] = ""  # one-line description
+    attributes: ClassVar[tuple[Attribute, ...]] = ()  # without the colour
+    is_solid: ClassVar[bool] = True  # the attributes alone determine the appearance
+    is_semantic: ClassVar[bool] = False  # a placeholder box for a word without geometry
+    is_block: ClassVar[bool] = False  # made of Minecraft blocks
+    is_file: ClassVar[bool] = False  # a mesh file that must be located and measured
     has_geometry: ClassVar[bool] = True
     has_color: ClassVar[bool] = True
-    meaning: ClassVar[str | None] = None  # what people call it, where that is not its word
-    turn: ClassVar[Symmetry] = Symmetry(whole=True)
+    common_name: ClassVar[str | None] = None  # noun for prompts, if it differs from the word
+    symmetry: ClassVar[Symmetry] = Symmetry(unknown=True)
 
     color: Point = WHITE
 
     @classmethod
-    def made(cls, word: str, given: Mapping[str, Any], asset: Any = None) -> Primitive:
-        """The primitive of the attributes ``given``; raises SceneError where one does not fit. One that is missing, or
-        ``none``, has its default."""
+    def from_attributes(cls, word: str, attributes: Mapping[str, Any], asset: Any = None) -> Primitive:
+        """Create the primitive from ``attributes``; missing or ``none`` attributes have their defaults.
+
+        Raises
+        ------
+        SceneError("attribute")
+            If an attribute is invalid.
+        """
         found = {}
         for attribute in cls.attributes:
-            if attribute.read is not None and (value := given.get(attribute.name)) is not None:
+            if attribute.read is not None and (value := attributes.get(attribute.name)) is not None:
                 found[attribute.field or attribute.name] = attribute.read(word, attribute.name, value)
-        if (value := given.get("color")) is not None:
+        if (value := attributes.get("color")) is not None:
             found["color"] = color_of(word, value)
         return cls(**found)
 
     @classmethod
     def attribute_names(cls) -> tuple[str, ...]:
-        """The attributes that it reads, material aside."""
+        """Return the names of the attributes, except those of the material."""
         own = tuple(attribute.name for attribute in cls.attributes)
         return (*own, "color") if cls.has_color else own
 
-    def defining(self) -> dict[str, Any]:
-        """The attributes that define the geometry, defaults filled in, under their names in the language, plain."""
+    def defining_attributes(self) -> dict[str, Any]:
+        """Return the attributes that determine the geometry as plain data, by language name, with defaults filled
+        in."""
         found: dict[str, Any] = {}
         for attribute in self.attributes:
             if attribute.read is not None:
@@ -243,46 +274,53 @@ class Primitive:
 
     @property
     def key(self) -> Primitive:
-        """What the geometry depends on: the primitive without its colour."""
+        """The primitive without its colour, a cache key for its geometry."""
         return self if self.color == WHITE else replace(self, color=WHITE)
 
-    def own_color(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
-        """Where backends choose the colour of what names none: a text that decides it, HSV saturation and value."""
+    def color_seed(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
+        """Return the seed of the default colour: a text that determines the hue, HSV saturation and value.
+
+        Returns None to use ``color``.
+        """
         return None
 
-    def name_of(self, word: str) -> str | None:
-        """What people call it, where neither its word nor its ``meaning`` says that."""
-        return self.meaning
+    def display_name(self, word: str) -> str | None:
+        """Return the noun for this primitive in prompts, or None to use the word."""
+        return self.common_name
 
     @classmethod
-    def compared(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
-        """For comparing scenes, of plain attributes: a text that is equal where no pose makes the primitives equal
-        unless they are, and the sizes (None: those of :scale)."""
-        if cls.turn.whole and cls.is_solid:
+    def comparison_key(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
+        """Return a key and the sizes that comparisons of scenes use.
+
+        Primitives with different keys are never equal, whatever their poses. The sizes are None if they are those of
+        :scale.
+        """
+        if cls.symmetry.unknown and cls.is_solid:
             names = (attribute.name for attribute in cls.attributes if attribute.read is not None)
             return " ".join(f"{name} {given.get(name.replace('-', '_'))}" for name in names), WHITE
         return "", None
 
-    # --- how far it reaches ---
+    # --- extent ---
 
     @property
     def is_flat(self) -> bool:
-        """True when the primitive has no extent in some direction."""
+        """Whether the extent along some axis is zero."""
         x0, y0, z0, x1, y1, z1 = self.box_under((1.0, 0, 0, 0, 0, 1.0, 0, 0, 0, 0, 1.0, 0))
         return x0 == x1 or y0 == y1 or z0 == z1
 
     @property
     def cost(self) -> int:
-        """The steps that asking how far it reaches counts for."""
+        """Number of evaluation steps that a support query costs."""
         return 1 if type(self).interval is not Primitive.interval else 64
 
     def interval(self, a: float, b: float, c: float) -> tuple[float, float]:
-        """Least and greatest value of ``a x + b y + c z`` over it (its support in both directions)."""
+        """Return the minimum and maximum of ``a x + b y + c z`` over the primitive (its support function in both
+        directions)."""
         along = mesh_of(self).vertices @ np.array((a, b, c))
         return (float(along.min()), float(along.max())) if len(along) else (0.0, 0.0)
 
     def box_under(self, m: Sequence[float]) -> Box:
-        """Its exact axis-aligned box under the affine pose ``m`` (12 floats)."""
+        """Return the exact axis-aligned bounding box under the affine pose ``m`` (12 floats)."""
         x0, x1 = self.interval(m[0], m[1], m[2])
         y0, y1 = self.interval(m[4], m[5], m[6])
         z0, z1 = self.interval(m[8], m[9], m[10])
@@ -290,18 +328,21 @@ class Primitive:
 
     @property
     def extent(self) -> float:
-        """The largest side of its box."""
+        """Longest side of the bounding box."""
         x0, y0, z0, x1, y1, z1 = self.box_under((1.0, 0, 0, 0, 0, 1.0, 0, 0, 0, 0, 1.0, 0))
         return max(x1 - x0, y1 - y0, z1 - z0)
 
-    # --- its surface ---
+    # --- surface ---
 
     def placed(self) -> Placed | None:
-        """The canonical form that it is, under a pose; None where it is none, or there is nothing to see."""
+        """Return the canonical form with its pose, or None if there is none or the primitive is invisible."""
         return None
 
     def triangulate(self, tolerance: float) -> Mesh:
-        """Its closed surface, at most ``tolerance`` from the true one; empty where there is nothing to see."""
+        """Return the closed surface as a mesh within ``tolerance`` of the true surface.
+
+        The mesh is empty if the primitive is invisible.
+        """
         from scenelang.interpreter.scene.primitives.forms import segments_within
         from scenelang.interpreter.scene.primitives.mesh import empty, posed
 
@@ -313,8 +354,20 @@ class Primitive:
         return posed(mesh, placed.matrix[None])
 
     def intersect(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The least ray parameter (N,) above 0 at which rays (N, 3) meet the surface, infinity where they do not, and
-        the outward unit normals (N, 3) there, zero where there are none."""
+        """Intersect rays with the surface.
+
+        Parameters
+        ----------
+        origins, directions : (N, 3)
+            Rays.
+
+        Returns
+        -------
+        t : (N,)
+            Smallest positive ray parameter of an intersection; infinity for a miss.
+        normals : (N, 3)
+            Outward unit normals; zero for a miss.
+        """
         from scenelang.interpreter.scene.primitives.forms import nearest_hit, unit
         from scenelang.interpreter.scene.primitives.mesh import first_hits, inverses_of, triangle_normals
 
@@ -338,14 +391,26 @@ class Primitive:
         return t, normals
 
     def sample(self, count: int, rng: Any) -> tuple[FloatArray, FloatArray]:
-        """``count`` points that lie uniformly on the surface, and the outward unit normals there, (K, 3) each; none
-        where it has no area. ``rng`` is a ``numpy.random.Generator``."""
-        from scenelang.interpreter.scene.primitives.mesh import sampled
+        """Sample points uniformly from the surface.
+
+        Parameters
+        ----------
+        count
+            Number of points K.
+        rng
+            A ``numpy.random.Generator``.
+
+        Returns
+        -------
+        points, normals : (K, 3)
+            Points and outward unit normals; empty if the surface has no area.
+        """
+        from scenelang.interpreter.scene.primitives.mesh import sample_surface
 
         placed = self.placed()
         if placed is None:
-            return sampled(mesh_of(self), count, rng)
-        axes, half = _stretched(placed)
+            return sample_surface(mesh_of(self), count, rng)
+        axes, half = _axes_and_lengths(placed)
         charts = placed.form.charts(half, placed.ratios)
         areas = np.array([chart.area for chart in charts])
         if not areas.sum() > 0.0:
@@ -355,10 +420,10 @@ class Primitive:
         points, normals = (np.concatenate([each[k] for each in found]) for k in (0, 1))
         return points @ axes.T + placed.matrix[:, 3], normals @ axes.T
 
-    # --- its inside ---
+    # --- interior ---
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Whether points (N, 3) lie inside it or on its surface."""
+        """Return whether points (N, 3) lie inside or on the surface, (N,)."""
         from scenelang.interpreter.scene.primitives.mesh import encloses, inverses_of
 
         placed = self.placed()
@@ -368,7 +433,7 @@ class Primitive:
         return placed.form.contains(local[:, 0], local[:, 1], local[:, 2], placed.ratios)
 
     def volume(self) -> float:
-        """What it encloses, in cubes of the scene's units."""
+        """Return the enclosed volume in cubic scene units."""
         from scenelang.interpreter.scene.primitives.mesh import volume_of
 
         placed = self.placed()
@@ -377,17 +442,17 @@ class Primitive:
         return placed.form.volume(placed.ratios) * abs(float(np.linalg.det(placed.matrix[:, :3])))
 
     def area(self) -> float:
-        """The area of its surface, in squares of the scene's units."""
+        """Return the surface area in square scene units."""
         from scenelang.interpreter.scene.primitives.mesh import areas_of
 
         placed = self.placed()
         if placed is None:
             return float(areas_of(mesh_of(self).corners).sum())
-        return sum(chart.area for chart in placed.form.charts(_stretched(placed)[1], placed.ratios))
+        return sum(chart.area for chart in placed.form.charts(_axes_and_lengths(placed)[1], placed.ratios))
 
 
-def _stretched(placed: Placed) -> tuple[FloatArray, list[float]]:
-    """The axes (3, 3) of a primitive's pose as unit columns, and their lengths."""
+def _axes_and_lengths(placed: Placed) -> tuple[FloatArray, list[float]]:
+    """Return the axes (3, 3) of the pose as unit columns, and their lengths."""
     linear = placed.matrix[:, :3]
     half = np.linalg.norm(linear, axis=0)
     axes: FloatArray = np.where(half > 0.0, linear / np.where(half > 0.0, half, 1.0), np.eye(3))
@@ -395,17 +460,17 @@ def _stretched(placed: Placed) -> tuple[FloatArray, list[float]]:
 
 
 def mesh_of(primitive: Primitive) -> Mesh:
-    """The triangles of a primitive that only has these; made once."""
-    return _made_mesh(primitive.key)
+    """Return the mesh of a primitive without a canonical form, cached."""
+    return _cached_mesh(primitive.key)
 
 
 @lru_cache(maxsize=64)
-def _made_mesh(primitive: Primitive) -> Mesh:
+def _cached_mesh(primitive: Primitive) -> Mesh:
     rough = primitive.triangulate(math.inf)
     size = float(np.ptp(rough.vertices, axis=0).max()) if len(rough.vertices) else 0.0
-    return primitive.triangulate(FINE * size) if size > 0.0 else rough
+    return primitive.triangulate(MESH_TOLERANCE * size) if size > 0.0 else rough
 
 
 def is_field_of(cls: type[Primitive], name: str) -> bool:
-    """Whether ``name`` is a field of a primitive's class."""
+    """Return whether the class of a primitive has a field ``name``."""
     return any(field.name == name for field in fields(cls))

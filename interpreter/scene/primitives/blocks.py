@@ -1,6 +1,6 @@
-"""Minecraft's primitives: "set-cuboid" lays blocks, "delete-blocks" takes them away.
+"""The Minecraft primitives: "set-cuboid" places blocks, "delete-blocks" removes them.
 
-Their geometry is that of the cells that they fill; what stands there in the end, the Minecraft backend says.
+Their geometry is that of the cells they fill; the Minecraft backend computes the resulting blocks.
 """
 
 from __future__ import annotations
@@ -12,24 +12,24 @@ from typing import Any, ClassVar
 from scenelang.interpreter.scene.primitives.base import SCALE, WHITE, Attribute, Placed, Point, Primitive, Symmetry
 from scenelang.interpreter.scene.primitives.cube import placed_block
 
-BLOCK_TYPE = Attribute("block-type", 'the kind of block, a string such as "stone"', "a string")
-BLOCK_KWARGS = Attribute(
-    "block-kwargs", "the block's states, an association list or table; default none", "a list or table"
+BLOCK_TYPE = Attribute("block-type", 'Minecraft block name, such as "stone"', "a string")
+BLOCK_KWARGS = Attribute("block-kwargs", "block states, an association list or table; default none", "a list or table")
+FILL = Attribute(
+    "fill", "whether to fill the whole cuboid (#t) or only its six faces (#f); default #t", "a boolean", True
 )
-FILL = Attribute("fill", "#t: all blocks, #f: only those of the six faces; default #t", "a boolean", True)
 
 
 @dataclass(frozen=True, slots=True)
 class SetCuboid(Primitive):
-    """Blocks from the origin to ``size``."""
+    """Cuboid of blocks from the origin to ``size``."""
 
     word = "set-cuboid"
-    doc = "Minecraft blocks from the origin on, +z forward"
+    doc = "a cuboid of Minecraft blocks with a corner at the origin, +z forward"
     attributes: ClassVar[tuple[Attribute, ...]] = (BLOCK_TYPE, BLOCK_KWARGS, SCALE, FILL)
     is_solid = False
     is_block = True
-    meaning: ClassVar[str | None] = "block"
-    turn = Symmetry()
+    common_name: ClassVar[str | None] = "block"
+    symmetry = Symmetry()
 
     size: Point = WHITE
 
@@ -38,14 +38,14 @@ class SetCuboid(Primitive):
         return 0.0 in self.size
 
     @property
-    def lays_air(self) -> bool:
-        """Whether it takes blocks away."""
+    def removes_blocks(self) -> bool:
+        """Whether it removes blocks instead of placing them."""
         return False
 
-    def defining(self) -> dict[str, Any]:
+    def defining_attributes(self) -> dict[str, Any]:
         return {"scale": list(self.size), "fill": True}
 
-    def own_color(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
+    def color_seed(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
         return str(attributes.get("block-type", "")), 0.45, 0.80
 
     def interval(self, a: float, b: float, c: float) -> tuple[float, float]:
@@ -60,27 +60,27 @@ class SetCuboid(Primitive):
 
 @dataclass(frozen=True, slots=True)
 class DeleteBlocks(SetCuboid):
-    """No blocks from the origin to ``size``: it has no geometry, only a size."""
+    """Removal of the blocks from the origin to ``size``; it has a size but no geometry."""
 
     word = "delete-blocks"
-    doc = "removes Minecraft blocks from the origin on, +z forward"
+    doc = "removes the Minecraft blocks in a cuboid with a corner at the origin, +z forward"
     attributes = (SCALE,)
     has_geometry = False
     has_color = False
-    meaning = None
+    common_name = None
 
     @property
     def is_flat(self) -> bool:
         return False
 
     @property
-    def lays_air(self) -> bool:
+    def removes_blocks(self) -> bool:
         return True
 
-    def defining(self) -> dict[str, Any]:
+    def defining_attributes(self) -> dict[str, Any]:
         return {"scale": list(self.size)}
 
-    def own_color(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
+    def color_seed(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
         return None
 
     def placed(self) -> Placed | None:

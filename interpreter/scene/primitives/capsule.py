@@ -1,4 +1,4 @@
-"""The primitive "capsule": everything within a radius of the line between two points."""
+"""The primitive "capsule": all points within a radius of the segment between two points."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
 
 
 class CapsuleForm(CanonicalForm):
-    """A capsule along y from -1 to 1; its one ratio is the radius r, so that its straight part ends at 1 - r."""
+    """Capsule along y from -1 to 1; its ratio is the radius r, so that the straight part ends at 1 - r."""
 
     name = "capsule"
     ratios = 1
     is_rounded = True
-    flattest = 0.02
+    min_aspect_ratio = 0.02
     overlaps = True
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
         r = ratios[0]
         side = forms.between(forms.in_tube((o[0], o[2]), (d[0], d[2]), r), forms.slab(o[1], d[1], 1.0 - r))
-        ends = (forms.in_ball((o[0], o[1] - y, o[2]), d, r) for y in (1.0 - r, r - 1.0))
-        return [forms.in_any(side, *ends)]
+        hemispheres = (forms.in_ball((o[0], o[1] - y, o[2]), d, r) for y in (1.0 - r, r - 1.0))
+        return [forms.in_any(side, *hemispheres)]
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
         straight = 1.0 - ratios[0]
@@ -55,11 +55,11 @@ class CapsuleForm(CanonicalForm):
         r = float(ratios[0])
         quarter = np.linspace(0.0, math.pi / 2.0, max(2, segments // 4) + 1)
         cosine, sine = np.cos(quarter), np.sin(quarter)
-        cosine[-1] = 0.0  # the pole is one point
+        cosine[-1] = 0.0  # exactly, so that the pole is a single point
         radius = np.concatenate([cosine[::-1], cosine])
         height = np.concatenate([-sine[::-1], sine])
         y = r * height + np.repeat([r - 1.0, 1.0 - r], len(quarter))
-        return forms.turned_mesh(r * radius, y, np.stack([radius, height], axis=1), segments)
+        return forms.revolved_mesh(r * radius, y, np.stack([radius, height], axis=1), segments)
 
     def face_count(self, segments: Any, ratios: Ratios) -> Any:
         return segments * segments + 2 * segments
@@ -72,12 +72,12 @@ class CapsuleForm(CanonicalForm):
         straight = size * (1.0 - r)
         ball = forms.sphere_chart(size * r)
 
-        def ends(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        def hemispheres(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
             places, normals = ball.place(u, v)
             places[:, 1] += np.where(normals[:, 1] < 0.0, -straight, straight)
             return places, normals
 
-        return [forms.tube_chart(size * r, straight), Chart(ball.area, ends)]
+        return [forms.tube_chart(size * r, straight), Chart(ball.area, hemispheres)]
 
     def volume(self, ratios: Ratios) -> float:
         r = float(ratios[0])
@@ -90,7 +90,7 @@ class CapsuleForm(CanonicalForm):
         return ratios[0]
 
     def mitsuba(self, ratios: Ratios) -> list[dict[str, Any]]:
-        """A tube without caps and a ball at each end."""
+        """Return an open cylinder with a sphere at each end."""
         r = float(ratios[0])
         side = {"type": "cylinder", "p0": (0.0, r - 1.0, 0.0), "p1": (0.0, 1.0 - r, 0.0), "radius": r}
         return [side, *({"type": "sphere", "center": (0.0, y, 0.0), "radius": r} for y in (1.0 - r, r - 1.0))]
@@ -105,12 +105,12 @@ CAPSULE = CapsuleForm()
 
 @dataclass(frozen=True, slots=True)
 class Capsule(Primitive):
-    """A cylinder from ``p0`` to ``p1`` with a half ball at each end."""
+    """Cylinder from ``p0`` to ``p1`` with a hemisphere at each end."""
 
     word = "capsule"
-    doc = "a cylinder from :p0 to :p1 with a half ball at each end"
+    doc = "a cylinder from :p0 to :p1 with a hemisphere at each end"
     attributes = (RADIUS, P0, P1)
-    turn = Symmetry(ends=True)
+    symmetry = Symmetry(axis=True)
 
     radius: float = 1.0
     p0: Point = ORIGIN
@@ -121,7 +121,7 @@ class Capsule(Primitive):
         return self.radius == 0.0
 
     @classmethod
-    def compared(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
+    def comparison_key(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
         radius, p0, p1 = (given.get(a.name) or a.default for a in cls.attributes)
         length = math.dist(p0, p1)
         return f"{radius / length:.4g}" if length else "ball", None
@@ -137,9 +137,9 @@ class Capsule(Primitive):
         half = math.dist(self.p0, self.p1) / 2.0
         whole = half + self.radius
         grown = whole / half if half > 0.0 else math.inf
-        if not grown < 1e12:  # no line is left in single numbers
+        if not grown < 1e12:  # the axis vanishes in single precision
             return placed_ball(self.radius, self.p0)
         middle = [(x + y) / 2.0 for x, y in zip(self.p0, self.p1, strict=True)]
-        ends = [[m + grown * (x - m) for x, m in zip(end, middle, strict=True)] for end in (self.p0, self.p1)]
-        rows = forms.axis_rows(ends[0], ends[1], whole)
+        axis = [[m + grown * (x - m) for x, m in zip(end, middle, strict=True)] for end in (self.p0, self.p1)]
+        rows = forms.axis_rows(axis[0], axis[1], whole)
         return None if rows is None else Placed(CAPSULE, (self.radius / whole,), rows)

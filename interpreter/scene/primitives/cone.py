@@ -1,4 +1,4 @@
-"""The primitive "cone": a solid one from its base to its apex."""
+"""The primitive "cone": a solid cone from its base to its apex."""
 
 from __future__ import annotations
 
@@ -18,18 +18,22 @@ if TYPE_CHECKING:
 
 
 class ConeForm(CanonicalForm):
-    """x^2 + z^2 <= ((1 - y) / 2)^2 between y = -1 and the apex at y = 1. Mitsuba has no cone: there it is a mesh."""
+    """The cone x^2 + z^2 <= ((1 - y) / 2)^2 between y = -1 and the apex at y = 1.
+
+    Mitsuba has no cone, so it is a mesh there.
+    """
 
     name = "cone"
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
-        radius, growth = 0.5 - 0.5 * o[1], -0.5 * d[1]  # of the cone at the height of o, and its change along the ray
+        # Radius of the cone at the height of o, and its derivative along the ray.
+        radius, growth = 0.5 - 0.5 * o[1], -0.5 * d[1]
         a = d[0] * d[0] + d[2] * d[2] - growth * growth
         a = np.where(np.abs(a) < TINY, TINY, a)
         b = o[0] * d[0] + o[2] * d[2] - radius * growth
         c = o[0] * o[0] + o[2] * o[2] - radius * radius
         low, high, discriminant = _quadratic(a, b, c)
-        # a < 0: the ray is inside both nappes outside the roots; the lower nappe lies where the radius grows
+        # If a < 0, the ray is inside the double cone outside the roots; the radius grows toward the lower nappe.
         steep = a < 0.0
         enter = np.where(steep, np.where(growth > 0.0, high, -np.inf), np.where(discriminant < 0.0, np.inf, low))
         leave = np.where(steep, np.where(growth > 0.0, np.inf, low), high)
@@ -68,7 +72,7 @@ class ConeForm(CanonicalForm):
 
     def charts(self, half: Sequence[float], ratios: Ratios) -> list[Chart]:
         x, y, _ = half
-        return [_hat_chart(x, y), forms.disc_chart(x, -y, -1.0)]
+        return [_side_chart(x, y), forms.disc_chart(x, -y, -1.0)]
 
     def volume(self, ratios: Ratios) -> float:
         return 2.0 / 3.0 * math.pi
@@ -84,7 +88,10 @@ class ConeForm(CanonicalForm):
 
 
 def _quadratic(a: Any, b: Any, c: Any) -> tuple[Any, Any, Any]:
-    """The roots of a t^2 + 2 b t + c, smaller first, without cancellation, and the discriminant / 4."""
+    """Return the roots of a t^2 + 2 b t + c, smaller first, and the discriminant divided by 4.
+
+    Adding quantities of equal sign in ``q`` avoids cancellation (Numerical Recipes, section 5.6).
+    """
     discriminant = b * b - a * c
     q = -(b + np.copysign(np.sqrt(np.maximum(discriminant, 0.0)), b))
     q = np.where(q == 0.0, TINY, q)
@@ -92,8 +99,8 @@ def _quadratic(a: Any, b: Any, c: Any) -> tuple[Any, Any, Any]:
     return np.minimum(first, second), np.maximum(first, second), discriminant
 
 
-def _hat_chart(radius: float, half: float) -> Chart:
-    """The side of a cone, whose apex is up."""
+def _side_chart(radius: float, half: float) -> Chart:
+    """Return the side of a cone with the apex at the top."""
     slant = math.hypot(radius, 2.0 * half)
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -109,12 +116,12 @@ CONE = ConeForm()
 
 @dataclass(frozen=True, slots=True)
 class Cone(Primitive):
-    """A solid cone, its base around ``p0``, its apex at ``p1``."""
+    """Solid cone with its base around ``p0`` and its apex at ``p1``."""
 
     word = "cone"
-    doc = "a solid cone, its base around :p0, its apex at :p1"
+    doc = "a solid cone with its base centred at :p0 and its apex at :p1"
     attributes = (RADIUS, P0, P1)
-    turn = Symmetry(ends=True)
+    symmetry = Symmetry(axis=True)
 
     radius: float = 1.0
     p0: Point = ORIGIN

@@ -34,14 +34,14 @@ class BlockForm(CanonicalForm):
         return normals
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
-        return np.sign(directions)  # 0 stands for the middle of an edge or face
+        return np.sign(directions)  # a zero component gives the middle of an edge or face
 
     def contains(self, u: FloatArray, v: FloatArray, w: FloatArray, ratios: Ratios) -> BoolArray:
         inside: BoolArray = np.maximum(np.maximum(np.abs(u), np.abs(v)), np.abs(w)) <= 1.0
         return inside
 
     def mesh(self, segments: int, ratios: Ratios) -> Mesh:
-        """Six squares of two triangles, four vertices each."""
+        """Return six squares of two triangles with four vertices each."""
         squares = []
         for axis in range(3):
             for sign in (-1.0, 1.0):
@@ -80,7 +80,7 @@ BLOCK = BlockForm()
 
 
 def placed_block(size: Point, corner: bool = False) -> Placed:
-    """A box of ``size``, centred at the origin or with its least corner there."""
+    """Return a box of ``size``, centred at the origin, or with its minimum corner there if ``corner`` is set."""
     x, y, z = size[0] / 2.0, size[1] / 2.0, size[2] / 2.0
     cx, cy, cz = (x, y, z) if corner else (0.0, 0.0, 0.0)
     return Placed(BLOCK, (), (x, 0.0, 0.0, cx, 0.0, y, 0.0, cy, 0.0, 0.0, z, cz))
@@ -88,12 +88,12 @@ def placed_block(size: Point, corner: bool = False) -> Placed:
 
 @dataclass(frozen=True, slots=True)
 class Cube(Primitive):
-    """A box of ``size``, centred at the origin."""
+    """Box of ``size`` centred at the origin."""
 
     word = "cube"
     doc = "a box centred at the origin"
     attributes = (SCALE,)
-    turn = Symmetry(edges=True)
+    symmetry = Symmetry(edges=True)
 
     size: Point = WHITE
 

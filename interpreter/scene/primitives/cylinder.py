@@ -1,4 +1,4 @@
-"""The primitive "cylinder": a solid one between two points."""
+"""The primitive "cylinder": a solid cylinder between two points."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from scenelang.interpreter.scene.primitives.lazy import np
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.forms import BoolArray, FloatArray, Interval
 
-_SIDES = 48  # of a round face, where what two faces share is measured
+_SIDES = 48  # sides of the polygon that approximates a round face when overlaps of faces are measured
 
 
 def disk_outline(y: float) -> FloatArray:
-    """The unit disk at height ``y`` as half axes and centre (3, 3)."""
+    """Return the unit disk at height ``y`` as half axes and centre (3, 3)."""
     return np.array([[1.0, 0.0, 0.0], [0.0, 0.0, y], [0.0, 1.0, 0.0]])
 
 
 def round_face(side: float) -> FloatArray:
-    """The corners (K, 3) of the unit disk at the height ``side``."""
-    turn = np.linspace(0.0, 2.0 * np.pi, _SIDES, endpoint=False)
-    return np.stack([np.cos(turn), np.full(len(turn), side), np.sin(turn)], axis=1)
+    """Return the corners (K, 3) of a polygon that approximates the unit disk at height ``side``."""
+    angle = np.linspace(0.0, 2.0 * np.pi, _SIDES, endpoint=False)
+    return np.stack([np.cos(angle), np.full(len(angle), side), np.sin(angle)], axis=1)
 
 
 class CylinderForm(CanonicalForm):
-    """x^2 + z^2 <= 1 between y = -1 and y = 1."""
+    """The cylinder x^2 + z^2 <= 1 between y = -1 and y = 1."""
 
     name = "cylinder"
 
@@ -79,13 +79,13 @@ class CylinderForm(CanonicalForm):
             yield 1, side, round_face(side)
 
     def mitsuba(self, ratios: Ratios) -> list[dict[str, Any]]:
-        """Mitsuba's own cylinder has no caps."""
+        """Return the side and two disks, because Mitsuba's cylinder has no caps."""
         side = {"type": "cylinder", "p0": (0, -1, 0), "p1": (0, 1, 0), "radius": 1.0}
         return [side, *({"type": "disk", "to_world": _cap(y)} for y in (1.0, -1.0))]
 
 
 def _cap(y: float) -> FloatArray:
-    """The pose of the unit disk as the end of a cylinder, facing outward."""
+    """Return the pose of the unit disk as a cap of the cylinder, facing outward."""
     return np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, y, y], [0.0, -y, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 
 
@@ -95,8 +95,11 @@ CYLINDER = CylinderForm()
 def disk_interval(
     p0: Point, p1: Point, r0: float, r1: float, direction: tuple[float, float, float]
 ) -> tuple[float, float]:
-    """How far the hull of two disks about ``p0`` and ``p1``, across the line between them, reaches along
-    ``direction``."""
+    """Return the interval of the convex hull of two parallel disks along ``direction``.
+
+    The disks have the centres ``p0`` and ``p1`` and the radii ``r0`` and ``r1``, and are perpendicular to the line
+    between the centres.
+    """
     a, b, c = direction
     (x0, y0, z0), (x1, y1, z1) = p0, p1
     u, v, w = x1 - x0, y1 - y0, z1 - z0
@@ -105,7 +108,7 @@ def disk_interval(
     end = a * x1 + b * y1 + c * z1
     if length == 0.0:
         return start, start
-    # |n x d| is the length of d's projection onto the disk's plane, without the cancellation of |d|^2 - (n.d)^2
+    # |n x d| is the length of the projection of d onto the plane of the disk; |d|^2 - (n.d)^2 would cancel.
     i, j, k = v * c - w * b, w * a - u * c, u * b - v * a
     across = math.sqrt(i * i + j * j + k * k)
     reach, apex = r0 * across / length, r1 * across / length
@@ -114,12 +117,12 @@ def disk_interval(
 
 @dataclass(frozen=True, slots=True)
 class Cylinder(Primitive):
-    """A solid cylinder, its axis from ``p0`` to ``p1``."""
+    """Solid cylinder with its axis from ``p0`` to ``p1``."""
 
     word = "cylinder"
-    doc = "a solid cylinder, its axis from :p0 to :p1"
+    doc = "a solid cylinder with its axis from :p0 to :p1"
     attributes = (RADIUS, P0, P1)
-    turn = Symmetry(ends=True)
+    symmetry = Symmetry(axis=True)
 
     radius: float = 1.0
     p0: Point = ORIGIN

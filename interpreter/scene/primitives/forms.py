@@ -1,8 +1,8 @@
-"""Canonical forms: what primitives are up to an affine pose, in the cube [-1, 1]^3, many at a time.
+"""Canonical forms: the shapes of primitives up to an affine pose, inside the cube [-1, 1]^3, processed in batches.
 
-A backend groups what it draws by form and asks the form: where rays meet it, how far it reaches, its triangles. What no
-pose can express is a form's ``ratios``, numbers that go into every question; a torus has one. So ten thousand different
-tori are still one call.
+Backends group primitives by form and call the methods of the form: ray intersection, support, triangles. Parameters
+that no affine pose can express are the ``ratios`` of a form, arrays that are passed to every method; a torus has one.
+Ten thousand different tori are therefore still one call.
 """
 
 from __future__ import annotations
@@ -24,131 +24,151 @@ if TYPE_CHECKING:
     Interval = tuple[npt.NDArray[np.floating], npt.NDArray[np.floating]]
 
 Triple = tuple[Any, Any, Any]
-Ratios = tuple[Any, ...]  # floats, or arrays that broadcast with what is asked
+Ratios = tuple[Any, ...]  # floats, or arrays that broadcast with the other arguments
 Rows = tuple[float, float, float, float, float, float, float, float, float, float, float, float]
-TINY = 1e-200
+TINY = 1e-200  # replaces zero denominators
 
 
 class CanonicalForm:
-    """One canonical form.
+    """Canonical form.
 
-    ``ratios`` is how many numbers tell its members apart. ``o`` and ``d`` are tuples of three arrays (or floats) that
-    broadcast: origin and direction of rays, ``d`` never zero. Ray arithmetic runs into infinities on purpose: callers
-    hold ``numpy.errstate(all="ignore")``.
+    ``ratios`` is the number of shape parameters. In ray methods, ``o`` and ``d`` are tuples of three arrays (or floats)
+    that broadcast: origin and direction of the rays, the direction never zero. Ray arithmetic produces infinities and
+    NaNs on purpose, so callers must use ``numpy.errstate(all="ignore")``.
     """
 
     name: ClassVar[str]
     ratios: ClassVar[int] = 0
-    # Whether it has no flat face at all, as a ball: such things go into one another on purpose.
+    # Whether it has no flat face, like a ball; such primitives may overlap on purpose.
     is_rounded: ClassVar[bool] = False
     is_convex: ClassVar[bool] = True
-    is_curved: ClassVar[bool] = True  # whether the number of sides matters to its mesh
-    is_closed: ClassVar[bool] = True  # whether light passes its surface twice
-    # Whether its Mitsuba shapes reach into one another, which is seen where light passes them.
+    is_curved: ClassVar[bool] = True  # whether its mesh depends on the number of segments
+    is_closed: ClassVar[bool] = True  # whether rays cross the surface an even number of times
+    # Whether its Mitsuba shapes overlap, which is visible in transparent materials.
     overlaps: ClassVar[bool] = False
-    # Below this ratio of least to greatest half axis its exact Mitsuba shapes, in single precision, dissolve.
-    flattest: ClassVar[float] = 0.0
+    # Below this ratio of the shortest to the longest half axis, Mitsuba's shapes are inaccurate in single precision.
+    min_aspect_ratio: ClassVar[float] = 0.0
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
-        """Where rays enter and leave, one pair of ray parameters after the other; the first of a pair is above the
-        second where there is none. A convex form has one pair."""
+        """Return the intervals of ray parameters inside the form, as pairs (enter, leave).
+
+        An interval with ``enter > leave`` is empty. A convex form has one interval.
+        """
         raise NotImplementedError
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
-        """Outward normals (N, 3), of any length, at surface points (N, 3)."""
+        """Return outward normals (N, 3), not normalized, at surface points (N, 3)."""
         raise NotImplementedError
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
-        """Farthest points (N, 3) along ``directions`` (N, 3): of the convex hull, where the form is not convex."""
+        """Return the farthest points (N, 3) along ``directions`` (N, 3), of the convex hull if the form is not
+        convex."""
         raise NotImplementedError
 
     def contains(self, u: FloatArray, v: FloatArray, w: FloatArray, ratios: Ratios) -> BoolArray:
-        """Whether the points (u, v, w) lie inside or on the surface."""
+        """Return whether the points (u, v, w) lie inside or on the surface."""
         raise NotImplementedError
 
     def mesh(self, segments: int, ratios: Ratios) -> Mesh:
-        """The closed surface; a full circle has ``segments`` >= 3 sides, with vertices on the true surface."""
+        """Return the closed surface; a full circle has ``segments`` >= 3 sides, with vertices on the true surface."""
         raise NotImplementedError
 
     def face_count(self, segments: Any, ratios: Ratios) -> Any:
-        """About how many triangles ``mesh`` makes; ``segments`` may be an array."""
+        """Return the approximate number of triangles of ``mesh``; ``segments`` may be an array."""
         raise NotImplementedError
 
     def vertex_count(self, segments: int, ratios: Ratios) -> int:
-        """About how many vertices ``mesh`` makes."""
+        """Return the approximate number of vertices of ``mesh``."""
         return int(self.face_count(segments, ratios))
 
     def charts(self, half: Sequence[float], ratios: Ratios) -> list[Chart]:
-        """The surface in pieces that can be sampled, the form stretched by the three ``half`` sizes (those of the pose
-        of a primitive, which keeps round forms round)."""
+        """Return the surface as charts that can be sampled uniformly.
+
+        ``half`` are the three scale factors of the pose, which keep circular cross-sections circular.
+        """
         raise NotImplementedError
 
     def volume(self, ratios: Ratios) -> float:
-        """What the form encloses, before any pose."""
+        """Return the volume of the form without a pose."""
         raise NotImplementedError
 
-    # --- what a form may say beside its geometry ---
+    # --- optional properties ---
 
     def hull(self, ratios: Ratios) -> FloatArray:
-        """Few points (K, 3), or (N, K, 3) for arrays of ratios, whose convex hull holds the form."""
+        """Return a few points (K, 3), or (N, K, 3) for arrays of ratios, whose convex hull contains the form."""
         return np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
     def outline(self) -> tuple[FloatArray, ...] | None:
-        """Points, disks and ellipsoids whose convex hull is that of the form, each (3, K): K - 1 half axes and the
-        centre. None where there are no such pieces, or the ratios change them."""
+        """Return points, disks and ellipsoids with the same convex hull as the form, or None if there are none.
+
+        Each piece is an array (3, K): K - 1 half axes and the centre. The pieces must not depend on the ratios.
+        """
         return None
 
     def thickness(self, ratios: tuple[float, ...]) -> float:
-        """How thick it is where it is thinnest, as a share of the cube that it lies in."""
+        """Return the minimum thickness relative to the bounding cube."""
         return 1.0
 
     def flat_faces(self, ratios: Ratios) -> Iterator[tuple[int, float, FloatArray]]:
-        """The flat faces that look along an axis: the axis, the side (-1 or 1), the corners (K, 3)."""
+        """Iterate over the flat faces perpendicular to an axis: the axis, the side (-1 or 1), the corners (K, 3)."""
         return iter(())
 
     def mitsuba(self, ratios: Ratios) -> list[dict[str, Any]]:
-        """Mitsuba's shapes that together are exactly the form, as plain data with poses (4, 4); none where it has no
-        such shapes, so that the mesh stands for the form."""
+        """Return Mitsuba shapes that together represent the form exactly, as plain data with poses (4, 4).
+
+        An empty list means that the mesh is used.
+        """
         return []
 
     def usd(self, ratios: Ratios) -> tuple[str, dict[str, tuple[str, Any]]] | None:
-        """A schema of OpenUSD that is exactly the form: its name, and for each attribute its type (as
-        ``Sdf.ValueTypeNames`` spells it) and value. None: a mesh."""
+        """Return the OpenUSD schema that represents the form exactly, or None to use the mesh.
+
+        Returns
+        -------
+        tuple of (str, dict)
+            Name of the schema, and for each attribute its type (as in ``Sdf.ValueTypeNames``) and value.
+        """
         return None
 
     def gltf(self, ratios: Ratios) -> dict[str, Any] | None:
-        """What the ``extras`` of a glTF mesh say of the exact form that its triangles stand for, since glTF has no such
-        shapes of its own; None: nothing."""
+        """Return the ``extras`` of a glTF mesh that describe the exact form, or None.
+
+        glTF has no analytic shapes, so the mesh itself contains triangles.
+        """
         return {"form": self.name, "ratios": list(ratios)} if ratios else None
 
 
-# --- surfaces that are sampled ---------------------------------------------------------------------------------------
+# --- surface sampling ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """A part of a surface with this ``area``: ``place(u, v)`` gives points and unit normals (K, 3) for numbers (K,) in
-    [0, 1), without changing ratios of areas."""
+    """Area-preserving chart of a part of a surface.
+
+    ``place(u, v)`` maps parameters (K,) in [0, 1) to points and unit normals (K, 3).
+    """
 
     area: float
     place: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
-def on_circle(radius: FloatArray, turn: FloatArray, y: FloatArray) -> FloatArray:
-    """Points (K, 3) about the y axis, ``turn`` in full turns."""
-    angle = 2.0 * math.pi * turn
+def on_circle(radius: FloatArray, fraction: FloatArray, y: FloatArray) -> FloatArray:
+    """Return points (K, 3) on circles around the y axis; ``fraction`` is the angle in full turns."""
+    angle = 2.0 * math.pi * fraction
     return np.stack([radius * np.sin(angle), y, radius * np.cos(angle)], axis=1)
 
 
-def rectangle_chart(half: Sequence[float], axis: int, side: float, away: float | None = None) -> Chart:
-    """A face of a block of the half sizes ``half``, ``away`` from the centre; the lattice's steps go along its longer
-    side."""
+def rectangle_chart(half: Sequence[float], axis: int, side: float, distance: float | None = None) -> Chart:
+    """Return a face of a box with the half sizes ``half``, at ``distance`` from the centre.
+
+    The parameter u runs along the longer side.
+    """
     long, short = sorted((k for k in range(3) if k != axis), key=lambda k: -half[k])
-    distance = half[axis] if away is None else away
+    offset = half[axis] if distance is None else distance
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         places, normals = np.zeros((2, len(u), 3))
-        places[:, axis], normals[:, axis] = side * distance, side
+        places[:, axis], normals[:, axis] = side * offset, side
         places[:, long], places[:, short] = (2.0 * u - 1.0) * half[long], (2.0 * v - 1.0) * half[short]
         return places, normals
 
@@ -156,6 +176,8 @@ def rectangle_chart(half: Sequence[float], axis: int, side: float, away: float |
 
 
 def sphere_chart(radius: float) -> Chart:
+    """Return a sphere of ``radius`` (Archimedes' equal-area cylindrical projection)."""
+
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         y = 1.0 - 2.0 * u
         normals = on_circle(np.sqrt(1.0 - y * y), v, y)
@@ -165,7 +187,7 @@ def sphere_chart(radius: float) -> Chart:
 
 
 def tube_chart(radius: float, half: float) -> Chart:
-    """The side of a cylinder about the y axis."""
+    """Return the side of a cylinder around the y axis."""
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         return on_circle(radius + 0.0 * u, v, (2.0 * u - 1.0) * half), on_circle(1.0 + 0.0 * u, v, 0.0 * u)
@@ -174,17 +196,19 @@ def tube_chart(radius: float, half: float) -> Chart:
 
 
 def disc_chart(radius: float, y: float, up: float) -> Chart:
+    """Return a disk at height ``y`` facing up or down."""
+
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         return on_circle(radius * np.sqrt(u), v, y + 0.0 * u), np.tile([0.0, up, 0.0], (len(u), 1))
 
     return Chart(math.pi * radius * radius, place)
 
 
-# --- rays ------------------------------------------------------------------------------------------------------------
+# --- ray intersection ------------------------------------------------------------------------------------------------
 
 
 def first_hits(intervals: Iterable[Interval], near: float) -> list[npt.NDArray[np.floating]]:
-    """For each interval the first ray parameter above ``near`` on the surface, infinity where there is none."""
+    """Return for each interval the first boundary above ``near``, infinity if there is none."""
     found = []
     for enter, leave in intervals:
         hit = np.where(enter > near, enter, leave)
@@ -193,7 +217,7 @@ def first_hits(intervals: Iterable[Interval], near: float) -> list[npt.NDArray[n
 
 
 def nearest_hit(form: CanonicalForm, o: Triple, d: Triple, ratios: Ratios, near: float) -> npt.NDArray[np.floating]:
-    """The first ray parameter above ``near`` on the surface, infinity where there is none."""
+    """Return the first ray parameter above ``near`` on the surface, infinity if there is none."""
     first, *others = first_hits(form.intervals(o, d, ratios), near)
     for other in others:
         first = np.minimum(first, other)
@@ -201,14 +225,14 @@ def nearest_hit(form: CanonicalForm, o: Triple, d: Triple, ratios: Ratios, near:
 
 
 def slab(o: Any, d: Any, half: Any = 1.0) -> Interval:
-    """Where rays are between the planes at -half and half of one coordinate."""
+    """Return the interval of rays between the planes at -half and half of one coordinate."""
     inverse = 1.0 / np.where(np.abs(d) < TINY, TINY, d)
     first, second = (-half - o) * inverse, (half - o) * inverse
     return np.minimum(first, second), np.maximum(first, second)
 
 
 def between(*intervals: Interval) -> Interval:
-    """Where rays are in all of the intervals."""
+    """Return the intersection of the intervals."""
     enter, leave = intervals[0]
     for first, last in intervals[1:]:
         enter, leave = np.maximum(enter, first), np.minimum(leave, last)
@@ -216,7 +240,7 @@ def between(*intervals: Interval) -> Interval:
 
 
 def in_any(*intervals: Interval) -> Interval:
-    """From the first entry to the last exit: the interval of a convex union. What is not a number is a miss."""
+    """Return the interval from the first entry to the last exit: the union, if it is convex. NaN counts as a miss."""
     enter: Any = np.inf
     leave: Any = -np.inf
     for first, last in intervals:
@@ -229,7 +253,7 @@ def in_any(*intervals: Interval) -> Interval:
 
 
 def in_ball(o: Triple, d: Triple, radius: Any = 1.0) -> Interval:
-    """Where rays are in the ball about the origin; not a number where they miss."""
+    """Return the interval of rays inside a ball around the origin; NaN for a miss."""
     a = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     b = o[0] * d[0] + o[1] * d[1] + o[2] * d[2]
     c = o[0] * o[0] + o[1] * o[1] + o[2] * o[2] - radius * radius
@@ -238,8 +262,10 @@ def in_ball(o: Triple, d: Triple, radius: Any = 1.0) -> Interval:
 
 
 def in_tube(o: tuple[Any, Any], d: tuple[Any, Any], radius: Any = 1.0) -> Interval:
-    """Where rays are in the endless round tube about an axis, of which ``o`` and ``d`` have the two other coordinates;
-    not a number where they miss."""
+    """Return the interval of rays inside an infinite cylinder around an axis; NaN for a miss.
+
+    ``o`` and ``d`` hold the two coordinates perpendicular to the axis.
+    """
     a = np.maximum(d[0] * d[0] + d[1] * d[1], TINY)
     b = o[0] * d[0] + o[1] * d[1]
     c = o[0] * o[0] + o[1] * o[1] - radius * radius
@@ -248,31 +274,31 @@ def in_tube(o: tuple[Any, Any], d: tuple[Any, Any], radius: Any = 1.0) -> Interv
 
 
 def unit(vectors: FloatArray) -> FloatArray:
-    """Unit vectors; zero where there is no direction."""
+    """Normalize vectors (N, 3); zero vectors stay zero."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     found: FloatArray = vectors / np.where(length > 0.0, length, 1.0)
     return found
 
 
 def box_corners(half: Sequence[Any]) -> FloatArray:
-    """The corners (8, 3) of a block of the three half sizes, or (N, 8, 3) where these are arrays (N,)."""
+    """Return the corners (8, 3) of a box with the three half sizes, or (N, 8, 3) for arrays (N,)."""
     corners = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
     sizes = np.stack(np.broadcast_arrays(*half), axis=-1)
     found: FloatArray = corners * (sizes if sizes.ndim == 1 else sizes[:, None, :])
     return found
 
 
-# --- meshes of round things about the y axis -------------------------------------------------------------------------
+# --- meshes with rotational symmetry around the y axis ---------------------------------------------------------------
 
 
 def circle(segments: int) -> tuple[FloatArray, FloatArray]:
-    """Cosine and sine (segments,) of even steps round a circle."""
+    """Return cosine and sine (segments,) of equal steps around a circle."""
     angle = np.arange(segments) * (2.0 * math.pi / segments)
     return np.cos(angle), np.sin(angle)
 
 
 def side_mesh(segments: int, top: float) -> Mesh:
-    """The side from radius 1 at y = -1 to radius ``top`` at y = 1."""
+    """Return the side of a cylinder or cone from radius 1 at y = -1 to radius ``top`` at y = 1."""
     cosine, sine = circle(segments)
     ones = np.ones(segments)
     slope = (1.0 - top) / 2.0
@@ -287,7 +313,7 @@ def side_mesh(segments: int, top: float) -> Mesh:
             np.stack([here, segments + after, segments + here], axis=1),
         ]
         return Mesh(np.concatenate([low, high]), np.concatenate([normal, normal]), np.concatenate(faces))
-    middle = normal + normal[after]  # the apex has one vertex, and one normal, per side
+    middle = normal + normal[after]  # the apex has one vertex and one normal per side
     middle /= np.linalg.norm(middle, axis=1, keepdims=True)
     apex = np.tile([0.0, 1.0, 0.0], (segments, 1))
     faces = [np.stack([here, after, segments + here], axis=1)]
@@ -295,7 +321,7 @@ def side_mesh(segments: int, top: float) -> Mesh:
 
 
 def cap_mesh(segments: int, y: float) -> Mesh:
-    """The unit disk at height ``y``, looking away from the origin."""
+    """Return the unit disk at height ``y``, facing away from the origin."""
     cosine, sine = circle(segments)
     rim = np.stack([sine, np.full(segments, y), cosine], axis=1)
     vertices = np.concatenate([rim, [[0.0, y, 0.0]]])
@@ -306,9 +332,18 @@ def cap_mesh(segments: int, y: float) -> Mesh:
     return Mesh(vertices, np.tile([0.0, math.copysign(1.0, y), 0.0], (segments + 1, 1)), faces)
 
 
-def turned_mesh(radius: FloatArray, y: FloatArray, normal: FloatArray, segments: int) -> Mesh:
-    """The surface that a profile from bottom to top makes as it turns about the y axis: ``radius`` and ``y`` (P,), unit
-    ``normal`` (P, 2) outwards and up. Where the radius is 0 at an end, all vertices there are one point."""
+def revolved_mesh(radius: FloatArray, y: FloatArray, normal: FloatArray, segments: int) -> Mesh:
+    """Return the surface of revolution of a profile around the y axis.
+
+    Parameters
+    ----------
+    radius, y : (P,)
+        Profile from bottom to top. If the radius at an end is 0, all vertices there are one point.
+    normal : (P, 2)
+        Unit normals, outward and upward components.
+    segments
+        Number of sides.
+    """
     cosine, sine = circle(segments)
     rows = len(radius)
     vertices = np.stack(
@@ -330,14 +365,16 @@ def turned_mesh(radius: FloatArray, y: FloatArray, normal: FloatArray, segments:
 
 
 def segments_within(tolerance: float, radius: float) -> int:
-    """How many sides a circle needs so that none lies more than ``tolerance`` inside it: 8 to 512."""
-    share = min(1.0, tolerance / radius) if radius > 0.0 else 1.0
+    """Return the number of sides of a polygon within ``tolerance`` of its circumscribed circle, from 8 to 512."""
+    share = min(1.0, tolerance / radius) if radius > 0.0 else 1.0  # sagitta: radius * (1 - cos(pi / n))
     return min(512, max(8, math.ceil(math.pi / math.acos(1.0 - share)))) if share > 0.0 else 512
 
 
 def axis_rows(p0: Sequence[float], p1: Sequence[float], radius: float) -> Rows | None:
-    """The pose that takes the canonical axis, from y = -1 to y = 1, to p0 and p1, and what is 1 wide to ``radius``;
-    None where these are one point."""
+    """Return the pose that maps the canonical axis, y = -1 to y = 1, to p0 and p1, and unit radius to ``radius``.
+
+    Returns None if p0 and p1 are equal.
+    """
     (x0, y0, z0), (x1, y1, z1) = p0, p1
     u, v, w = x1 - x0, y1 - y0, z1 - z0
     largest = max(abs(u), abs(v), abs(w))
@@ -346,7 +383,7 @@ def axis_rows(p0: Sequence[float], p1: Sequence[float], radius: float) -> Rows |
     i, j, k = u / largest, v / largest, w / largest
     length = math.sqrt(i * i + j * j + k * k)
     i, j, k = i / length, j / length, k / length
-    # across is the product of the axis with the coordinate axis that it is least along
+    # The first perpendicular is the cross product with the coordinate axis that is least parallel to the axis.
     if abs(i) <= abs(j) and abs(i) <= abs(k):
         a, b, c = 0.0, k, -j
     elif abs(j) <= abs(k):
@@ -364,12 +401,12 @@ def axis_rows(p0: Sequence[float], p1: Sequence[float], radius: float) -> Rows |
 
 
 class TriangleForm(CanonicalForm):
-    """The triangle with the corners (-1, -1, 0), (1, -1, 0), (-1, 1, 0): what meshes are made of."""
+    """The triangle with the corners (-1, -1, 0), (1, -1, 0), (-1, 1, 0), the element of meshes."""
 
     name = "triangle"
     is_curved = False
     is_closed = False
-    _seam = 1e-9  # by which triangles overlap, so that no ray passes between neighbours
+    _seam = 1e-9  # tolerance at the edges, so that no ray passes between neighbouring triangles
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
         t = -o[2] / np.where(np.abs(d[2]) < TINY, TINY, d[2])
@@ -430,11 +467,11 @@ __all__ = [
     "nearest_hit",
     "on_circle",
     "rectangle_chart",
+    "revolved_mesh",
     "segments_within",
     "side_mesh",
     "slab",
     "sphere_chart",
     "tube_chart",
-    "turned_mesh",
     "unit",
 ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""numpy for the geometry of primitives, imported at its first use: checking a program needs none of it."""
+"""Lazy import of numpy for the geometry of primitives: checking a program does not need it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 else:
 
     class _Numpy:
-        """The names of numpy, kept as they are first asked for."""
+        """Proxy of the numpy module that caches names on first use."""
 
         def __getattr__(self, name: str) -> Any:
             import numpy

@@ -1,4 +1,4 @@
-"""The primitive "rounded-cube": a box whose edges and corners are round."""
+"""The primitive "rounded-cube": a box with rounded edges and corners."""
 
 from __future__ import annotations
 
@@ -29,26 +29,27 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.forms import BoolArray, FloatArray, Interval
 
 ROUNDING = Attribute(
-    "rounding", "the radius of a rounded cube's edges and corners, at most half its least side; default .1",
+    "rounding", "radius of the edges and corners, at most half the shortest side; default .1",
     "a number", 0.1, length_of, "rounding", ("Number",), 0.0,
 )  # fmt: skip
 
 
 class RoundedForm(CanonicalForm):
-    """What is within r of the block of the half sizes x, y, z; these are its ratios: x, y, z, r."""
+    """Box with half sizes x, y, z, dilated by r (a Minkowski sum with a ball); the ratios are (x, y, z, r)."""
 
     name = "rounded_cube"
     ratios = 4
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
-        """A convex union: three blocks, a tube at each of twelve edges, a ball at each of eight corners."""
+        """Return the interval of a convex union of three boxes, twelve cylinders at the edges and eight balls at the
+        corners."""
         shape = np.broadcast_shapes(*(np.shape(x) for x in (*o, *d, *ratios)))
         enter, leave = np.full(shape, np.inf), np.full(shape, -np.inf)
         first, last = forms.between(*(forms.slab(o[k], d[k], ratios[k] + ratios[3]) for k in range(3)))
         near = np.broadcast_to(first <= last, shape)
         ox, oy, oz, dx, dy, dz, x, y, z, r = (np.broadcast_to(value, shape)[near] for value in (*o, *d, *ratios))
         if ox.size:
-            enter[near], leave[near] = _through((ox, oy, oz), (dx, dy, dz), (x, y, z), r)
+            enter[near], leave[near] = _ray_interval((ox, oy, oz), (dx, dy, dz), (x, y, z), r)
         return [(enter, leave)]
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
@@ -67,18 +68,21 @@ class RoundedForm(CanonicalForm):
         return inside
 
     def mesh(self, segments: int, ratios: Ratios) -> Mesh:
-        """The mesh of a ball cut along its three planes of symmetry and drawn apart."""
+        """Return a sphere mesh that is cut along its three symmetry planes and pulled apart."""
         half, r = np.array([float(x) for x in ratios[:3]]), float(ratios[3])
         quarter = np.linspace(0.0, math.pi / 2.0, max(2, segments // 4) + 1)
-        turns = np.concatenate([quarter + k * math.pi / 2.0 for k in range(4)])
-        tilts = np.concatenate([quarter - math.pi / 2.0, quarter])
+        azimuths = np.concatenate([quarter + k * math.pi / 2.0 for k in range(4)])
+        elevations = np.concatenate([quarter - math.pi / 2.0, quarter])
         sides_x = np.repeat([1.0, 1.0, -1.0, -1.0], len(quarter))
         sides_z = np.repeat([1.0, -1.0, -1.0, 1.0], len(quarter))
         sides_y = np.repeat([-1.0, 1.0], len(quarter))
-        columns, rows = len(turns), len(tilts)
-        flat, up = np.cos(tilts)[:, None], np.sin(tilts)[:, None]
-        flat[[0, -1]] = 0.0
-        normals = np.stack([flat * np.sin(turns), np.broadcast_to(up, (rows, columns)), flat * np.cos(turns)], axis=2)
+        columns, rows = len(azimuths), len(elevations)
+        horizontal, vertical = np.cos(elevations)[:, None], np.sin(elevations)[:, None]
+        horizontal[[0, -1]] = 0.0
+        normals = np.stack(
+            [horizontal * np.sin(azimuths), np.broadcast_to(vertical, (rows, columns)), horizontal * np.cos(azimuths)],
+            axis=2,
+        )
         normals[np.abs(normals) < 1e-12] = 0.0
         signs = np.stack(np.broadcast_arrays(sides_x[None], sides_y[:, None], sides_z[None]), axis=2)
         vertices = (r * normals + signs * half).reshape(-1, 3)
@@ -89,7 +93,7 @@ class RoundedForm(CanonicalForm):
             high = low + columns
             faces.append(np.stack([low + here, low + after, high + after], axis=1))
             faces.append(np.stack([low + here, high + after, high + here], axis=1))
-        corners = np.arange(0, columns, len(quarter))  # of the squares at the bottom and the top
+        corners = np.arange(0, columns, len(quarter))  # of the bottom square; those of the top square follow
         top = (rows - 1) * columns + corners
         faces.append(np.array([[top[0], top[1], top[2]], [top[0], top[2], top[3]]]))
         faces.append(np.array([[corners[0], corners[2], corners[1]], [corners[0], corners[3], corners[2]]]))
@@ -111,6 +115,7 @@ class RoundedForm(CanonicalForm):
     def volume(self, ratios: Ratios) -> float:
         x, y, z, r = (float(ratio) for ratio in ratios)
         faces, edges = 8.0 * (x * y + y * z + z * x), 2.0 * (x + y + z)
+        # Steiner's formula for the parallel body of a box.
         return 8.0 * x * y * z + faces * r + math.pi * r * r * edges + 4.0 / 3.0 * math.pi * r**3
 
     def thickness(self, ratios: tuple[float, ...]) -> float:
@@ -128,7 +133,7 @@ class RoundedForm(CanonicalForm):
             yield axis, side, corners
 
 
-def _through(o: Triple, d: Triple, half: Triple, r: FloatArray) -> Interval:
+def _ray_interval(o: Triple, d: Triple, half: Triple, r: FloatArray) -> Interval:
     slabs = [forms.slab(o[k], d[k], half[k]) for k in range(3)]
     parts = []
     for axis in range(3):
@@ -144,9 +149,9 @@ def _through(o: Triple, d: Triple, half: Triple, r: FloatArray) -> Interval:
 
 
 def _edge_chart(half: Sequence[float], r: float, axis: int) -> Chart:
-    """The four round edges along ``axis``: a tube, drawn apart."""
+    """Return the four rounded edges along ``axis`` as a cylinder whose quarters are pulled apart."""
     tube = forms.tube_chart(r, half[axis])
-    order = [(axis + 2) % 3, axis, (axis + 1) % 3]  # where x, y and z of the tube go
+    order = [(axis + 2) % 3, axis, (axis + 1) % 3]  # the axes that x, y and z of the cylinder are mapped to
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         places, normals = np.empty((2, len(u), 3))
@@ -160,7 +165,7 @@ def _edge_chart(half: Sequence[float], r: float, axis: int) -> Chart:
 
 
 def _corner_chart(half: Sequence[float], r: float) -> Chart:
-    """The eight round corners: a ball, drawn apart."""
+    """Return the eight rounded corners as a sphere whose octants are pulled apart."""
     ball = forms.sphere_chart(r)
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -175,12 +180,12 @@ ROUNDED = RoundedForm()
 
 @dataclass(frozen=True, slots=True)
 class RoundedCube(Primitive):
-    """A box of ``size`` with edges and corners of the radius ``rounding``, centred at the origin."""
+    """Box of ``size`` with edges and corners of radius ``rounding``, centred at the origin."""
 
     word = "rounded-cube"
-    doc = "a box with round edges and corners, centred at the origin"
+    doc = "a box with rounded edges and corners, centred at the origin"
     attributes = (SCALE, ROUNDING)
-    turn = Symmetry(edges=True)
+    symmetry = Symmetry(edges=True)
 
     size: Point = WHITE
     rounding: float = 0.1
@@ -190,7 +195,7 @@ class RoundedCube(Primitive):
         return 0.0 in self.size
 
     @classmethod
-    def compared(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
+    def comparison_key(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
         scale, rounding = given.get("scale") or 1.0, given.get("rounding")
         x, y, z = map(abs, scale if isinstance(scale, (list, tuple)) else (scale, scale, scale))
         r = cls(size=(x, y, z), rounding=abs(0.1 if rounding is None else rounding)).radius
@@ -198,7 +203,7 @@ class RoundedCube(Primitive):
 
     @property
     def radius(self) -> float:
-        """The radius of its edges: the rounding, as far as there is room."""
+        """Radius of the edges: the rounding, limited to half the shortest side."""
         return min(self.rounding, min(self.size) / 2.0)
 
     def interval(self, a: float, b: float, c: float) -> tuple[float, float]:
@@ -209,7 +214,7 @@ class RoundedCube(Primitive):
 
     def placed(self) -> Placed | None:
         r, s = self.radius, max(self.size) / 2.0
-        if r <= 1e-9 * s:
+        if r <= 1e-9 * s:  # below single precision: sharp edges
             return placed_block(self.size)
         inner = [max(0.0, side / 2.0 - r) for side in self.size]
         if max(inner) <= 1e-12 * s:

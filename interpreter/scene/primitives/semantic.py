@@ -1,4 +1,4 @@
-"""The stand-in for a word that nothing binds and no primitive has: a box that a renderer may make something of."""
+"""Placeholder for a word that is neither bound nor a primitive: a box that a neural renderer may interpret."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from scenelang.interpreter.scene.primitives.cube import Cube
 
 @dataclass(frozen=True, slots=True)
 class Semantic(Cube):
-    """A box of ``size``, centred at the origin, in a stable tint of its word."""
+    """Box of ``size`` centred at the origin, with a default colour derived from its word."""
 
     word = ""
     doc = "a semantic primitive: a box of its `:scale`, centred at the origin"
     is_solid = False
     is_semantic = True
-    turn = Symmetry(whole=True)
+    symmetry = Symmetry(unknown=True)
 
-    def own_color(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
+    def color_seed(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
         return word, 0.34, 0.93

@@ -21,7 +21,7 @@ class BallForm(CanonicalForm):
 
     name = "ball"
     is_rounded = True
-    flattest = 0.02
+    min_aspect_ratio = 0.02
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
         return [forms.in_ball(o, d)]
@@ -37,7 +37,7 @@ class BallForm(CanonicalForm):
         return inside
 
     def mesh(self, segments: int, ratios: Ratios) -> Mesh:
-        """Rings of latitude with the poles on the y axis."""
+        """Return a UV sphere with the poles on the y axis."""
         rings = max(2, (segments + 1) // 2)
         cosine, sine = forms.circle(segments)
         height = np.arange(1, rings) * (math.pi / rings)
@@ -82,19 +82,19 @@ BALL = BallForm()
 
 
 def placed_ball(radius: float, center: Point = (0.0, 0.0, 0.0)) -> Placed:
-    """A ball."""
+    """Return a ball of ``radius`` around ``center``."""
     r, (x, y, z) = radius, center
     return Placed(BALL, (), (r, 0.0, 0.0, x, 0.0, r, 0.0, y, 0.0, 0.0, r, z))
 
 
 @dataclass(frozen=True, slots=True)
 class Sphere(Primitive):
-    """A ball centred at the origin."""
+    """Ball centred at the origin."""
 
     word = "sphere"
     doc = "a ball centred at the origin"
     attributes = (RADIUS,)
-    turn = Symmetry()
+    symmetry = Symmetry()
 
     radius: float = 1.0
 
@@ -103,7 +103,7 @@ class Sphere(Primitive):
         return self.radius == 0.0
 
     @classmethod
-    def compared(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
+    def comparison_key(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
         radius = given.get("radius")
         return "", (1.0, 1.0, 1.0) if radius is None else (radius, radius, radius)
 

@@ -1,10 +1,10 @@
-"""The primitive "torus": a tube round a ring in the plane y = 0.
+"""The primitive "torus": a tube around a ring in the plane y = 0.
 
-Rays: with the origin moved to the point of the ray nearest to the centre, the quartic of the ray's parameter has no
-cubic term. Its extrema are the roots of a cubic in closed form (Cardano; three cosines where all are real), between
-which it is monotone, so that every crossing lies in a bracket of its own and Newton's method with bisection finds it:
-no crossing is missed but where a ray grazes the surface within rounding. Points of hits lie within 1e-10 of the surface
-of a torus in the unit cube; a test holds them to that.
+Ray intersection: with the origin moved to the point of the ray that is nearest to the centre, the quartic in the ray
+parameter has no cubic term. Its extrema are the roots of a cubic in closed form (Cardano's formula, or Viète's with
+three cosines if all are real). Between the extrema the quartic is monotone, so every root has its own bracket, in which
+Newton's method safeguarded by bisection converges: only intersections of rays that graze the surface within rounding
+are missed. The hit points lie within 1e-10 of the surface of a torus in the unit cube, which a test verifies.
 """
 
 from __future__ import annotations
@@ -23,19 +23,26 @@ from scenelang.interpreter.scene.primitives.sphere import placed_ball
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.forms import BoolArray, FloatArray, Interval
 
-_ROUNDS = 60  # of the search for a root, which ends much earlier but for the worst
-_TABLE = 4097  # places round the tube where the area up to there is kept
+_MAX_ITERATIONS = 60  # maximum number of Newton iterations; bisection alone reaches double precision in 53
+_TABLE_SIZE = 4097  # samples of the cumulative area around the tube
 
 TUBE = Attribute(
-    "tube", "the radius of a torus's tube, in the scene's units; default .25", "a number", 0.25, length_of, "tube", ("Number",), 0.0
+    "tube",
+    "radius of the tube of a torus, in scene units; default .25",
+    "a number",
+    0.25,
+    length_of,
+    "tube",
+    ("Number",),
+    0.0,
 )
 
 
 class TorusForm(CanonicalForm):
-    """What is within 1 - R of the circle of radius R in the plane y = 0; R is its one ratio.
+    """All points within 1 - R of the circle with radius R in the plane y = 0; the ratio is R.
 
-    Where the tube is thicker than the ring is wide there is no hole: the surface is what can be seen from outside. It
-    is not convex: its ``support`` is that of its convex hull.
+    If the tube is thicker than the ring is wide there is no hole, and the surface is the part that is visible from
+    outside (a spindle torus without its inner part). The form is not convex; ``support`` is that of its convex hull.
     """
 
     name = "torus"
@@ -78,16 +85,16 @@ class TorusForm(CanonicalForm):
 
     def mesh(self, segments: int, ratios: Ratios) -> Mesh:
         ring = float(ratios[0])
-        tube, end = 1.0 - ring, _end_of(ring)
+        tube, end = 1.0 - ring, _max_tube_angle(ring)
         sides = self._tube_sides(segments, ring)
         angle = np.linspace(-end, end, sides + 1)
         cosine, sine = np.cos(angle), np.sin(angle)
         radius = ring + tube * cosine
         if end < math.pi:
-            radius[[0, -1]] = 0.0  # where the surface meets its axis
+            radius[[0, -1]] = 0.0  # where the surface meets the axis
         else:
             cosine[-1], sine[-1], radius[-1] = cosine[0], sine[0], radius[0]
-        return forms.turned_mesh(radius, tube * sine, np.stack([cosine, sine], axis=1), segments)
+        return forms.revolved_mesh(radius, tube * sine, np.stack([cosine, sine], axis=1), segments)
 
     def face_count(self, segments: Any, ratios: Ratios) -> Any:
         return 2 * segments * self._tube_sides(segments, ratios[0])
@@ -96,14 +103,14 @@ class TorusForm(CanonicalForm):
         return int(segments * (self._tube_sides(segments, float(ratios[0])) + 1))
 
     def _tube_sides(self, segments: Any, ring: Any) -> Any:
-        """Sides of the tube, as far from the true circle as those of the ring."""
+        """Return the number of sides of the tube, for the same distance from the true circle as along the ring."""
         return np.maximum(6, np.ceil(segments * np.sqrt(1.0 - ring))).astype(np.int64)
 
     def charts(self, half: Sequence[float], ratios: Ratios) -> list[Chart]:
         ring, size = float(ratios[0]), half[0]
-        tube, end = 1.0 - ring, _end_of(ring)
-        angles = np.linspace(-end, end, _TABLE)
-        reached = ring * angles + tube * np.sin(angles)  # grows as the area does
+        tube, end = 1.0 - ring, _max_tube_angle(ring)
+        angles = np.linspace(-end, end, _TABLE_SIZE)
+        reached = ring * angles + tube * np.sin(angles)  # proportional to the area (Pappus's theorem)
         total = float(reached[-1] - reached[0])
 
         def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -115,7 +122,7 @@ class TorusForm(CanonicalForm):
         return [Chart(2.0 * math.pi * tube * total * size * size, place)]
 
     def volume(self, ratios: Ratios) -> float:
-        """By rings about the axis, from where the disk of the tube begins, at the axis at most."""
+        """Integrate cylindrical shells around the axis, starting at the axis if the disk of the tube reaches it."""
         ring = float(ratios[0])
         tube = 1.0 - ring
 
@@ -133,14 +140,17 @@ class TorusForm(CanonicalForm):
         return forms.box_corners((1.0, 1.0 - np.asarray(ratios[0]), 1.0))
 
 
-def _end_of(ring: float) -> float:
-    """The angle round the tube, from the outermost point, at which the surface meets the axis: pi where it does not."""
+def _max_tube_angle(ring: float) -> float:
+    """Return the angle around the tube, from its outermost point, where the surface meets the axis.
+
+    Returns pi if it does not.
+    """
     tube = 1.0 - ring
     return math.pi if ring > tube else math.acos(-ring / tube)
 
 
 def _crossings(o: FloatArray, d: FloatArray, ring: FloatArray) -> FloatArray:
-    """The ray parameters (4, N) at which rays (3, N) cross the surface, ascending, infinity where there are fewer."""
+    """Return the ray parameters (4, N) where rays (3, N) cross the surface in ascending order, padded with infinity."""
     length = np.sqrt((d * d).sum(axis=0))
     d = d / length
     start = -(o * d).sum(axis=0)
@@ -158,20 +168,20 @@ def _crossings(o: FloatArray, d: FloatArray, ring: FloatArray) -> FloatArray:
 
     ends = np.concatenate([-reach[None], np.clip(_extrema(c2, c1), -reach, reach), reach[None]])
     inside = value(ends) < 0.0
-    inside[[0, -1]] = False  # the ends lie on the ball around the torus
+    inside[[0, -1]] = False  # the end points lie on the bounding sphere
     roots = np.full((4, len(k)), np.inf)
     for i in range(4):
         rows = np.flatnonzero(inside[i] != inside[i + 1])
         if len(rows):
             found = _root(c2[rows], c1[rows], c0[rows], ends[i, rows], ends[i + 1, rows], inside[i, rows])
-            # of a torus without a hole the quartic also has the part inside, which is no surface
+            # A spindle torus also satisfies the quartic on its inner part, which is not part of the surface.
             outer = found * found + k[rows] >= 0.0
             roots[i, rows] = np.where(outer, (found + start[rows]) / length[rows], np.inf)
     return np.sort(roots, axis=0)
 
 
 def _extrema(c2: FloatArray, c1: FloatArray) -> FloatArray:
-    """The roots (3, N) of 4 t^3 + 2 c2 t + c1, ascending; one that is alone stands three times."""
+    """Return the roots (3, N) of 4 t^3 + 2 c2 t + c1 in ascending order; a single real root is repeated three times."""
     p, q = c2 / 6.0, c1 / 8.0  # t^3 + 3 p t + 2 q
     discriminant = q * q + p * p * p
     size = np.sqrt(np.maximum(-p, 0.0))
@@ -184,19 +194,19 @@ def _extrema(c2: FloatArray, c1: FloatArray) -> FloatArray:
 
 
 def _root(
-    c2: FloatArray, c1: FloatArray, c0: FloatArray, low: FloatArray, high: FloatArray, falls_out: BoolArray
+    c2: FloatArray, c1: FloatArray, c0: FloatArray, low: FloatArray, high: FloatArray, negative_at_low: BoolArray
 ) -> FloatArray:
-    """The root of the quartic in each bracket; ``falls_out``: it is below 0 at ``low``."""
+    """Return the root of the quartic in each bracket; ``negative_at_low`` is the sign of the quartic at ``low``."""
     t = 0.5 * (low + high)
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ITERATIONS):
         value = ((t * t + c2) * t + c1) * t + c0
-        below = (value < 0.0) == falls_out  # the root lies above t
+        below = (value < 0.0) == negative_at_low  # the root lies above t
         low, high = np.where(below, t, low), np.where(below, high, t)
         with np.errstate(all="ignore"):
             step = t - value / ((4.0 * t * t + 2.0 * c2) * t + c1)
-        then = np.where((step > low) & (step < high), step, 0.5 * (low + high))
-        done = np.abs(then - t) <= 1e-15
-        t = then
+        following = np.where((step > low) & (step < high), step, 0.5 * (low + high))
+        done = np.abs(following - t) <= 1e-15
+        t = following
         if done.all():
             break
     return t
@@ -207,12 +217,12 @@ TORUS = TorusForm()
 
 @dataclass(frozen=True, slots=True)
 class Torus(Primitive):
-    """What is within ``tube`` of the circle of ``radius`` about the origin in the plane y = 0."""
+    """All points within ``tube`` of the circle of ``radius`` around the origin in the plane y = 0."""
 
     word = "torus"
-    doc = "a ring about the y axis, round in section, centred at the origin"
+    doc = "a torus around the y axis, centred at the origin"
     attributes = (RADIUS, TUBE)
-    turn = Symmetry()
+    symmetry = Symmetry()
 
     radius: float = 1.0
     tube: float = 0.25
@@ -222,7 +232,7 @@ class Torus(Primitive):
         return self.tube == 0.0
 
     @classmethod
-    def compared(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
+    def comparison_key(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
         found = {name: value for name, value in given.items() if value is not None}
         radius, tube = (abs(found.get(each.name, each.default)) for each in cls.attributes)
         return f"{tube / radius:.4g}" if radius else "ball", (radius + tube, tube, radius + tube)

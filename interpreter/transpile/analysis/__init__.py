@@ -1,5 +1,5 @@
-"""What the Python means, found out before a word is written.
+"""Static analysis of the Python code, which completes before any code is generated.
 
-``collect`` and ``scopes`` find names, ``infer`` with ``expressions``, ``inference`` and ``known`` finds types,
-``liveness`` what is read later. It writes nothing.
+``scopes`` resolves names, ``infer`` with ``expressions``, ``inference`` and ``known`` infers types, ``liveness``
+computes live variables and closure captures, and ``collect`` finds lists that can become comprehensions.
 """

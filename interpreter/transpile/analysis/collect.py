@@ -1,7 +1,7 @@
-"""Lists that are only built up and then read: they become comprehensions and unions instead of changing in place.
+"""Detection of lists that are only built and then read; they become comprehensions and unions instead of mutable lists.
 
-A list is *collected* when one block makes it, the statements after that only append to it (also inside `for` and `if`),
-and all reads come later. What a generator yields is collected in the same way.
+A list is *collected* if one block creates it, the following statements only append to it (also inside `for` and `if`),
+and all reads come later. The items that a generator yields are collected in the same way.
 """
 
 from __future__ import annotations
@@ -27,8 +27,21 @@ from scenelang.interpreter.transpile.analysis.scopes import Function, PythonName
 
 @dataclass(eq=False, slots=True)
 class Collection:
-    """``start`` makes the list of ``variable`` (None: what a generator yields), ``last`` is the last statement of the
-    block that adds to it; ``additions`` are the nodes that add. ``is_union``: a shape grown by ``concat_shapes``."""
+    """Collected list.
+
+    Attributes
+    ----------
+    variable
+        Variable of the list; a temporary one for a generator.
+    start
+        Statement that creates the list, or None for a generator.
+    last
+        Last statement of the block that adds to it.
+    additions, adders
+        Nodes and statements that add to it.
+    is_union
+        Whether it is a shape extended by ``concat_shapes``.
+    """
 
     variable: PythonVariable
     start: ast.stmt | None
@@ -40,8 +53,10 @@ class Collection:
 
 @dataclass(eq=False)
 class Collections:
-    """All collections of a program: by the statement that makes the list, and by generator. ``functional`` are
-    statements that sort or shuffle a list which was just made, so that a new list does as well."""
+    """All collections of a program, by the statement that creates the list and by generator.
+
+    ``functional`` are statements that sort or shuffle a list that was just created, so that they can create a new list.
+    """
 
     by_start: dict[ast.stmt, Collection] = field(default_factory=dict)
     by_generator: dict[Function, Collection] = field(default_factory=dict)
@@ -78,7 +93,11 @@ Addition = tuple[ast.expr, bool]
 
 
 def additions(statement: ast.stmt, variable: PythonVariable, names: PythonNames) -> list[Addition] | None:
-    """What a statement adds to the list (or union) of ``variable``: expressions, and whether each gives many items."""
+    """Return the expressions that a statement adds to the list or union of ``variable``, each with whether it is
+    spread.
+
+    Returns None if the statement does not add to it.
+    """
     if isinstance(statement, ast.Expr):
         call = statement.value
         if isinstance(call, ast.Yield) and variable.is_temporary and call.value is not None:
@@ -86,15 +105,15 @@ def additions(statement: ast.stmt, variable: PythonVariable, names: PythonNames)
         if isinstance(call, ast.YieldFrom) and variable.is_temporary:
             return [(call.value, True)]
         if isinstance(call, ast.Call):
-            return _appended(call, variable, names)
+            return _list_additions(call, variable, names)
     if isinstance(statement, ast.AugAssign) and isinstance(statement.op, ast.Add):
         if isinstance(statement.target, ast.Name) and names.variables.get(statement.target) is variable:
             return [(statement.value, True)]
-    return _united(statement, variable, names)
+    return _union_additions(statement, variable, names)
 
 
-def _appended(call: ast.Call, variable: PythonVariable, names: PythonNames) -> list[Addition] | None:
-    """``xs.append(a)``, ``xs.extend(as)``."""
+def _list_additions(call: ast.Call, variable: PythonVariable, names: PythonNames) -> list[Addition] | None:
+    """Return the additions of ``xs.append(a)`` or ``xs.extend(as)``."""
     func = call.func
     if not isinstance(func, ast.Attribute) or func.attr not in ("append", "extend") or call.keywords:
         return None
@@ -105,8 +124,8 @@ def _appended(call: ast.Call, variable: PythonVariable, names: PythonNames) -> l
     return [(call.args[0], func.attr == "extend")]
 
 
-def _united(statement: ast.stmt, variable: PythonVariable, names: PythonNames) -> list[Addition] | None:
-    """``x = concat_shapes(x, a, *bs)``."""
+def _union_additions(statement: ast.stmt, variable: PythonVariable, names: PythonNames) -> list[Addition] | None:
+    """Return the additions of ``x = concat_shapes(x, a, *bs)``."""
     if not isinstance(statement, ast.Assign) or len(statement.targets) != 1:
         return None
     target, call = statement.targets[0], statement.value
@@ -132,7 +151,7 @@ class _Finder:
         variable = PythonVariable("frames" if function.is_animation else "items", function, is_temporary=True)
         body = function.body
         adders = [s for s in body if self._adds(s, variable)]
-        if not adders or any(_holds(s, (ast.Return, ast.Try, ast.With)) for s in body):
+        if not adders or any(_contains(s, (ast.Return, ast.Try, ast.With)) for s in body):
             return None
         collection = Collection(variable, None, adders[-1])
         if all(self._collect(s, collection) for s in adders):
@@ -145,17 +164,22 @@ class _Finder:
             for variable in self._variables_in(statement):
                 mentions.setdefault(variable, []).append(statement)
         for variable, statements in mentions.items():
-            if len(statements) < 2 or not self._is_own(variable):
+            if len(statements) < 2 or not self._is_local(variable):
                 continue
             for position, statement in enumerate(statements):
-                if self._set(statement) is variable and not additions(statement, variable, self._names):
-                    segment = self._until_set_again(statements[position + 1 :], variable)
-                    collection = self._collected(statement, segment, variable)
+                if self._assigned_variable(statement) is variable and not additions(statement, variable, self._names):
+                    segment = self._until_reassigned(statements[position + 1 :], variable)
+                    collection = self._collection_from(statement, segment, variable)
                     if collection is not None:
                         yield collection
 
-    def _collected(self, start: ast.stmt, segment: Sequence[ast.stmt], variable: PythonVariable) -> Collection | None:
-        """The collection that begins with ``start``; ``segment`` are the later statements that mention the list."""
+    def _collection_from(
+        self, start: ast.stmt, segment: Sequence[ast.stmt], variable: PythonVariable
+    ) -> Collection | None:
+        """Return the collection that starts with ``start``.
+
+        ``segment`` are the later statements that mention the list.
+        """
         adders = [s for s in segment if self._adds(s, variable)]
         if not adders:
             return None
@@ -167,15 +191,16 @@ class _Finder:
             return None
         return collection
 
-    def _until_set_again(self, statements: Sequence[ast.stmt], variable: PythonVariable) -> Sequence[ast.stmt]:
+    def _until_reassigned(self, statements: Sequence[ast.stmt], variable: PythonVariable) -> Sequence[ast.stmt]:
         for position, statement in enumerate(statements):
-            is_set = isinstance(statement, ast.Assign) and self._set(statement) is variable
-            if is_set and self._count(statement, variable) == 1:
+            is_reassignment = isinstance(statement, ast.Assign) and self._assigned_variable(statement) is variable
+            if is_reassignment and self._count(statement, variable) == 1:
                 return statements[:position]
         return statements
 
     def _fits(self, start: ast.stmt, collection: Collection) -> bool:
-        """A list grows by ``append`` and its like, any shape by ``concat_shapes``; not both."""
+        """Return whether the additions are all of one kind: ``append`` and similar for a list, ``concat_shapes`` for a
+        shape."""
         unions = {s for s in collection.adders if isinstance(s, ast.Assign)}
         lists = {s for s in collection.adders if isinstance(s, (ast.Expr, ast.AugAssign))}
         value = start.value if isinstance(start, (ast.Assign, ast.AnnAssign)) else None
@@ -186,22 +211,22 @@ class _Finder:
         return is_list or isinstance(value, (ast.List, ast.ListComp))
 
     def functional(self, block: Sequence[ast.stmt]) -> Iterator[tuple[ast.stmt, ast.Call]]:
-        """Statements such as ``random.shuffle(xs)`` and ``xs.sort()`` where ``xs`` was made in the same block and
-        nothing has looked at it since."""
-        made: dict[PythonVariable, int] = {}
+        """Iterate over statements such as ``random.shuffle(xs)`` and ``xs.sort()`` on a list created in the same block
+        that has not been used since."""
+        created: dict[PythonVariable, int] = {}
         for position, statement in enumerate(block):
             call = statement.value if isinstance(statement, ast.Expr) else None
             if isinstance(call, ast.Call):
                 variable = self._in_place(call)
-                if variable in made and variable is not None:
-                    between = block[made[variable] + 1 : position]
+                if variable in created and variable is not None:
+                    between = block[created[variable] + 1 : position]
                     if not any(self._count(s, variable) for s in between) and self._count(statement, variable) == 1:
-                        made[variable] = position
+                        created[variable] = position
                         yield statement, call
                         continue
-            new = self._fresh(statement)
+            new = self._new_list_variable(statement)
             if new is not None:
-                made[new] = position
+                created[new] = position
 
     def _in_place(self, call: ast.Call) -> PythonVariable | None:
         func = call.func
@@ -215,15 +240,15 @@ class _Finder:
         return None
 
     def _is_module(self, func: ast.Attribute) -> bool:
-        """Whether the name that ``a.b.c`` begins with is a module, not a variable of the program."""
+        """Return whether the first name of ``a.b.c`` is a module rather than a variable of the program."""
         root: ast.expr = func
         while isinstance(root, ast.Attribute):
             root = root.value
         variable = self._names.variables.get(root)
         return variable is None or variable in self._names.imports
 
-    def _fresh(self, statement: ast.stmt) -> PythonVariable | None:
-        """The variable that a statement sets to a list which nothing else refers to."""
+    def _new_list_variable(self, statement: ast.stmt) -> PythonVariable | None:
+        """Return the variable that a statement assigns an unshared new list to, or None."""
         if not isinstance(statement, ast.Assign) or len(statement.targets) != 1:
             return None
         value, target = statement.value, statement.targets[0]
@@ -235,8 +260,8 @@ class _Finder:
             return None
         return variable
 
-    def _set(self, statement: ast.stmt) -> PythonVariable | None:
-        """The variable that a statement sets."""
+    def _assigned_variable(self, statement: ast.stmt) -> PythonVariable | None:
+        """Return the variable that a statement assigns, or None."""
         if isinstance(statement, ast.Assign) and len(statement.targets) == 1:
             target: ast.expr = statement.targets[0]
         elif isinstance(statement, ast.AnnAssign) and statement.value is not None:
@@ -245,8 +270,8 @@ class _Finder:
             return None
         return self._names.variables.get(target) if isinstance(target, ast.Name) else None
 
-    def _is_own(self, variable: PythonVariable) -> bool:
-        """Whether all that happens to a variable is to be seen in its own function."""
+    def _is_local(self, variable: PythonVariable) -> bool:
+        """Return whether all uses of a variable are in its own function."""
         if variable.is_captured or variable.is_assigned_elsewhere:
             return False
         return all(isinstance(store, ast.Name) for store in variable.stores)
@@ -271,7 +296,7 @@ class _Finder:
         return any(self._adds(s, variable) for block in inner_blocks(statement) for s in block)
 
     def _collect(self, statement: ast.stmt, collection: Collection) -> bool:
-        """Whether all that ``statement`` does with the list is adding to it, in a way that can be collected."""
+        """Return whether a statement only adds to the list, in a way that a comprehension can express."""
         variable = collection.variable
         found = additions(statement, variable, self._names)
         if found is not None:
@@ -289,13 +314,13 @@ class _Finder:
                 return False
             return all(self._collect(s, collection) for s in [*statement.body, *statement.orelse])
         if isinstance(statement, ast.For):
-            if self._count(statement.iter, variable) or statement.orelse or _leaves(statement.body):
+            if self._count(statement.iter, variable) or statement.orelse or _exits_loop(statement.body):
                 return False
             return all(self._collect(s, collection) for s in statement.body)
         return False
 
     def _leaks(self, statement: ast.If, own: PythonVariable) -> bool:
-        """Whether the branches set other variables that are read after the ``if``."""
+        """Return whether the branches assign other variables that are read after the ``if``."""
         after = self._liveness.after.get(statement, frozenset())
         for node in ast.walk(statement):
             variable = self._names.variables.get(node)
@@ -306,7 +331,7 @@ class _Finder:
 
 
 def _drop_entangled(found: Collections) -> None:
-    """Statements that add to several lists at once are no comprehension: those lists change in place."""
+    """Drop collections that share an adding statement with another one; these lists remain mutable."""
     owners: dict[ast.stmt, list[Collection]] = {}
     for collection in [*found.by_start.values(), *found.by_generator.values()]:
         for adder in collection.adders:
@@ -322,8 +347,10 @@ def _drop_entangled(found: Collections) -> None:
 
 
 def _drop_carried(found: Collections, liveness: Liveness) -> None:
-    """A variable that loops carry from turn to turn is collected when they are the loops that add to it; then it is not
-    assigned in place."""
+    """Drop collections whose variable must outlive iterations of a loop that does not add to it.
+
+    The variables of the other collections need not be cells.
+    """
     by_variable: dict[PythonVariable, list[Collection]] = {}
     for collection in found.by_start.values():
         by_variable.setdefault(collection.variable, []).append(collection)
@@ -339,23 +366,23 @@ def _drop_carried(found: Collections, liveness: Liveness) -> None:
             del found.by_start[collection.start]
 
 
-def _leaves(body: Sequence[ast.stmt]) -> bool:
-    """Whether a loop's body breaks out of the loop or returns; a ``continue`` must end the branch of an ``if``."""
+def _exits_loop(body: Sequence[ast.stmt]) -> bool:
+    """Return whether a loop's body may break or return; a ``continue`` must end the branch of an ``if``."""
     for statement in body:
         if isinstance(statement, (ast.Break, ast.Return)):
             return True
         if isinstance(statement, (ast.For, ast.While)):
-            if _holds(statement, (ast.Return,)):
+            if _contains(statement, (ast.Return,)):
                 return True
             continue
-        if isinstance(statement, (ast.Try, ast.With)) and _holds(statement, (ast.Return, ast.Break, ast.Continue)):
+        if isinstance(statement, (ast.Try, ast.With)) and _contains(statement, (ast.Return, ast.Break, ast.Continue)):
             return True
-        if any(_leaves(block) for block in inner_blocks(statement)):
+        if any(_exits_loop(block) for block in inner_blocks(statement)):
             return True
     return False
 
 
-def _holds(statement: ast.stmt, kinds: tuple[type, ...]) -> bool:
+def _contains(statement: ast.stmt, kinds: tuple[type, ...]) -> bool:
     stack: list[ast.AST] = [statement]
     while stack:
         node = stack.pop()
@@ -373,7 +400,7 @@ def _blocks(body: list[ast.stmt]) -> Iterator[list[ast.stmt]]:
             yield from _blocks(block)
 
 
-# What evaluating a piece of Python does beside giving a value: whether two pieces may change places.
+# Side effects of expressions, which determine whether two expressions can be reordered.
 
 
 _EMPTY: frozenset[PythonVariable] = frozenset()
@@ -381,12 +408,23 @@ _EMPTY: frozenset[PythonVariable] = frozenset()
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """``draws`` random numbers, ``changes`` containers, ``looks`` into those that change, ``reads`` and ``writes``
-    cells."""
+    """Side effects of an expression.
+
+    Attributes
+    ----------
+    draws
+        Whether it draws random numbers.
+    changes
+        Whether it modifies containers.
+    inspects
+        Whether it reads containers that are modified somewhere.
+    reads, writes
+        Cells that it reads and writes.
+    """
 
     draws: bool = False
     changes: bool = False
-    looks: bool = False
+    inspects: bool = False
     reads: frozenset[PythonVariable] = _EMPTY
     writes: frozenset[PythonVariable] = _EMPTY
 
@@ -394,21 +432,21 @@ class Effect:
         return Effect(
             self.draws or other.draws,
             self.changes or other.changes,
-            self.looks or other.looks,
+            self.inspects or other.inspects,
             self.reads | other.reads,
             self.writes | other.writes,
         )
 
     @property
-    def acts(self) -> bool:
-        """Whether it does anything at all."""
+    def has_effect(self) -> bool:
+        """Whether there is any effect other than reads."""
         return self.draws or self.changes or bool(self.writes)
 
     def commutes(self, other: Effect) -> bool:
-        """Whether the order of the two does not matter."""
+        """Return whether two expressions with these effects can be reordered."""
         if self.draws and other.draws:
             return False
-        if (self.changes and (other.changes or other.looks)) or (other.changes and self.looks):
+        if (self.changes and (other.changes or other.inspects)) or (other.changes and self.inspects):
             return False
         return not (self.writes & (other.reads | other.writes) or other.writes & self.reads)
 
@@ -417,7 +455,7 @@ PURE = Effect()
 
 
 class Effects:
-    """The effects of expressions of one program."""
+    """Effects of the expressions of a program."""
 
     def __init__(self, names: PythonNames, facts: TypeFacts) -> None:
         self._names = names
@@ -425,8 +463,8 @@ class Effects:
         self._cells: dict[Function, tuple[frozenset[PythonVariable], frozenset[PythonVariable]]] = {}
 
     def of(self, *nodes: ast.AST | None) -> Effect:
-        """The effect of evaluating ``nodes``; functions defined in them count as called."""
-        draws = changes = looks = False
+        """Return the effect of evaluating ``nodes``; functions defined in them count as called."""
+        draws = changes = inspects = False
         reads: set[PythonVariable] = set()
         writes: set[PythonVariable] = set()
         for node in _walk(nodes):
@@ -445,11 +483,11 @@ class Effects:
                     (reads if type(node.ctx) is ast.Load else writes).add(variable)
                 value = self._facts.types.get(node)
                 if value is not None and value.kinds & (CONTAINERS | ARRAY | RECORD):
-                    looks |= bool(value.kinds & RECORD) or self._reaches_mutated(value)
-        return Effect(draws, changes, looks, frozenset(reads), frozenset(writes))
+                    inspects |= bool(value.kinds & RECORD) or self._reaches_mutated(value)
+        return Effect(draws, changes, inspects, frozenset(reads), frozenset(writes))
 
     def _reaches_mutated(self, value: AbstractType) -> bool:
-        """Whether a value is, or holds at any depth, something that is changed somewhere."""
+        """Return whether a value is, or contains at any depth, a container that is modified somewhere."""
         seen: set[Site] = set()
         stack = value.sites
         while stack:
@@ -463,7 +501,8 @@ class Effects:
         return False
 
     def _cells_of(self, function: Function) -> tuple[frozenset[PythonVariable], frozenset[PythonVariable]]:
-        """The cells of other functions that calling ``function`` reads and writes, directly or through its callees."""
+        """Return the cells of other functions that a call of ``function`` reads and writes, directly or through its
+        callees."""
         known = self._cells.get(function)
         if known is not None:
             return known

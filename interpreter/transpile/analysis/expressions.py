@@ -1,4 +1,4 @@
-"""Inference through expressions, calls and targets. Functions recurse on the tree of one expression."""
+"""Type inference of expressions, calls and assignment targets, by recursion on the syntax tree."""
 
 from __future__ import annotations
 
@@ -47,10 +47,13 @@ from scenelang.interpreter.transpile.analysis.inference import (
     join_all,
     narrow,
 )
-from scenelang.interpreter.transpile.analysis.known import METHODS, MUTATORS, RESULTS, draws
+from scenelang.interpreter.transpile.analysis.known import METHODS, MUTATORS, RESULTS, uses_random_stream
 from scenelang.interpreter.transpile.analysis.scopes import Class, Comprehension, Function, PythonVariable, is_module
 
-# Calls: of functions of the program, its classes, the library and methods.
+# Calls of functions and classes of the program, library functions and methods.
+
+
+_MAX_STARRED = 8  # arguments assumed for `*args` of unknown length, more than any function takes
 
 
 def _call_expression(state: InferenceState, node: ast.Call) -> AbstractType:
@@ -76,7 +79,7 @@ def _positional(state: InferenceState, node: ast.Call) -> list[AbstractType]:
             if len(sites) == 1 and sites[0].items is not None:
                 positional += sites[0].items
             else:
-                positional += [state.elements(value)] * 8  # as many as anything could take
+                positional += [state.elements(value)] * _MAX_STARRED
         else:
             positional.append(value)
     return positional
@@ -88,12 +91,12 @@ def _call_path(
     state.facts.types[node.func] = AbstractType(FUNCTION, frozenset((path,)))
     if path == "library_call":
         return _library_call(state, node, positional, named)
-    if draws(path):
+    if uses_random_stream(path):
         state.effect(node, DRAWS)
     if path == "print":
         state.effect(node, CHANGES)
     if path in MUTATORS and positional:
-        state.mutated(positional[0], node=node)
+        state.mutate(positional[0], node=node)
     result = RESULTS.get(path)
     if result is None:
         return ANYTHING
@@ -161,7 +164,7 @@ def call_value(
     positional: list[AbstractType],
     named: dict[str, AbstractType],
 ) -> AbstractType:
-    """Call anything that may be a function."""
+    """Return the type of a call of any value."""
     result = ANYTHING if function.kinds & UNKNOWN else NOTHING
     for target in function.functions:
         if isinstance(node, ast.Call) and state.facts.types.get(node.func) is function:
@@ -173,7 +176,7 @@ def call_value(
         result = result | _construct(state, record, node, positional, named)
     for path in function.names:
         entry = RESULTS.get(path)
-        if draws(path):
+        if uses_random_stream(path):
             state.effect(node, DRAWS)
         if isinstance(entry, AbstractType):
             result = result | entry
@@ -189,7 +192,7 @@ def call_function(
     positional: list[AbstractType],
     named: dict[str, AbstractType],
 ) -> AbstractType:
-    """Join the arguments into the parameters; what the function is known to return."""
+    """Join the arguments into the parameters, and return the type of the result as known so far."""
     state.facts.callbacks.setdefault(node, set()).add(function)
     state.callees.setdefault(state.function, set()).add(function)
     state.callers.setdefault(function, set()).add(state.function)
@@ -234,20 +237,20 @@ def _bind(state: InferenceState, function: Function, variable: PythonVariable, v
 def _construct(
     state: InferenceState, record: Class, node: ast.AST, positional: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
-    made = AbstractType(RECORD, frozenset((record,)))
+    instance = AbstractType(RECORD, frozenset((record,)))
     constructor = record.methods.get("__init__")
     if constructor is not None:
-        call_function(state, constructor, node, [made, *positional], named)
+        call_function(state, constructor, node, [instance, *positional], named)
     else:
         for (name, _), value in zip(record.fields, positional):
             state.set_field(record, name, value)
         for name, value in named.items():
             state.set_field(record, name, value)
-    return made
+    return instance
 
 
 def infer_defaults(state: InferenceState, function: Function) -> None:
-    """The defaults of parameters are evaluated where a function is defined."""
+    """Infer the types of default values, which are evaluated where the function is defined."""
     for parameter in function.parameters:
         if parameter.default is not None:
             expression_type(state, parameter.default)
@@ -257,7 +260,7 @@ def infer_defaults(state: InferenceState, function: Function) -> None:
 
 
 def expression_type(state: InferenceState, node: ast.expr) -> AbstractType:
-    """The type of an expression, noted in the facts."""
+    """Infer the type of an expression and record it."""
     handler = _EXPRESSIONS.get(type(node))
     found = handler(state, node) if handler is not None else ANYTHING
     state.facts.types[node] = found
@@ -303,7 +306,7 @@ def _attribute(state: InferenceState, node: ast.Attribute) -> AbstractType:
 
 
 def _attribute_of(state: InferenceState, node: ast.Attribute, owner: AbstractType) -> AbstractType:
-    """The field of a record, or the shape of an array."""
+    """Return the type of a field of a record, or of an attribute of an array."""
     result = NOTHING
     for record in owner.classes:
         if node.attr in record.properties:
@@ -455,7 +458,7 @@ def _binary(state: InferenceState, node: ast.BinOp) -> AbstractType:
 def operation(
     state: InferenceState, node: ast.AST, op: ast.operator, left: AbstractType, right: AbstractType
 ) -> AbstractType:
-    """The type of ``left op right``."""
+    """Return the type of ``left op right``."""
     kinds = left.kinds | right.kinds
     if not left.kinds or (not right.kinds and not left.kinds & SEQUENCES):
         known = left | right
@@ -514,7 +517,7 @@ def _repeated(state: InferenceState, node: ast.AST, value: AbstractType, kinds: 
 
 
 def _array_result(state: InferenceState, node: ast.AST, left: AbstractType, right: AbstractType) -> AbstractType:
-    """Element by element: as many dimensions as the operand that has more."""
+    """Return the type of an elementwise operation, with the dimensions of the operand that has more."""
     element = NOTHING
     for value in (left, right):
         if value.kinds & ARRAY:
@@ -545,7 +548,7 @@ def _subscript(state: InferenceState, node: ast.Subscript) -> AbstractType:
 
 
 def _item_of(state: InferenceState, node: ast.AST, value: AbstractType, index: ast.expr) -> AbstractType:
-    """What ``value[index]`` gives."""
+    """Return the type of ``value[index]``."""
     key = expression_type(state, index)
     result = ANYTHING if value.kinds & UNKNOWN else NOTHING
     if isinstance(index, ast.Slice):
@@ -575,7 +578,7 @@ def _item_of(state: InferenceState, node: ast.AST, value: AbstractType, index: a
 
 
 def _pose_item(state: InferenceState, node: ast.AST, index: ast.expr) -> AbstractType:
-    """A number, row or part of a 4x4 matrix."""
+    """Return the type of a number, row or submatrix of a 4x4 matrix."""
     if not isinstance(index, ast.Tuple):
         return AbstractType(ARRAY)
     axes = sum(isinstance(axis, ast.Slice) for axis in index.elts) + max(2 - len(index.elts), 0)
@@ -617,13 +620,13 @@ def _slice(state: InferenceState, node: ast.AST, value: AbstractType, index: ast
 
 def _yield(state: InferenceState, node: ast.Yield) -> AbstractType:
     value = expression_type(state, node.value) if node.value is not None else T_NONE
-    state.returned(state.function, state.container(state.function.node, LIST, value))
+    state.add_return(state.function, state.container(state.function.node, LIST, value))
     return T_NONE
 
 
 def _yield_from(state: InferenceState, node: ast.YieldFrom) -> AbstractType:
     value = state.elements(expression_type(state, node.value))
-    state.returned(state.function, state.container(state.function.node, LIST, value))
+    state.add_return(state.function, state.container(state.function.node, LIST, value))
     return T_NONE
 
 
@@ -653,7 +656,7 @@ _EXPRESSIONS: Mapping[type[ast.expr], Callable[[InferenceState, Any], AbstractTy
 
 
 def target_type(state: InferenceState, target: ast.expr) -> AbstractType:
-    """The type that a target has before it is assigned to."""
+    """Return the type of an assignment target before the assignment."""
     if isinstance(target, ast.Name):
         variable = state.names.variables.get(target)
         found = state.load(variable) if variable is not None else ANYTHING
@@ -668,7 +671,7 @@ def target_type(state: InferenceState, target: ast.expr) -> AbstractType:
 
 
 def assign(state: InferenceState, target: ast.expr, value: AbstractType) -> None:
-    """Assign a value of this type to a target."""
+    """Assign a value of the given type to a target."""
     if isinstance(target, ast.Name):
         variable = state.names.variables.get(target)
         if variable is not None:
@@ -689,9 +692,7 @@ def assign(state: InferenceState, target: ast.expr, value: AbstractType) -> None
                 state.table(site, key, value, {target.slice.value: value}, NOTHING)
             elif site.kind == DICT:
                 state.table(site, key, value, {}, value)
-        state.mutated(
-            container, state.elements(value) if is_slice else value, key, target, constant_index(target.slice)
-        )
+        state.mutate(container, state.elements(value) if is_slice else value, key, target, constant_index(target.slice))
     elif isinstance(target, ast.Attribute):
         owner = expression_type(state, target.value)
         for record in owner.classes:
@@ -706,9 +707,9 @@ def _unpack(state: InferenceState, targets: list[ast.expr], value: AbstractType,
         if position == star:
             assign(state, target, _star(state, value, position, after, target))
         elif star is None or position < star:
-            assign(state, target, state.at(value, position))
+            assign(state, target, state.item_at(value, position))
         else:
-            assign(state, target, state.at(value, position - len(targets)))
+            assign(state, target, state.item_at(value, position - len(targets)))
 
 
 def _star(state: InferenceState, value: AbstractType, before: int, after: int, node: ast.AST) -> AbstractType:

@@ -1,7 +1,8 @@
-"""Type inference: what kinds of values every expression of the Python may have.
+"""Type inference: the possible kinds of every expression of the Python code.
 
-The whole program is interpreted over abstract values: flow-sensitive inside a function, the arguments of
-all call sites joined, containers by the place that makes them. Functions are looked at again until nothing grows.
+The whole program is abstractly interpreted: flow-sensitive within a function, with the arguments of all call sites
+joined, and with containers represented by their allocation sites. Functions are analysed repeatedly until a fixed point
+is reached.
 """
 
 from __future__ import annotations
@@ -33,27 +34,36 @@ from scenelang.interpreter.transpile.analysis.inference import (
     AbstractType,
     InferenceState,
     TypeFacts,
-    annotated,
+    annotated_type,
     merge,
     narrow,
 )
 from scenelang.interpreter.transpile.analysis.scopes import Function, LibraryPaths, PythonNames, is_annotation
 
-# The inference of a whole program.
+# Inference of a whole program.
 
 
 def infer(
     names: PythonNames, paths: LibraryPaths, words: dict[str, Function], root: Function | None, additions: set[ast.AST]
 ) -> TypeFacts:
-    """Infer the types of a program. ``words`` maps what ``library_call`` may say to registered functions; what
-    ``additions`` add to lists does not count as changing them."""
+    """Infer the types of a program.
+
+    Parameters
+    ----------
+    words
+        Registered functions by the argument of ``library_call``.
+    root
+        Root of the scene, which is called without arguments.
+    additions
+        Nodes that add to collected lists, which do not count as mutations.
+    """
     state = InferenceState(names, paths, words, additions, call_value)
     state.enqueue(names.module)
     _run(state)
     if root is not None:
         call_function(state, root, root.node, [], {})
     _run(state)
-    for function in names.ordered:  # functions that nothing calls are looked at with what their annotations say
+    for function in names.ordered:  # functions without call sites get their annotated types
         if function not in state.facts.reached:
             _assume_annotations(state, function)
             state.enqueue(function)
@@ -76,7 +86,7 @@ def _propagate_effects(state: InferenceState) -> None:
                 changed = True
 
 
-# The work list, and functions as a whole.
+# Work list and functions.
 
 
 def _run(state: InferenceState) -> None:
@@ -93,33 +103,34 @@ def _analyse(state: InferenceState, function: Function) -> None:
     state.env = {p.variable: state.facts.variables.get(p.variable, NOTHING) for p in function.parameters}
     node = function.node
     if isinstance(node, ast.Lambda):
-        state.returned(function, expression_type(state, node.body))
+        state.add_return(function, expression_type(state, node.body))
     else:
         _block(state, node.body)
         if state.env is not None and not isinstance(node, ast.Module) and not function.is_generator:
-            state.returned(function, T_NONE)
+            state.add_return(function, T_NONE)
     state.function, state.env, state.exits = saved
 
 
 def _assume_annotations(state: InferenceState, function: Function) -> None:
     for parameter in function.parameters:
         if parameter.kind in ("plain", "keyword"):
-            known = annotated(parameter.annotation)
+            known = annotated_type(parameter.annotation)
             if parameter.default is not None:
                 known = known | state.facts.type(parameter.default)
             state.store(parameter.variable, known)
 
 
-# Statements: the flow of a function.
+# Statements.
 
 
-_DEEPEST_LOOPS = 5
+_MAX_NESTED_LOOPS = 5
+_MAX_ITERATIONS = 8  # of the analysis of a loop's body; types that still grow are joined by ``store``
 
 
 def _block(state: InferenceState, body: Sequence[ast.stmt]) -> None:
     for statement in body:
         if state.env is None:
-            state.env = {}  # unreachable; looked at all the same
+            state.env = {}  # unreachable statements are analysed too
             for rest in body[body.index(statement) :]:
                 _statement(state, rest)
             state.env = None
@@ -154,7 +165,7 @@ def _augmented_assign(state: InferenceState, node: ast.AugAssign) -> None:
     value = expression_type(state, node.value)
     old = target_type(state, node.target)
     if isinstance(node.op, ast.Add) and old.kinds & LIST:
-        state.mutated(old, state.elements(value), node=node)
+        state.mutate(old, state.elements(value), node=node)
         if value.only(SHAPE):
             old = old | T_SHAPE
         state.facts.types[node] = old
@@ -162,8 +173,8 @@ def _augmented_assign(state: InferenceState, node: ast.AugAssign) -> None:
         return
     result = operation(state, node, node.op, old, value)
     if old.kinds & ARRAY:
-        state.mutated(old, state.elements(result) if old.only(ARRAY) else NOTHING, node=node)
-        if old.only(ARRAY):  # the array itself changes
+        state.mutate(old, state.elements(result) if old.only(ARRAY) else NOTHING, node=node)
+        if old.only(ARRAY):  # modified in place
             result = old
     state.facts.types[node] = result
     assign(state, node.target, result)
@@ -173,13 +184,13 @@ def _delete(state: InferenceState, node: ast.Delete) -> None:
     for target in node.targets:
         if isinstance(target, ast.Subscript):
             expression_type(state, target.slice)
-            state.mutated(expression_type(state, target.value), node=target)
+            state.mutate(expression_type(state, target.value), node=target)
 
 
 def _return(state: InferenceState, node: ast.Return) -> None:
     value = expression_type(state, node.value) if node.value is not None else T_NONE
     if not state.function.is_generator:
-        state.returned(state.function, value)
+        state.add_return(state.function, value)
     state.env = None
 
 
@@ -226,31 +237,31 @@ def _while(state: InferenceState, node: ast.While) -> None:
     _loop(state, node, test)
 
 
-def _loop(state: InferenceState, node: ast.For | ast.While, begin: object) -> None:
-    assert callable(begin)
-    if len(state.exits) >= _DEEPEST_LOOPS:  # without the flow, so that the work does not double with every level
+def _loop(state: InferenceState, node: ast.For | ast.While, bind_head: object) -> None:
+    assert callable(bind_head)
+    if len(state.exits) >= _MAX_NESTED_LOOPS:  # flow-insensitive, since every level of nesting multiplies the work
         state.env = {}
         state.exits.append([])
-        begin()
+        bind_head()
         _block(state, node.body)
         state.exits.pop()
         state.env = {}
         _block(state, node.orelse)
         return
-    head = dict(state.env or {})
-    for _ in range(8):
-        state.env = dict(head)
+    loop_env = dict(state.env or {})
+    for _ in range(_MAX_ITERATIONS):
+        state.env = dict(loop_env)
         state.exits.append([])
-        begin()
+        bind_head()
         _block(state, node.body)
         ends = state.exits.pop()
-        merged = dict(head)
+        merged = dict(loop_env)
         for env in (state.env, *ends):
             merged = merge(merged, env) or merged
-        if all(merged.get(v) is head.get(v) for v in merged):
+        if all(merged.get(v) is loop_env.get(v) for v in merged):
             break
-        head = merged
-    state.env = head
+        loop_env = merged
+    state.env = loop_env
     _block(state, node.orelse)
 
 

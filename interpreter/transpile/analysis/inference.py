@@ -1,4 +1,4 @@
-"""What inference finds out, and the state that it works on."""
+"""Abstract values and state of type inference."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     is_none,
 )
 
-# The abstract values of type inference: the kinds of things an expression may be, and where containers are made.
+# Abstract values: the kinds of values that an expression may have, and the allocation sites of containers.
 
 
 INT, FLOAT, BOOL, STR, NONE = 1, 2, 4, 8, 16
@@ -31,11 +31,20 @@ CONTAINERS = LIST | TUPLE | DICT | SET
 
 @dataclass(eq=False, slots=True)
 class Site:
-    """A place that makes containers (or arrays). What it holds only grows while inference runs.
+    """Allocation site of containers or arrays. Its contents only grow during inference.
 
-    ``items``: the types position by position while the length is known; ``element`` their join. For tables: ``key``,
-    ``fields`` by constant key, and ``other`` under the other keys.
-    ``is_mutated``: the program changes what was made here.
+    Attributes
+    ----------
+    items
+        Types by position, if the length is known.
+    element
+        Join of all item types; the type of the values of a table.
+    key, fields, other
+        For tables: type of the keys, types of the values by constant key, and type of the values of other keys.
+    is_mutated
+        Whether the program modifies a container allocated here.
+    readers
+        Functions to analyse again when the contents grow.
     """
 
     node: ast.AST
@@ -53,7 +62,8 @@ Reference: TypeAlias = object
 
 
 class AbstractType:
-    """``kinds``: the kinds it may be of; ``references``: its sites, functions, classes and the names of modules."""
+    """Abstract value: a set of possible ``kinds``, with ``references`` to sites, functions, classes and names of
+    modules."""
 
     __slots__ = ("kinds", "references")
 
@@ -62,7 +72,10 @@ class AbstractType:
         self.references = references
 
     def __or__(self, other: AbstractType) -> AbstractType:
-        """The join; it is one of the two objects where that says it all, so that growth shows by identity."""
+        """Return the join.
+
+        It is one of the operands if that covers the other, so that growth is detected by identity.
+        """
         if other is self or (not other.kinds & ~self.kinds and other.references <= self.references):
             return self
         if not self.kinds & ~other.kinds and self.references <= other.references:
@@ -70,19 +83,19 @@ class AbstractType:
         return AbstractType(self.kinds | other.kinds, self.references | other.references)
 
     def only(self, kinds: int) -> bool:
-        """Whether it is known and nothing but ``kinds``."""
+        """Return whether the type is known and has no kinds other than ``kinds``."""
         return bool(self.kinds) and not self.kinds & ~kinds
 
     def may(self, kinds: int) -> bool:
-        """Whether it may be of one of ``kinds``."""
+        """Return whether the value may be of one of ``kinds``."""
         return bool(self.kinds & (kinds | UNKNOWN))
 
     def without(self, kinds: int) -> AbstractType:
-        """The same, known not to be of ``kinds``."""
+        """Return the type without ``kinds``."""
         return AbstractType(self.kinds & ~kinds, self.references)
 
     def bare(self) -> AbstractType:
-        """The same kinds without references."""
+        """Return the type without references."""
         return AbstractType(self.kinds) if self.references else self
 
     @property
@@ -99,7 +112,7 @@ class AbstractType:
 
     @property
     def names(self) -> list[str]:
-        """Dotted names of modules and known functions."""
+        """Dotted names of modules and library functions."""
         return [r for r in self.references if type(r) is str]
 
 
@@ -117,7 +130,7 @@ T_STREAM = AbstractType(STREAM)
 
 
 def join_all(types: Sequence[AbstractType]) -> AbstractType:
-    """What is of any of ``types``."""
+    """Return the join of ``types``."""
     result = NOTHING
     for each in types:
         result = result | each
@@ -125,7 +138,8 @@ def join_all(types: Sequence[AbstractType]) -> AbstractType:
 
 
 def never_equal(left: AbstractType, right: AbstractType, depth: int = 8) -> bool:
-    """Whether no value of ``left`` equals one of ``right``, since one has a tuple where the other has a list."""
+    """Return whether no value of ``left`` can equal one of ``right``, because one has a tuple where the other has a
+    list."""
     if not depth or not left.only(SEQUENCES) or not right.only(SEQUENCES):
         return False
     if not left.kinds & right.kinds:
@@ -135,8 +149,8 @@ def never_equal(left: AbstractType, right: AbstractType, depth: int = 8) -> bool
 
 
 def _sites_differ(left: Site, right: Site, depth: int) -> bool:
-    holds = any(site.items and not site.is_mutated for site in (left, right))  # else both may be empty
-    if holds and never_equal(left.element, right.element, depth):
+    has_items = any(site.items and not site.is_mutated for site in (left, right))  # else both may be empty
+    if has_items and never_equal(left.element, right.element, depth):
         return True
     if left.items is None or right.items is None:
         return False
@@ -145,14 +159,14 @@ def _sites_differ(left: Site, right: Site, depth: int) -> bool:
     return any(never_equal(a, b, depth) for a, b in zip(left.items, right.items))
 
 
-# What annotations say about types; inference falls back on them where no call site tells more.
+# Types from annotations, used for functions that have no call site.
 
 
 _SIMPLE = {"int": T_INT, "float": T_FLOAT, "bool": T_BOOL, "str": T_STR, "Shape": T_SHAPE, "None": T_NONE}
 
 
-def annotated(annotation: ast.expr | None) -> AbstractType:
-    """The type that an annotation tells for sure; NOTHING where it does not."""
+def annotated_type(annotation: ast.expr | None) -> AbstractType:
+    """Return the type of an annotation, or NOTHING if it is not certain."""
     if isinstance(annotation, ast.Name):
         return _SIMPLE.get(annotation.id, NOTHING)
     if isinstance(annotation, ast.Constant):
@@ -161,20 +175,38 @@ def annotated(annotation: ast.expr | None) -> AbstractType:
         return AbstractType(ARRAY)
     if isinstance(annotation, ast.Subscript) and isinstance(annotation.value, ast.Name):
         if annotation.value.id == "Optional":
-            return annotated(annotation.slice) | T_NONE
+            return annotated_type(annotation.slice) | T_NONE
     if isinstance(annotation, ast.BinOp):
-        return annotated(annotation.left) | annotated(annotation.right)
+        return annotated_type(annotation.left) | annotated_type(annotation.right)
     return NOTHING
 
 
 Environment = dict[PythonVariable, AbstractType]
 DRAWS, CHANGES = 1, 2
-_MOST_VISITS = 40
+_MAX_VISITS = 40  # analyses of one function
 
 
 @dataclass(eq=False)
 class TypeFacts:
-    """What inference found out."""
+    """Results of inference.
+
+    Attributes
+    ----------
+    types
+        Type of each expression.
+    variables, returns
+        Types of variables and of the results of functions.
+    targets
+        Functions of the program that a call may invoke.
+    callbacks
+        Functions that evaluating a node may call.
+    effects, effect_nodes
+        Effects of functions and nodes (``DRAWS``, ``CHANGES``).
+    words
+        Registered functions by the argument of ``library_call``.
+    reached
+        Functions that have been analysed.
+    """
 
     types: dict[ast.AST, AbstractType] = field(default_factory=dict)
     variables: dict[PythonVariable, AbstractType] = field(default_factory=dict)
@@ -196,9 +228,11 @@ CallValue: TypeAlias = (
 
 
 class InferenceState:
-    """The state of an inference: facts, the work list, the flow of the function being looked at, the sites. ``call``
-    looks at a call of anything that may be a function: library functions that call what they are given come back
-    to the inference through it."""
+    """State of inference: facts, work list, environment of the function being analysed, and sites.
+
+    ``call`` analyses a call of any value; the models of library functions use it for the functions that they are
+    passed.
+    """
 
     def __init__(
         self,
@@ -225,17 +259,17 @@ class InferenceState:
     def call(
         self, function: AbstractType, node: ast.AST, positional: list[AbstractType], named: dict[str, AbstractType]
     ) -> AbstractType:
-        """Call anything that may be a function."""
+        """Return the type of a call of any value."""
         return self._call(self, function, node, positional, named)
 
     # --- the work list ---
 
     def enqueue(self, function: Function) -> None:
-        if function not in self.queue and self.visits.get(function, 0) < _MOST_VISITS:
+        if function not in self.queue and self.visits.get(function, 0) < _MAX_VISITS:
             self.queue.append(function)
 
-    def returned(self, function: Function, found: AbstractType) -> None:
-        """Note what a function returns; its callers are looked at again when that grew."""
+    def add_return(self, function: Function, found: AbstractType) -> None:
+        """Join a type into the result of a function; if it grows, the callers are analysed again."""
         old = self.facts.returns.get(function, NOTHING)
         new = old | found
         if new is not old:
@@ -246,7 +280,7 @@ class InferenceState:
     # --- variables and sites ---
 
     def store(self, variable: PythonVariable, value: AbstractType) -> None:
-        """Assign: here for this function's own flow, and joined for all others."""
+        """Assign a variable, in the flow of the current function and joined for all others."""
         if self.env is not None and variable.function is self.function:
             self.env[variable] = value
         old = self.facts.variables.get(variable, NOTHING)
@@ -279,7 +313,10 @@ class InferenceState:
         key: AbstractType = NOTHING,
         items: Sequence[AbstractType] | None = None,
     ) -> AbstractType:
-        """Note what a site holds; gives the type of what it makes. Readers are looked at again when it grew."""
+        """Join types into the contents of a site, and return the type of its containers.
+
+        If they grow, readers are analysed again.
+        """
         joined, joined_key = site.element | element, site.key | key
         changed = joined is not site.element or joined_key is not site.key
         site.element, site.key = joined, joined_key
@@ -303,7 +340,7 @@ class InferenceState:
         return self.grow(self.site(node, kind, tag), element, key)
 
     def tuple_of(self, node: ast.AST, items: Sequence[AbstractType], tag: str = "", kind: int = TUPLE) -> AbstractType:
-        """A sequence of known length."""
+        """Return the type of a sequence of known length."""
         site = self.site(node, kind, tag)
         if site.items is None and not site.element.kinds:
             site.items = [NOTHING] * len(items)
@@ -316,7 +353,7 @@ class InferenceState:
         return sites
 
     def elements(self, value: AbstractType) -> AbstractType:
-        """What iterating ``value`` gives."""
+        """Return the type of the items of an iteration over ``value``."""
         result = NOTHING
         if value.kinds & SHAPE:
             result = result | T_SHAPE
@@ -332,24 +369,25 @@ class InferenceState:
             result = result | T_NUMBER
         return result
 
-    def mutated(
+    def mutate(
         self, value: AbstractType, element: AbstractType = NOTHING, key: AbstractType = NOTHING,
         node: ast.AST | None = None, position: int | None = None,
     ) -> None:  # fmt: skip
-        """The containers that ``value`` may be are changed in place, taking in ``element`` (``position``: where)."""
+        """Record an in-place modification of the containers that ``value`` may be, which stores ``element`` at
+        ``position``."""
         for site in self.read_sites(value):
             if site.kind & (CONTAINERS | ARRAY | POSE):
                 if not site.is_mutated and node not in self.additions:
                     site.is_mutated = True
                     for reader in site.readers:
                         self.enqueue(reader)
-                self._put(site, element, position)
+                self._store_item(site, element, position)
                 self.grow(site, element, key)
         if node is not None and node not in self.additions:
-            is_own = bool(value.sites) and all(_belongs(site.node, self.function) for site in value.sites)
+            is_own = bool(value.sites) and all(_is_local(site.node, self.function) for site in value.sites)
             self.effect(node, 0 if is_own else CHANGES, here=CHANGES)
 
-    def _put(self, site: Site, element: AbstractType, position: int | None) -> None:
+    def _store_item(self, site: Site, element: AbstractType, position: int | None) -> None:
         if site.items is None or not element.kinds:
             return
         if position is None or not -len(site.items) <= position < len(site.items):
@@ -363,7 +401,7 @@ class InferenceState:
                     self.enqueue(reader)
 
     def effect(self, node: ast.AST, effect: int, here: int = 0) -> None:
-        """Note that evaluating ``node`` does something; ``here`` is what matters inside this function only."""
+        """Record an effect of evaluating ``node``; ``here`` are effects that are only visible inside this function."""
         self.facts.effect_nodes[node] = self.facts.effect_nodes.get(node, 0) | effect | here
         if effect:
             self.facts.effects[self.function] = self.facts.effects.get(self.function, 0) | effect
@@ -376,7 +414,7 @@ class InferenceState:
         fields: dict[object, AbstractType],
         other: AbstractType,
     ) -> AbstractType:
-        """Note what a table holds: by key where keys are constants."""
+        """Join types into a table, by key for constant keys."""
         changed = False
         for name, found in fields.items():
             old = site.fields.get(name, NOTHING)
@@ -392,12 +430,13 @@ class InferenceState:
         return self.grow(site, values, keys)
 
     def field(self, site: Site, key: ast.expr) -> AbstractType:
-        """The value under a key of a table."""
+        """Return the type of the value of a key of a table."""
         if isinstance(key, ast.Constant) and (site.fields or site.other.kinds):
             return site.fields.get(key.value, NOTHING) | site.other
         return site.element
 
-    def at(self, value: AbstractType, position: int) -> AbstractType:
+    def item_at(self, value: AbstractType, position: int) -> AbstractType:
+        """Return the type of the item at a constant position."""
         result = NOTHING
         for site in self.read_sites(value):
             if site.kind & SEQUENCES and site.items is not None and -len(site.items) <= position < len(site.items):
@@ -410,8 +449,8 @@ class InferenceState:
         self.grow(self.site(record.node, DICT, f".{name}"), value)
 
 
-def _belongs(node: ast.AST, function: Function) -> bool:
-    """Whether a site stands in the text of ``function`` itself, so that changing it is that function's own affair."""
+def _is_local(node: ast.AST, function: Function) -> bool:
+    """Return whether a site is in the text of ``function``, so that modifying its containers is not a side effect."""
     own = function.node
     if isinstance(own, ast.Module):
         return False
@@ -444,33 +483,33 @@ def has_slice(index: ast.Tuple) -> bool:
     return any(isinstance(element, ast.Slice) for element in index.elts)
 
 
-# The flow: what a test says about the variables in it, and where branches meet.
+# Flow sensitivity: narrowing of variables by tests, and the join of branches.
 
 
 def narrow(state: InferenceState, test: ast.expr, holds: bool) -> None:
-    """What a test says about the variables in it."""
+    """Narrow the types of the variables in ``test``, given its result."""
     if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
         narrow(state, test.operand, not holds)
     elif isinstance(test, ast.BoolOp) and isinstance(test.op, ast.And) == holds:
         for value in test.values:
             narrow(state, value, holds)
     elif isinstance(test, ast.Name) and holds:
-        _without(state, test, NONE)
+        _exclude(state, test, NONE)
     elif isinstance(test, ast.Compare) and len(test.ops) == 1 and is_none(test.comparators[0]):
         is_test = isinstance(test.ops[0], (ast.Is, ast.Eq))
         if is_test != holds:
-            _without(state, test.left, NONE)
+            _exclude(state, test.left, NONE)
         elif isinstance(test.left, ast.Name):
-            _keep(state, test.left, NONE)
+            _restrict(state, test.left, NONE)
     elif isinstance(test, ast.Call) and state.paths.of(test.func) == "isinstance" and len(test.args) == 2:
         kinds = _isinstance_kinds(state.paths, test.args[1])
         if kinds and holds:
-            _keep(state, test.args[0], kinds)
+            _restrict(state, test.args[0], kinds)
         elif kinds:
-            _without(state, test.args[0], kinds)
+            _exclude(state, test.args[0], kinds)
 
 
-def _without(state: InferenceState, node: ast.expr, kinds: int) -> None:
+def _exclude(state: InferenceState, node: ast.expr, kinds: int) -> None:
     if isinstance(node, ast.Name) and state.env is not None:
         variable = state.names.variables.get(node)
         if variable is not None and variable in state.env:
@@ -479,7 +518,7 @@ def _without(state: InferenceState, node: ast.expr, kinds: int) -> None:
                 state.env[variable] = found.without(kinds)
 
 
-def _keep(state: InferenceState, node: ast.expr, kinds: int) -> None:
+def _restrict(state: InferenceState, node: ast.expr, kinds: int) -> None:
     if isinstance(node, ast.Name) and state.env is not None:
         variable = state.names.variables.get(node)
         if variable is not None and variable in state.env:
@@ -504,7 +543,7 @@ def _isinstance_kinds(paths: LibraryPaths, node: ast.expr) -> int:
 
 
 def merge(a: Environment | None, b: Environment | None) -> Environment | None:
-    """What holds where two flows meet; None is a flow that does not get there."""
+    """Return the join of the environments of two flows; None is an unreachable flow."""
     if a is None or b is None:
         return b if a is None else a
     merged = dict(a)

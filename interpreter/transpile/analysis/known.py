@@ -1,4 +1,4 @@
-"""What the functions and methods that models call give, as types: builtins, helpers, math, numpy, random."""
+"""Types of the results of library functions and methods: builtins, the helper API, math, numpy and random."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ T = TypeVar("T")
 MUTATORS = frozenset({"random.shuffle", "numpy.random.shuffle", "heapq.heappush", "heapq.heappop"})
 
 
-def draws(path: str) -> bool:
-    """Whether calling the function at ``path`` uses or sets a random stream."""
+def uses_random_stream(path: str) -> bool:
+    """Return whether calling the function at ``path`` uses or seeds a random stream."""
     if path in ("random.Random", "numpy.random.RandomState", "numpy.random.default_rng"):
         return False
     return path.startswith(("random.", "numpy.random."))
@@ -71,7 +71,7 @@ def _vector(
 def _elementwise(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
-    """``np.sin(x)``: a number of a number, an array of an array or a sequence."""
+    """Return the type of an elementwise function such as ``np.sin``: a number of a number, else an array."""
     joined = join_all(args)
     if joined.kinds & (ARRAY | LIST | TUPLE | POSE):
         element = join_all([infer.elements(a) for a in args if a.kinds & (ARRAY | LIST | TUPLE)])
@@ -83,7 +83,7 @@ def _elementwise(
 def _make_array(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
-    """``np.array(x)``: as deep as the sequences in ``x``."""
+    """Return the type of ``np.array(x)``, with as many dimensions as the nesting of ``x``."""
     if not args:
         return _array(infer, node)
     if args[0].only(NUMBERS):
@@ -98,7 +98,7 @@ def _make_array(
 def _shaped(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
-    """``np.zeros(shape)``."""
+    """Return the type of an array with the shape that is passed as the first argument, as in ``np.zeros(shape)``."""
     shape = args[0] if args else named.get("shape", T_INT)
     if shape.kinds & (LIST | TUPLE):
         sites = infer.read_sites(shape)
@@ -107,8 +107,11 @@ def _shaped(
     return _array(infer, node)
 
 
-def _drawn(number: AbstractType, position: int = 2) -> Result:
-    """A draw; with a size, the argument at ``position``, an array."""
+def _random_result(number: AbstractType, position: int = 2) -> Result:
+    """Return the transfer function of a random function.
+
+    With a size, the argument at ``position``, it returns an array.
+    """
 
     def result(
         infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
@@ -121,7 +124,7 @@ def _drawn(number: AbstractType, position: int = 2) -> Result:
     return result
 
 
-def _drawn_sides(
+def _random_by_dimensions(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
     if len(args) > 1:
@@ -129,7 +132,7 @@ def _drawn_sides(
     return _array(infer, node) if args else T_FLOAT
 
 
-def _drawn_random(
+def _random_by_size(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
     size = args[0] if args else named.get("size")
@@ -286,8 +289,8 @@ def _dict(
                 for name, found in site.fields.items():
                     fields[name] = fields.get(name, NOTHING) | found
             else:
-                key = key | infer.at(site.element, 0)
-                other = other | infer.at(site.element, 1)
+                key = key | infer.item_at(site.element, 0)
+                other = other | infer.item_at(site.element, 1)
                 value = value | other
     return infer.table(infer.site(node, DICT), key, value, fields, other)
 
@@ -357,7 +360,7 @@ def _stack(
 def _concatenated(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
-    """Joined vectors are a vector, joined matrices a matrix."""
+    """Return the type of concatenated arrays, which has the same number of dimensions."""
     items = infer.elements(infer.elements(args[0])) if args else NOTHING
     return _array(infer, node, AbstractType(ARRAY) if items.only(ARRAY | SEQUENCES) else T_FLOAT)
 
@@ -371,8 +374,8 @@ def _concatenated_shapes(
 def _defaultdict(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
-    made = infer.call(args[0], node, [], {}) if args else NOTHING
-    return infer.table(infer.site(node, DICT), NOTHING, made, {}, made)
+    default = infer.call(args[0], node, [], {}) if args else NOTHING
+    return infer.table(infer.site(node, DICT), NOTHING, default, {}, default)
 
 
 def _meshgrid(
@@ -385,8 +388,8 @@ def _meshgrid(
 def _dataclass_field(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
-    made = infer.call(named["default_factory"], node, [], {}) if "default_factory" in named else NOTHING
-    return made | named.get("default", NOTHING)
+    default = infer.call(named["default_factory"], node, [], {}) if "default_factory" in named else NOTHING
+    return default | named.get("default", NOTHING)
 
 
 def _matrix(
@@ -422,8 +425,8 @@ def _shallow(
 
 
 def _clone(infer: InferenceState, node: ast.AST, value: AbstractType, tag: str) -> AbstractType:
-    """The type of a copy: containers of its own, down to a few levels."""
-    if len(tag) > 12:
+    """Return the type of a deep copy, which has its own containers down to a limited depth."""
+    if len(tag) > 12:  # limits the depth of recursive containers
         return value
     result = AbstractType(value.kinds & ~(CONTAINERS | ARRAY)) if value.kinds & ~(CONTAINERS | ARRAY) else NOTHING
     for site in infer.read_sites(value):
@@ -450,8 +453,8 @@ def _arange(
     return _array(infer, node, T_INT if all(a.only(INT) for a in args) else T_FLOAT)
 
 
-def _each(module: str, names: str, result: T) -> dict[str, T]:
-    """The same result for several names of a module (methods have none)."""
+def _for_names(module: str, names: str, result: T) -> dict[str, T]:
+    """Return the same entry for several names of a module; an empty module is for methods."""
     return {f"{module}.{name}" if module else name: result for name in names.split()}
 
 
@@ -471,14 +474,14 @@ RESULTS: dict[str, AbstractType | Result] = {
     "set": _sequence(SET), "frozenset": _sequence(SET), "dict": _dict, "iter": _sequence(LIST), "next": _item,
     "bin": T_STR, "hex": T_STR,
     # math
-    **_each("math", (
+    **_for_names("math", (
         "sin cos tan asin acos atan atan2 sinh cosh tanh sqrt exp log log2 log10 pow hypot radians "
         "degrees fmod fabs dist copysign pi e tau inf nan fsum cbrt asinh acosh atanh expm1 log1p"
     ), T_FLOAT),
-    **_each("math", "floor ceil trunc factorial comb perm gcd lcm isqrt", T_INT),
+    **_for_names("math", "floor ceil trunc factorial comb perm gcd lcm isqrt", T_INT),
     "math.isclose": T_BOOL, "math.isnan": T_BOOL, "math.isinf": T_BOOL, "math.isfinite": T_BOOL, "math.prod": _sum,
     # numpy
-    **_each("numpy", (
+    **_for_names("numpy", (
         "sin cos tan arcsin arccos arctan arctan2 sinh cosh tanh sqrt exp log log2 log10 radians degrees "
         "deg2rad rad2deg abs absolute fabs floor ceil round rint sign square power mod clip maximum "
         "minimum add subtract multiply divide hypot where interp negative float_power trunc around "
@@ -506,11 +509,12 @@ RESULTS: dict[str, AbstractType | Result] = {
     "numpy.unique": _first, "numpy.squeeze": _first, "numpy.ravel": _vector, "numpy.bool_": T_BOOL,
     "numpy.diag": _matrix,
     # random
-    **_each("numpy.random", "uniform normal beta gamma", _drawn(T_FLOAT)),
-    "numpy.random.exponential": _drawn(T_FLOAT, 1), "numpy.random.standard_normal": _drawn(T_FLOAT, 0),
-    "numpy.random.randint": _drawn(T_INT), "numpy.random.integers": _drawn(T_INT), "numpy.random.random": _drawn_random,
-    "numpy.random.rand": _drawn_sides, "numpy.random.randn": _drawn_sides, "numpy.random.choice": _np_choice,
-    "numpy.random.random_sample": _drawn_random, "numpy.random.shuffle": T_NONE,
+    **_for_names("numpy.random", "uniform normal beta gamma", _random_result(T_FLOAT)),
+    "numpy.random.exponential": _random_result(T_FLOAT, 1), "numpy.random.standard_normal": _random_result(T_FLOAT, 0),
+    "numpy.random.randint": _random_result(T_INT), "numpy.random.integers": _random_result(T_INT),
+    "numpy.random.random": _random_by_size, "numpy.random.rand": _random_by_dimensions,
+    "numpy.random.randn": _random_by_dimensions, "numpy.random.choice": _np_choice,
+    "numpy.random.random_sample": _random_by_size, "numpy.random.shuffle": T_NONE,
     "numpy.random.permutation": _permutation,
     "numpy.random.seed": T_NONE, "numpy.random.get_state": T_STREAM, "numpy.random.set_state": T_NONE,
     "numpy.random.RandomState": T_STREAM, "numpy.random.default_rng": T_STREAM,
@@ -546,14 +550,14 @@ RESULTS: dict[str, AbstractType | Result] = {
 def _appended(
     infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
-    infer.mutated(owner, args[-1] if args else NOTHING, node=node)
+    infer.mutate(owner, args[-1] if args else NOTHING, node=node)
     return T_NONE
 
 
 def _extended(
     infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
-    infer.mutated(owner, infer.elements(args[0]) if args else NOTHING, node=node)
+    infer.mutate(owner, infer.elements(args[0]) if args else NOTHING, node=node)
     return T_NONE
 
 
@@ -562,14 +566,14 @@ def _changed(
 ) -> AbstractType:
     if "key" in named:
         infer.call(named["key"], node, [infer.elements(owner)], {})
-    infer.mutated(owner, node=node)
+    infer.mutate(owner, node=node)
     return T_NONE
 
 
 def _popped(
     infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
-    infer.mutated(owner, node=node)
+    infer.mutate(owner, node=node)
     return _values(infer, owner) | (args[1] if len(args) > 1 else NOTHING)
 
 
@@ -593,7 +597,7 @@ def _setdefault(
     default = args[1] if len(args) > 1 else T_NONE
     for site in owner.sites:
         infer.table(site, args[0] if args else NOTHING, default, {}, default)
-    infer.mutated(owner, default, args[0] if args else NOTHING, node=node)
+    infer.mutate(owner, default, args[0] if args else NOTHING, node=node)
     return _values(infer, owner)
 
 
@@ -625,8 +629,8 @@ def _update(
             infer.table(target, site.key, site.element, {}, site.element)
         infer.table(target, NOTHING, NOTHING, {name: found for name, found in named.items()}, NOTHING)  # noqa: C416
     for site in [s for a in args for s in infer.read_sites(a)]:
-        infer.mutated(owner, site.element, site.key, node=node)
-    infer.mutated(owner, join_all(list(named.values())), T_STR if named else NOTHING, node=node)
+        infer.mutate(owner, site.element, site.key, node=node)
+    infer.mutate(owner, join_all(list(named.values())), T_STR if named else NOTHING, node=node)
     return T_NONE
 
 
@@ -678,8 +682,8 @@ def _constant(result: AbstractType) -> Method:
     return lambda infer, node, owner, args, named: result
 
 
-def _drawing(name: str) -> Method:
-    """A method of a stream draws like the function of its module."""
+def _stream_method(name: str) -> Method:
+    """Return the transfer function of a stream's method, which is that of the function in its module."""
 
     def result(
         infer: InferenceState,
@@ -691,13 +695,13 @@ def _drawing(name: str) -> Method:
         infer.effect(node, 1)
         entry = RESULTS.get(f"numpy.random.{name}") or RESULTS.get(f"random.{name}") or ANYTHING
         if name == "shuffle" and args:
-            infer.mutated(args[0], node=node)
+            infer.mutate(args[0], node=node)
         return entry if isinstance(entry, AbstractType) else entry(infer, node, args, named)
 
     return result
 
 
-_DRAWING = (
+_STREAM_METHODS = (
     "uniform", "random", "randint", "choice", "normal", "shuffle", "permutation", "rand", "randn", "integers",
     "gauss", "sample", "choices", "seed", "random_sample", "randrange", "standard_normal", "triangular",
 )  # fmt: skip
@@ -710,7 +714,7 @@ METHODS: dict[str, Method] = {
     "count": _constant(T_INT), "union": _set_method, "intersection": _set_method, "difference": _set_method,
     "symmetric_difference": _set_method, "issubset": _constant(T_BOOL), "issuperset": _constant(T_BOOL),
     "isdisjoint": _constant(T_BOOL),
-    **_each("", (
+    **_for_names("", (
         "upper lower strip lstrip rstrip title capitalize replace join format zfill center ljust rjust "
         "swapcase removeprefix removesuffix"
     ), _constant(T_STR)),
@@ -723,5 +727,5 @@ METHODS: dict[str, Method] = {
     "item": _constant(T_FLOAT), "round": _same_array, "clip": _same_array, "all": _constant(T_BOOL),
     "any": _constant(T_BOOL),
     "argmin": _constant(T_INT), "argmax": _constant(T_INT), "cumsum": _same_array,
-    **{name: _drawing(name) for name in _DRAWING},
+    **{name: _stream_method(name) for name in _STREAM_METHODS},
 }  # fmt: skip

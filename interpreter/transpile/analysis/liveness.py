@@ -1,4 +1,7 @@
-"""Which variables are still needed after a statement, and which must be cells that are assigned in place."""
+"""Liveness analysis: variables that are read after a statement, and variables that must be cells.
+
+A cell is assigned in place, so that closures and later iterations of a loop observe the assignment.
+"""
 
 from __future__ import annotations
 
@@ -13,20 +16,23 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     PythonVariable,
 )
 
-# Which closures may be called after the turn of a loop, or the comprehension, that made them.
+# Escape analysis: closures that may be called after the loop iteration or the comprehension that creates them.
 
 
-_ADDING = frozenset(("append", "add", "insert", "extend", "appendleft", "setdefault", "update"))
-_COLLECTING = frozenset(("list", "tuple", "set", "frozenset", "sorted", "dict", "deque", "reversed"))
+_STORING_METHODS = frozenset(("append", "add", "insert", "extend", "appendleft", "setdefault", "update"))
+_EAGER_CONSUMERS = frozenset(("list", "tuple", "set", "frozenset", "sorted", "dict", "deque", "reversed"))
 _DISPLAYS = (
     ast.List, ast.Tuple, ast.Set, ast.Dict, ast.Starred, ast.IfExp, ast.BoolOp, ast.BinOp, ast.Subscript, ast.NamedExpr,
 )  # fmt: skip
-_DEEPEST = 12
+_MAX_DEPTH = 12  # steps from a closure to the place that stores it
 
 
 class Escapes:
-    """Follows the value of a closure through displays, names and calls. A call is taken to have done with a function
-    that it is given, unless it is a method that keeps its argument, or a function of the program that does."""
+    """Follows closures through displays, variables and calls.
+
+    A call is assumed not to retain a function argument, unless it is a method that stores its argument, or a function
+    of the program that does.
+    """
 
     def __init__(self, names: PythonNames) -> None:
         self._names = names
@@ -39,26 +45,28 @@ class Escapes:
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
                 self._reads.setdefault(variable, []).append(node)
 
-    def turn(self, closure: ast.AST, loop: ast.AST) -> bool:
-        """Whether a closure that is made in a turn of ``loop`` may be called after that turn."""
-        return any(self._is_kept(place, loop, _DEEPEST) for place in self._places(closure))
+    def outlives_iteration(self, closure: ast.AST, loop: ast.AST) -> bool:
+        """Return whether a closure created in an iteration of ``loop`` may be called after that iteration."""
+        return any(self._outlives(occurrence, loop, _MAX_DEPTH) for occurrence in self._occurrences(closure))
 
     def comprehensions(self, closure: ast.AST) -> Iterator[Comprehension]:
-        """The comprehensions whose results hold a closure, and which are worked out before it can be called."""
-        for place in self._places(closure):
-            node, parent = place, self._parents.get(place)
+        """Iterate over the comprehensions whose result contains a closure, and which finish before the closure can be
+        called."""
+        for occurrence in self._occurrences(closure):
+            node, parent = occurrence, self._parents.get(occurrence)
             while parent is not None and not isinstance(parent, (ast.stmt, ast.Lambda)):
                 if isinstance(parent, COMPREHENSIONS):
-                    if self._is_result(node, parent) and not self._runs_in_step(parent):
+                    if self._is_result(node, parent) and not self._is_lazy(parent):
                         yield parent
-                elif not isinstance(parent, (*_DISPLAYS, ast.comprehension)) and not self._collects(parent):
+                elif not isinstance(parent, (*_DISPLAYS, ast.comprehension)) and not self._is_eager(parent):
                     break
                 elif isinstance(parent, ast.comprehension):
-                    break  # what another comprehension runs through
+                    break  # the iterable of another comprehension
                 node, parent = parent, self._parents.get(parent)
 
-    def _places(self, closure: ast.AST) -> Iterator[ast.AST]:
-        """The expressions that are the closure: itself, or every read of its name."""
+    def _occurrences(self, closure: ast.AST) -> Iterator[ast.AST]:
+        """Iterate over the expressions that denote a closure: the lambda itself, or every read of the function's
+        name."""
         if not isinstance(closure, ast.FunctionDef):
             yield closure
             return
@@ -71,63 +79,67 @@ class Escapes:
             return node in (comprehension.key, comprehension.value)
         return node is getattr(comprehension, "elt", None)
 
-    def _collects(self, node: ast.AST) -> bool:
-        return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _COLLECTING
+    def _is_eager(self, node: ast.AST) -> bool:
+        return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _EAGER_CONSUMERS
 
-    def _runs_in_step(self, node: Comprehension) -> bool:
-        """A generator expression that is not collected is worked out item by item, as its items are used."""
+    def _is_lazy(self, node: Comprehension) -> bool:
+        """Return whether the items of a generator expression are computed one by one as they are used."""
         parent = self._parents.get(node)
-        return isinstance(node, ast.GeneratorExp) and not (parent is not None and self._collects(parent))
+        return isinstance(node, ast.GeneratorExp) and not (parent is not None and self._is_eager(parent))
 
-    def _is_kept(self, node: ast.AST, loop: ast.AST, depth: int) -> bool:
-        """Whether the value of an expression outlives a turn of ``loop``."""
+    def _outlives(self, node: ast.AST, loop: ast.AST, depth: int) -> bool:
+        """Return whether the value of an expression outlives an iteration of ``loop``."""
         parent = self._parents.get(node)
         if parent is None or not depth:
             return False
         if isinstance(parent, ast.Call):
-            return self._is_kept_by_call(parent, node, loop, depth)
+            return self._call_retains(parent, node, loop, depth)
         if isinstance(parent, ast.keyword):
             call = self._parents.get(parent)
-            return isinstance(call, ast.Call) and self._is_kept_by_call(call, node, loop, depth)
+            return isinstance(call, ast.Call) and self._call_retains(call, node, loop, depth)
         if isinstance(parent, (ast.Yield, ast.Return)):
-            is_last = isinstance(loop, (ast.For, ast.While))  # nothing changes after the turn that returns
+            is_last = isinstance(loop, (ast.For, ast.While))  # no iteration follows a return
             if isinstance(parent, ast.Yield):
-                return self._is_collected(parent)
+                return self._is_consumed_eagerly(parent)
             return not is_last and self._is_inside(parent, loop)
         if isinstance(parent, COMPREHENSIONS):
-            return self._is_result(node, parent) and self._is_kept(parent, loop, depth - 1)
+            return self._is_result(node, parent) and self._outlives(parent, loop, depth - 1)
         if isinstance(parent, ast.NamedExpr):
-            return self._is_kept_as(parent.target, loop, depth) or self._is_kept(parent, loop, depth - 1)
+            return self._assignment_retains(parent.target, loop, depth) or self._outlives(parent, loop, depth - 1)
         if isinstance(parent, (ast.Assign, ast.AnnAssign, ast.AugAssign)):
             targets = parent.targets if isinstance(parent, ast.Assign) else [parent.target]
-            return any(self._is_kept_as(target, loop, depth) for target in targets)
-        return isinstance(parent, _DISPLAYS) and self._is_kept(parent, loop, depth - 1)
+            return any(self._assignment_retains(target, loop, depth) for target in targets)
+        return isinstance(parent, _DISPLAYS) and self._outlives(parent, loop, depth - 1)
 
-    def _is_collected(self, node: ast.Yield) -> bool:
-        """Whether all items of a generator function are worked out before any is used, by ``list`` or its like."""
+    def _is_consumed_eagerly(self, node: ast.Yield) -> bool:
+        """Return whether all items of a generator function are computed before any is used, for example by ``list``."""
         function: ast.AST | None = node
         while function is not None and not isinstance(function, ast.FunctionDef):
             function = self._parents.get(function)
-        for read in self._places(function) if function is not None else ():
+        for read in self._occurrences(function) if function is not None else ():
             call = self._parents.get(read)
             user = self._parents.get(call) if isinstance(call, ast.Call) and call.func is read else None
-            if user is not None and (self._collects(user) or isinstance(user, ast.Starred)):
+            if user is not None and (self._is_eager(user) or isinstance(user, ast.Starred)):
                 return True
         return False
 
-    def _is_kept_by_call(self, call: ast.Call, node: ast.AST, loop: ast.AST, depth: int) -> bool:
+    def _call_retains(self, call: ast.Call, node: ast.AST, loop: ast.AST, depth: int) -> bool:
         if call.func is node:
             return False
-        if isinstance(call.func, ast.Attribute) and call.func.attr in _ADDING:
+        if isinstance(call.func, ast.Attribute) and call.func.attr in _STORING_METHODS:
             return True
-        if self._collects(call):
-            return self._is_kept(call, loop, depth - 1)
+        if self._is_eager(call):
+            return self._outlives(call, loop, depth - 1)
         variable = self._names.variables.get(call.func)
         functions = variable.functions if variable is not None else []
-        return any(self._keeps(parameter, depth) for f in functions for parameter in self._filled(f.node, call, node))
+        return any(
+            self._parameter_escapes(parameter, depth)
+            for f in functions
+            for parameter in self._bound_parameters(f.node, call, node)
+        )
 
-    def _filled(self, function: ast.AST, call: ast.Call, node: ast.AST) -> list[PythonVariable]:
-        """The parameters that an argument may fill."""
+    def _bound_parameters(self, function: ast.AST, call: ast.Call, node: ast.AST) -> list[PythonVariable]:
+        """Return the parameters that an argument may be bound to."""
         known = self._names.functions[function]
         if node in call.args and not any(isinstance(a, ast.Starred) for a in call.args):
             position = call.args.index(node)
@@ -135,25 +147,25 @@ class Escapes:
         named = {k.arg for k in call.keywords if k.value is node}
         return [p.variable for p in known.parameters if p.variable.name in named]
 
-    def _keeps(self, parameter: PythonVariable, depth: int) -> bool:
-        """Whether a function gives what fills its parameter to something that outlives the call."""
+    def _parameter_escapes(self, parameter: PythonVariable, depth: int) -> bool:
+        """Return whether a function stores its parameter where it outlives the call."""
         if parameter.function is None:
             return False
         body = parameter.function.node
-        return any(self._is_kept(read, body, depth - 2) for read in self._reads.get(parameter, ()) if depth > 2)
+        return any(self._outlives(read, body, depth - 2) for read in self._reads.get(parameter, ()) if depth > 2)
 
-    def _is_kept_as(self, target: ast.expr, loop: ast.AST, depth: int) -> bool:
+    def _assignment_retains(self, target: ast.expr, loop: ast.AST, depth: int) -> bool:
         if isinstance(target, (ast.Subscript, ast.Attribute)):
             return True
         if isinstance(target, (ast.Tuple, ast.List)):
-            return any(self._is_kept_as(element, loop, depth) for element in target.elts)
+            return any(self._assignment_retains(element, loop, depth) for element in target.elts)
         variable = self._names.variables.get(target)
         if variable is None:
             return False
         reads = self._reads.get(variable, [])
         if any(not self._is_inside(read, loop) or _position(read) < _position(target) for read in reads):
             return True
-        return any(self._is_kept(read, loop, depth - 1) for read in reads)
+        return any(self._outlives(read, loop, depth - 1) for read in reads)
 
     def _is_inside(self, node: ast.AST, outer: ast.AST) -> bool:
         parent: ast.AST | None = node
@@ -167,12 +179,19 @@ def _position(node: ast.AST) -> tuple[int, int]:
 
 
 Live = frozenset[PythonVariable]
-_NONE: Live = frozenset()
+_EMPTY: Live = frozenset()
 
 
 class Liveness:
-    """``after[statement]``: the variables whose value at its end may be read later. Marks ``Variable.is_cell``;
-    ``carried``: the loops whose turns the value of a variable must outlive."""
+    """Live variables of a program. The analysis also sets ``Variable.is_cell``.
+
+    Attributes
+    ----------
+    after
+        For each statement, the variables whose value at its end may be read later.
+    carried
+        For each variable, the loops whose iterations its value must outlive.
+    """
 
     def __init__(self, names: PythonNames) -> None:
         self._names = names
@@ -188,10 +207,10 @@ class Liveness:
         for function in names.ordered:
             self._function = function
             self._loops = []
-            self._block(function.body, _read_elsewhere(function) if function is names.module else _NONE)
+            self._block(function.body, _read_elsewhere(function) if function is names.module else _EMPTY)
         for function in names.ordered:
             self._find_captured(function)
-        self._find_late()
+        self._find_late_reads()
 
     def _carry(self, variable: PythonVariable, loop: ast.AST) -> None:
         self.carried.setdefault(variable, set()).add(loop)
@@ -199,9 +218,9 @@ class Liveness:
     # --- uses --------------------------------------------------------------------------------------------------
 
     def uses(self, node: ast.AST | None) -> Live:
-        """The variables of the current function that ``node`` reads, nested functions included."""
+        """Return the variables of the current function that ``node`` reads, including in nested functions."""
         if node is None:
-            return _NONE
+            return _EMPTY
         found = self._used.get(node)
         if found is None:
             variables = self._names.variables
@@ -228,14 +247,14 @@ class Liveness:
         )
 
     def _inner_uses(self, closure: ast.AST) -> Live:
-        """What the body of a closure reads; its defaults are evaluated when it is made."""
+        """Return the variables that the body of a closure reads; its defaults are evaluated when it is created."""
         return frozenset[PythonVariable]().union(*(self.uses(node) for node in _body_of(closure)))
 
-    # --- the backward pass -------------------------------------------------------------------------------------
+    # --- backward pass -----------------------------------------------------------------------------------------
 
     def _block(self, body: Sequence[ast.stmt], live: Live) -> Live:
         for statement in reversed(body):
-            self.after[statement] = self.after.get(statement, _NONE) | live
+            self.after[statement] = self.after.get(statement, _EMPTY) | live
             live = self._statement(statement, live)
         return live
 
@@ -266,7 +285,7 @@ class Liveness:
             return self._block(node.body, live) | frozenset().union(*(self.uses(i.context_expr) for i in node.items))
         if isinstance(node, ast.FunctionDef):
             function = self._names.functions.get(node)
-            own = frozenset((function.variable,)) if function and function.variable else _NONE
+            own = frozenset((function.variable,)) if function and function.variable else _EMPTY
             return (live - own) | self.uses(node)
         return live | self.uses(node)
 
@@ -278,12 +297,12 @@ class Liveness:
 
     def _loop(self, node: ast.For | ast.While, live: Live) -> Live:
         after = self._block(node.orelse, live)
-        targets = self._assigned(node.target) if isinstance(node, ast.For) else _NONE
-        test = self.uses(node.test) if isinstance(node, ast.While) else _NONE
+        targets = self._assigned(node.target) if isinstance(node, ast.For) else _EMPTY
+        test = self.uses(node.test) if isinstance(node, ast.While) else _EMPTY
         exposed = self._exposed.get(node)
-        if exposed is None:  # what a turn reads of those before it
-            self._loops.append((_NONE, _NONE))
-            exposed = self._exposed[node] = self._block(node.body, _NONE) - targets
+        if exposed is None:  # variables that an iteration reads from earlier ones
+            self._loops.append((_EMPTY, _EMPTY))
+            exposed = self._exposed[node] = self._block(node.body, _EMPTY) - targets
             self._loops.pop()
         head = after | exposed | test
         self._loops.append((head, live))
@@ -300,7 +319,7 @@ class Liveness:
     # --- closures ----------------------------------------------------------------------------------------------
 
     def _find_captured(self, function: Function) -> None:
-        """Mark variables that a closure sees change after it was made."""
+        """Mark as cells the variables that are assigned after a closure that reads them is created."""
         if isinstance(function.node, ast.Lambda):
             return
         is_module = isinstance(function.node, ast.Module)
@@ -322,15 +341,18 @@ class Liveness:
                     ):
                         variable.is_cell = True
                         for loop in _loops_around(closure, loops):
-                            if self._escapes.turn(closure, loop):
+                            if self._escapes.outlives_iteration(closure, loop):
                                 self._carry(variable, loop)
         for closure in closures:
             for loop in _loops_around(closure, loops):
-                if self._escapes.turn(closure, loop):
-                    self._share(function, closure, loop, loops)
+                if self._escapes.outlives_iteration(closure, loop):
+                    self._share_across_iterations(function, closure, loop, loops)
 
-    def _share(self, function: Function, closure: ast.AST, loop: ast.AST, loops: dict[ast.AST, ast.AST]) -> None:
-        """One variable for all turns of ``loop``, where a closure that outlives its turn reads it."""
+    def _share_across_iterations(
+        self, function: Function, closure: ast.AST, loop: ast.AST, loops: dict[ast.AST, ast.AST]
+    ) -> None:
+        """Use one variable for all iterations of ``loop`` if a closure that outlives its iteration reads it, as Python
+        does."""
         for variable in self._inner_uses(closure):
             if variable.function is function and any(
                 around is loop for store in variable.stores for around in _loops_around(store, loops)
@@ -338,8 +360,8 @@ class Liveness:
                 variable.is_cell = True
                 self._carry(variable, loop)
 
-    def _find_late(self) -> None:
-        """Mark the variables of comprehensions that closures read which are called after it."""
+    def _find_late_reads(self) -> None:
+        """Mark as cells the variables of comprehensions that are read by closures called after the comprehension."""
         nodes = {variable: node for node, variable in self._names.variables.items() if variable.is_comprehension}
         if not nodes:
             return
@@ -356,7 +378,7 @@ class Liveness:
 
 
 def _loops_around(node: ast.AST, loops: dict[ast.AST, ast.AST]) -> list[ast.AST]:
-    """The loops around a node of a function's body, innermost first."""
+    """Return the loops around a node of a function's body, innermost first."""
     found: list[ast.AST] = []
     loop = loops.get(node)
     while loop is not None:
@@ -381,7 +403,7 @@ def _is_reassigned(variable: PythonVariable) -> bool:
 
 
 def _enclosing_loops(body: Sequence[ast.stmt]) -> dict[ast.AST, ast.AST]:
-    """The innermost loop around every node of a body that is inside one."""
+    """Map the nodes of a body that are inside a loop to the innermost loop."""
     found: dict[ast.AST, ast.AST] = {}
 
     def visit(node: ast.AST, loop: ast.AST | None) -> None:
@@ -400,14 +422,14 @@ def _enclosing_loops(body: Sequence[ast.stmt]) -> dict[ast.AST, ast.AST]:
 
 
 def _read_elsewhere(function: Function) -> Live:
-    """The variables of ``function`` that other functions read."""
+    """Return the variables of ``function`` that other functions read."""
     return frozenset(variable for variable in function.locals.values() if variable.is_captured)
 
 
 def _changes_later(
     variable: PythonVariable, closure: ast.AST, loops: dict[ast.AST, ast.AST], body: Sequence[ast.stmt]
 ) -> bool:
-    """Whether ``variable`` is assigned after ``closure`` was made, other than by its one plain definition."""
+    """Return whether ``variable`` is assigned after ``closure`` is created, other than by its only definition."""
     later = [s for s in variable.stores if _position(s) > _position(closure) and not isinstance(s, ast.arg)]
     if not later:
         return False
@@ -416,11 +438,19 @@ def _changes_later(
     return True
 
 
-# Where the variables that are assigned in place get their definition.
+# Positions of the definitions of cells.
 
 
-class CellPlaces:
-    """``definitions``: assignments that define a cell; ``before``: cells to define, as none, before a statement."""
+class CellDefinitions:
+    """Positions of the definitions of cells.
+
+    Attributes
+    ----------
+    definitions
+        Assignments that define a cell.
+    before
+        Cells to define, as none, before a statement.
+    """
 
     def __init__(self, names: PythonNames, liveness: Liveness) -> None:
         self._names = names
@@ -443,15 +473,18 @@ class CellPlaces:
         first = mentioning[0]
         if len(mentioning) == 1 and self._descend(first, variable):
             return
-        if _plainly_assigns(first, variable, self._names) and variable not in self._liveness.uses(_value(first)):
+        if _is_plain_assignment(first, variable, self._names) and variable not in self._liveness.uses(_value(first)):
             self.definitions.setdefault(first, set()).add(variable)
         else:
             self.before.setdefault(first, []).append(variable)
 
     def _descend(self, statement: ast.stmt, variable: PythonVariable) -> bool:
-        """Place the definition inside a compound statement when one block of it holds all mentions."""
+        """Define the variable inside a compound statement if all its occurrences are in one block.
+
+        Returns whether that is the case.
+        """
         if variable.function is self._names.module:
-            return False  # functions must see it
+            return False  # the definition must be visible to all functions
         is_loop = isinstance(statement, (ast.For, ast.While))
         if not isinstance(statement, (ast.If, ast.For, ast.While)) or (
             is_loop and statement in self._liveness.carried.get(variable, ())
@@ -461,17 +494,17 @@ class CellPlaces:
         head = [statement.target, statement.iter] if isinstance(statement, ast.For) else [statement.test]
         if any(self._mentions(node, variable) for node in head):
             return False
-        holding = [b for b in blocks if any(self._mentions(s, variable) for s in b)]
-        if len(holding) != 1:
+        mentioning_blocks = [b for b in blocks if any(self._mentions(s, variable) for s in b)]
+        if len(mentioning_blocks) != 1:
             return False
-        self._place(holding[0], variable)
+        self._place(mentioning_blocks[0], variable)
         return True
 
     def _mentions(self, node: ast.AST, variable: PythonVariable) -> bool:
         return any(self._names.variables.get(n) is variable for n in ast.walk(node))
 
 
-def _plainly_assigns(statement: ast.stmt, variable: PythonVariable, names: PythonNames) -> bool:
+def _is_plain_assignment(statement: ast.stmt, variable: PythonVariable, names: PythonNames) -> bool:
     if isinstance(statement, ast.Assign) and len(statement.targets) == 1:
         target = statement.targets[0]
     elif isinstance(statement, ast.AnnAssign) and statement.value is not None:

@@ -1,4 +1,4 @@
-"""Names of the Python program: which variable every name is, and which functions there are."""
+"""Name resolution of the Python program: its variables, functions and classes."""
 
 from __future__ import annotations
 
@@ -14,8 +14,27 @@ COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.GeneratorExp, ast.DictComp)
 
 @dataclass(eq=False, slots=True)
 class PythonVariable:
-    """A variable of one function. ``stores`` are the nodes that assign it; ``is_cell``: it must be assigned in place,
-    because a closure or a later turn of a loop sees the assignment. ``record``: it names a part of that class."""
+    """Variable of a function or the module.
+
+    Attributes
+    ----------
+    stores
+        Nodes that assign it.
+    reads, readers
+        Number of reads, and the functions that read it.
+    is_keyword
+        Whether it is a parameter that is passed by keyword.
+    is_cell
+        Whether it must be assigned in place, because a closure or a later iteration of a loop observes the assignment.
+    is_assigned_elsewhere
+        Whether another function assigns it.
+    functions
+        Functions that a ``def`` binds to it.
+    record
+        Class variable, record variable and field, if it names a field of a record.
+    text
+        Name or comment for the output.
+    """
 
     name: str
     function: Function | None
@@ -34,13 +53,16 @@ class PythonVariable:
 
     @property
     def is_captured(self) -> bool:
-        """Whether a nested function reads it."""
+        """Whether a nested function reads the variable."""
         return any(reader is not self.function for reader in self.readers)
 
 
 @dataclass(eq=False, slots=True)
 class PythonParameter:
-    """``kind``: ``plain``, ``rest`` (``*args``), ``keys`` (``**kw``) or ``keyword`` (after a star)."""
+    """Parameter of a function.
+
+    ``kind`` is ``plain``, ``rest`` (``*args``), ``keys`` (``**kw``) or ``keyword`` (after ``*``).
+    """
 
     variable: PythonVariable
     default: ast.expr | None
@@ -50,7 +72,19 @@ class PythonParameter:
 
 @dataclass(eq=False, slots=True)
 class Function:
-    """A function, lambda, method or the module. ``word`` is set for a registered one."""
+    """Function, lambda, method or the module.
+
+    Attributes
+    ----------
+    word
+        Word that a registered function is bound to.
+    text
+        Text with which it was registered.
+    is_called_directly
+        Whether it is called as a Python function, not only with ``library_call``.
+    is_used_as_value
+        Whether it is used other than as a callee.
+    """
 
     node: FunctionNode
     name: str
@@ -65,7 +99,7 @@ class Function:
     owner: Class | None = None
     is_static: bool = False
     is_called_directly: bool = False
-    is_passed_on: bool = False
+    is_used_as_value: bool = False
     named_arguments: set[str] = field(default_factory=set)
 
     @property
@@ -82,7 +116,7 @@ class Function:
 
 @dataclass(eq=False, slots=True)
 class Class:
-    """A class used as a record."""
+    """Class that is translated to a record."""
 
     node: ast.ClassDef
     name: str
@@ -96,7 +130,21 @@ class Class:
 
 @dataclass(eq=False)
 class PythonNames:
-    """The result: the variable of every name node, the function of every definition, and all functions in order."""
+    """Result of name resolution.
+
+    Attributes
+    ----------
+    variables
+        Variable of each name node.
+    functions, classes
+        Function or class of each definition.
+    ordered
+        All functions in source order.
+    imports
+        Dotted path of each imported name.
+    walrus
+        Targets of assignment expressions.
+    """
 
     module: Function
     variables: dict[ast.AST, PythonVariable] = field(default_factory=dict)
@@ -109,7 +157,7 @@ class PythonNames:
 
 
 class _Scope:
-    """A scope while names are resolved; comprehensions have scopes of their own inside a function's."""
+    """Scope during name resolution; comprehensions and classes have their own scopes inside a function's."""
 
     __slots__ = ("function", "is_class", "names", "parent")
 
@@ -131,7 +179,7 @@ class _Scope:
 
 
 def resolve(tree: ast.Module) -> PythonNames:
-    """Find every variable and function of a program."""
+    """Resolve all names of a program."""
     return _Resolver(tree).names
 
 
@@ -306,7 +354,7 @@ class _Resolver(ast.NodeVisitor):
                 self.visit(statement.value)
                 record.constants[statement.targets[0].id] = statement.value
         self.scope = enclosing
-        _fields_of_constructor(record)
+        _collect_fields(record)
 
     # --- comprehensions ----------------------------------------------------------------------------------------
 
@@ -340,7 +388,7 @@ class _Resolver(ast.NodeVisitor):
 
 
 def _read_decorator(function: Function, node: ast.FunctionDef, decorator: ast.expr) -> None:
-    """``@register()``, ``@register("text")``, ``@register_animation()``: what they say about the function."""
+    """Apply the decorators ``@register()``, ``@register("text")`` and ``@register_animation()`` to the function."""
     called = decorator.func if isinstance(decorator, ast.Call) else decorator
     name = called.id if isinstance(called, ast.Name) else called.attr if isinstance(called, ast.Attribute) else ""
     if name == "register_animation":
@@ -353,8 +401,8 @@ def _read_decorator(function: Function, node: ast.FunctionDef, decorator: ast.ex
             function.text = arguments[0].value
 
 
-def _fields_of_constructor(record: Class) -> None:
-    """The fields that ``__init__`` and the methods assign on ``self``."""
+def _collect_fields(record: Class) -> None:
+    """Add the fields that ``__init__`` and other methods assign on ``self``."""
     known = {name for name, _ in record.fields}
     for method in record.methods.values():
         if method.is_static or not method.parameters:
@@ -373,8 +421,10 @@ def _fields_of_constructor(record: Class) -> None:
 
 
 def _own_nodes(body: list[ast.stmt]) -> list[ast.AST]:
-    """Every node of a body, without the insides of nested functions and classes (their names are there). Defaults and
-    decorators of a nested function belong to the body."""
+    """Return all nodes of a body except the contents of nested functions and classes.
+
+    The nested definitions themselves, and defaults and decorators of nested functions, are included.
+    """
     found: list[ast.AST] = []
     stack: list[ast.AST] = list(reversed(body))
     while stack:
@@ -434,7 +484,7 @@ def _has_yield(body: list[ast.stmt]) -> bool:
     return any(isinstance(node, (ast.Yield, ast.YieldFrom)) for node in _own_nodes(body))
 
 
-# Which library function or module a Python name means, also where its import is missing.
+# Modules and library functions that names refer to; imports that models commonly omit are assumed.
 
 
 MODULES = {
@@ -444,40 +494,52 @@ MODULES = {
     "numpy.random": "numpy.random", "numpy.linalg": "numpy.linalg", "dataclasses": "dataclasses", "typing": "typing",
 }  # fmt: skip
 
-# Names that only annotations use.
+# Names that are only used in annotations.
 ANNOTATIONS = frozenset({
     "P", "T", "Shape", "Generator", "Iterator", "Iterable", "Callable", "List", "Tuple", "Dict", "Set", "Optional",
     "Any",
     "Union", "Sequence", "Literal", "NamedTuple", "TypeVar", "Point", "Color", "ndarray",
 })  # fmt: skip
 
+# What each forbidden module or builtin uses, for messages.
 FORBIDDEN = {
-    "os": "the operating system", "sys": "the interpreter", "subprocess": "other programs", "shutil": "files",
+    "os": "the operating system", "sys": "interpreter internals", "subprocess": "other programs", "shutil": "files",
     "pathlib": "files", "socket": "the network", "requests": "the network", "urllib": "the network",
     "http": "the network",
-    "pickle": "files", "importlib": "Python modules", "builtins": "the interpreter", "ctypes": "the interpreter",
-    "threading": "threads", "multiprocessing": "other programs", "asyncio": "the network", "inspect": "the interpreter",
-    "io": "files", "tempfile": "files", "glob": "files", "signal": "the operating system", "gc": "the interpreter",
-    "open": "files", "eval": "Python code", "exec": "Python code", "compile": "Python code",
-    "__import__": "Python modules",
-    "globals": "the interpreter", "locals": "the interpreter", "vars": "the interpreter", "input": "the keyboard",
-    "getattr": "attributes by name", "setattr": "attributes by name", "delattr": "attributes by name",
-    "breakpoint": "the debugger", "memoryview": "memory", "exit": "the interpreter", "quit": "the interpreter",
-    "dir": "the interpreter", "help": "the interpreter", "id": "the interpreter", "super": "inheritance",
-    "classmethod": "class methods", "object": "classes", "type": "classes", "hash": "the interpreter",
+    "pickle": "files", "importlib": "dynamic imports", "builtins": "interpreter internals",
+    "ctypes": "interpreter internals", "threading": "threads", "multiprocessing": "other programs",
+    "asyncio": "the network", "inspect": "interpreter internals",
+    "io": "files", "tempfile": "files", "glob": "files", "signal": "the operating system",
+    "gc": "interpreter internals",
+    "open": "files", "eval": "dynamic code evaluation", "exec": "dynamic code evaluation",
+    "compile": "dynamic code evaluation",
+    "__import__": "dynamic imports",
+    "globals": "interpreter internals", "locals": "interpreter internals", "vars": "interpreter internals",
+    "input": "user input",
+    "getattr": "attribute access by name", "setattr": "attribute access by name",
+    "delattr": "attribute access by name",
+    "breakpoint": "the debugger", "memoryview": "raw memory", "exit": "interpreter internals",
+    "quit": "interpreter internals",
+    "dir": "interpreter internals", "help": "interpreter internals", "id": "interpreter internals",
+    "super": "inheritance",
+    "classmethod": "class methods", "object": "class objects", "type": "class objects",
+    "hash": "interpreter internals",
 }  # fmt: skip
 
 BUILTINS = frozenset(name for name in dir(builtins) if not name.startswith("_"))
 
 
 class LibraryPaths:
-    """Dotted paths of the names in one program."""
+    """Dotted paths of library names in a program."""
 
     def __init__(self, names: PythonNames) -> None:
         self._names = names
 
     def of(self, node: ast.expr) -> str | None:
-        """``numpy.sin``, ``len``, ``library_call``: what ``node`` means, None for values of the program."""
+        """Return the dotted path of ``node``, such as ``numpy.sin``, ``len`` or ``library_call``.
+
+        Returns None for the program's values.
+        """
         if isinstance(node, ast.Name):
             variable = self._names.variables.get(node)
             if variable is None:
@@ -502,7 +564,7 @@ _MODULE_PATHS = frozenset(MODULES.values()) | {"typing", "collections.abc", "ite
 
 
 def is_annotation(paths: LibraryPaths, node: ast.expr) -> bool:
-    """Whether a value is only a type, as in ``Color = Tuple[float, float, float]``."""
+    """Return whether a value is only a type, as in ``Color = Tuple[float, float, float]``."""
     if isinstance(node, ast.Subscript):
         return is_annotation(paths, node.value) and not isinstance(node.value, ast.Subscript)
     if isinstance(node, ast.Call):
@@ -511,12 +573,15 @@ def is_annotation(paths: LibraryPaths, node: ast.expr) -> bool:
     return path in ANNOTATIONS or path == "numpy.ndarray"
 
 
-# Registered functions by all the texts that call them, and which of them is the root of the scene.
+# Registered functions by the texts that may call them, and the root of the scene.
 
 
 def registered_words(names: PythonNames) -> dict[str, Function]:
-    """What ``library_call`` may say -> the function: by name first (the last definition wins), then by the text it was
-    registered with, then by that text up to its first ``;``."""
+    """Map the arguments of ``library_call`` to functions.
+
+    Names have precedence (the last definition wins), then the texts of ``register``, then these texts up to the first
+    ``;``.
+    """
     registered = [f for f in names.ordered if f.is_registered and f.word is not None]
     words: dict[str, Function] = {}
     for function in registered:
@@ -531,13 +596,16 @@ def registered_words(names: PythonNames) -> dict[str, Function]:
 
 
 def find_root(names: PythonNames, paths: LibraryPaths, words: dict[str, Function]) -> Function | None:
-    """The paper's own tool takes the common ancestor of the call graph; if there is none, the last function with no
-    callers and at least one callee; else the last registered. An animation comes before all."""
-    firsts: dict[str, Function] = {}
+    """Return the root function as the paper's tool does.
+
+    That is the common ancestor of the call graph; otherwise the last function that is not called but calls others;
+    otherwise the last registered function. An animation takes precedence.
+    """
+    first_definitions: dict[str, Function] = {}
     for function in names.ordered:
         if function.is_registered and function.word is not None:
-            firsts.setdefault(function.word, words[function.word])
-    functions = list(firsts.values())
+            first_definitions.setdefault(function.word, words[function.word])
+    functions = list(first_definitions.values())
     animations = [f for f in functions if f.is_animation]
     if animations:
         return animations[-1]
@@ -548,12 +616,12 @@ def find_root(names: PythonNames, paths: LibraryPaths, words: dict[str, Function
         if len(functions) > 1 and _reachable(function, callees) >= set(functions) - {function}:
             return function
     called = {callee for found in callees.values() for callee in found}
-    tops = [f for f in functions if f not in called and callees[f]]
-    return tops[-1] if tops else functions[-1]
+    uncalled = [f for f in functions if f not in called and callees[f]]
+    return uncalled[-1] if uncalled else functions[-1]
 
 
 def _callees(function: Function, names: PythonNames, paths: LibraryPaths, words: dict[str, Function]) -> set[Function]:
-    """The registered functions that ``function`` calls, itself or through plain functions of the program."""
+    """Return the registered functions that ``function`` calls, directly or through other functions of the program."""
     found: set[Function] = set()
     seen: set[Function] = set()
     stack = [function]
@@ -591,7 +659,7 @@ def _reachable(function: Function, callees: dict[Function, set[Function]]) -> se
     return found
 
 
-# Questions about Python's syntax that several parts of the transpiler ask.
+# Predicates on Python syntax that several modules of the transpiler use.
 
 
 def is_none(node: ast.expr) -> bool:
@@ -599,7 +667,7 @@ def is_none(node: ast.expr) -> bool:
 
 
 def inner_blocks(statement: ast.stmt) -> list[list[ast.stmt]]:
-    """The blocks of a compound statement that are of the same function."""
+    """Return the blocks of a compound statement that belong to the same function."""
     if isinstance(statement, (ast.FunctionDef, ast.ClassDef)):
         return []
     blocks = [getattr(statement, name, None) for name in ("body", "orelse", "finalbody")]

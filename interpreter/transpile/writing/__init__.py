@@ -1,5 +1,6 @@
-"""From the analysed Python to the text of a program, as functions over one ``Writer``.
+"""Code generation from the analysed Python, as functions that share one ``Writer``.
 
-``writer`` is the context, ``code`` and ``blocks`` what is written; ``statements``, ``expressions``, ``calls`` and the
-other files write what their names say. It takes what ``analysis`` found and looks nothing up in the Python itself.
+``writer`` is the context, ``code`` and ``blocks`` the representation of the output; ``statements``, ``expressions``,
+``calls`` and the other modules generate code for the constructs in their names. The results of ``analysis`` are inputs;
+nothing is inferred here.
 """

@@ -1,4 +1,4 @@
-"""Assignments: definitions, patterns, items, fields, and what is assigned in place."""
+"""Assignments: definitions, patterns, items, fields and cells."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from scenelang.interpreter.transpile.writing.writer import Writer
 
 
 def write_assign(w: Writer, node: ast.Assign, block: Block, note: Code) -> None:
-    """``a = value``, ``a = b = value``."""
+    """Generate ``a = value`` or ``a = b = value``."""
     if is_annotation(w.paths, node.value):
         return
     if len(node.targets) == 1:
@@ -51,13 +51,13 @@ def write_assign(w: Writer, node: ast.Assign, block: Block, note: Code) -> None:
 
 
 def write_annotated_assign(w: Writer, node: ast.AnnAssign, block: Block, note: Code) -> None:
-    """``a: T = value``."""
+    """Generate ``a: T = value``."""
     if node.value is not None:
         _assign(w, node, node.target, node.value, block, note)
 
 
 def _assign(w: Writer, node: ast.stmt, target: ast.expr, value: ast.expr, block: Block, note: Code) -> None:
-    """``target = value``."""
+    """Generate ``target = value``."""
     if isinstance(target, (ast.Tuple, ast.List)):
         if isinstance(value, (ast.Tuple, ast.List)) and _parallel(w, node, target.elts, value.elts, block, note):
             return
@@ -73,7 +73,7 @@ def _assign(w: Writer, node: ast.stmt, target: ast.expr, value: ast.expr, block:
 
 
 def store(w: Writer, node: ast.stmt, target: ast.expr, code: Code, effect: Effect, block: Block, note: Code) -> None:
-    """Assign a value that is written already."""
+    """Assign a value that is already generated."""
     if isinstance(target, ast.Name):
         variable = w.names.variables[target]
         if not variable.is_cell:
@@ -81,7 +81,7 @@ def store(w: Writer, node: ast.stmt, target: ast.expr, code: Code, effect: Effec
                 block.add_effect(code, effect, note)
             else:
                 block.define(variable, code, effect, note)
-        elif variable in w.places.definitions.get(node, ()):
+        elif variable in w.cell_definitions.definitions.get(node, ()):
             writes = effect | Effect(writes=frozenset((variable,)))
             block.add(BlockItem("define", code, writes, (variable,), VariableRef(variable, w.span(target)), note))
         else:
@@ -94,11 +94,11 @@ def store(w: Writer, node: ast.stmt, target: ast.expr, code: Code, effect: Effec
     elif isinstance(target, (ast.Tuple, ast.List)):
         unpack_code(w, node, target, code, effect, block, note)
     else:
-        raise w.unsupported("this target", target)
+        raise w.unsupported("this assignment target", target)
 
 
 def set_item(w: Writer, target: ast.Subscript, value: Code) -> Code:
-    """``container[key] = value``."""
+    """Return the code of ``container[key] = value``."""
     if is_mask(w.type(target.slice)):
         array = w.expr(target.value)
         masked = form("where", w.expr(target.slice), value, w.expr(target.value))
@@ -126,17 +126,18 @@ def set_item(w: Writer, target: ast.Subscript, value: Code) -> Code:
 
 
 def _ends_path(w: Writer, node: ast.Subscript) -> bool:
-    """Whether a path of keys ends at ``node``: a table, or an array in a list, is changed by itself."""
+    """Return whether a path of keys ends at ``node``, because a table, or an array in a list, is modified
+    separately."""
     kinds = w.type(node).kinds
     return bool(kinds & DICT) or (bool(kinds & (ARRAY | POSE)) and not w.type(node.value).only(ARRAY | POSE))
 
 
 def _splice(w: Writer, target: ast.Subscript, value: Code) -> Code:
-    """``xs[a:b] = items``."""
+    """Return the code of ``xs[a:b] = items``."""
     bounds = target.slice
     assert isinstance(bounds, ast.Slice)
     if bounds.step is not None:
-        raise w.unsupported("assigning a slice with a step", target)
+        raise w.unsupported("assignment to a slice with a step", target)
     lower, upper = (w.expr(b) if b is not None else none() for b in (bounds.lower, bounds.upper))
     return form("splice!", w.expr(target.value), lower, upper, value, span=w.span(target))
 
@@ -150,7 +151,10 @@ def _temporary(w: Writer, code: Code, effect: Effect, block: Block, note: Code) 
 def _parallel(
     w: Writer, node: ast.stmt, targets: list[ast.expr], values: list[ast.expr], block: Block, note: Code
 ) -> bool:
-    """``a, b = x, y`` as separate definitions; runs of constants as one ``define-values``."""
+    """Generate ``a, b = x, y`` as separate definitions, with runs of constants as one ``define-values``.
+
+    Returns whether the assignment has this form.
+    """
     if len(targets) != len(values) or any(isinstance(e, ast.Starred) for e in (*targets, *values)):
         return False
     if any(not isinstance(t, ast.Name) for t in targets):
@@ -180,7 +184,7 @@ def _parallel(
 
 
 def _interferes(w: Writer, variables: list[PythonVariable], values: list[ast.expr]) -> bool:
-    """Whether a later value reads an earlier target."""
+    """Return whether a later value reads an earlier target."""
     seen: set[PythonVariable] = set()
     for variable, value in zip(variables, values):
         if seen & w.liveness.uses(value):
@@ -209,7 +213,7 @@ def _through_temporaries(
 
 
 def _unpack(w: Writer, node: ast.stmt, target: ast.Tuple | ast.List, value: ast.expr, block: Block, note: Code) -> None:
-    """``a, (b, c) = value``."""
+    """Generate ``a, (b, c) = value``."""
     code = write_iterable(w, value) if w.type(value).kinds & SHAPE else w.expr(value)
     unpack_code(w, node, target, code, w.effect(value), block, note)
 
@@ -217,17 +221,17 @@ def _unpack(w: Writer, node: ast.stmt, target: ast.Tuple | ast.List, value: ast.
 def unpack_code(
     w: Writer, node: ast.stmt, target: ast.Tuple | ast.List, code: Code, effect: Effect, block: Block, note: Code
 ) -> None:
-    """Unpack a value that is written already."""
+    """Unpack a value that is already generated."""
     elements = target.elts
     if sum(1 for e in elements if isinstance(e, ast.Starred)) > 1:
-        raise w.error("python-syntax", "two stars in one target", target)
+        raise w.error("python-syntax", "multiple starred expressions in assignment", target)
     star = next((i for i, e in enumerate(elements) if isinstance(e, ast.Starred)), None)
     if star is not None and star < len(elements) - 1:
         _unpack_star(w, node, elements, star, code, effect, block, note)
         return
     names = [n for n in ast.walk(target) if isinstance(n, ast.Name)]
     is_plain = all(isinstance(e, (ast.Name, ast.Tuple, ast.List, ast.Starred)) for e in elements)
-    defined = w.places.definitions.get(node, set())
+    defined = w.cell_definitions.definitions.get(node, set())
     if is_plain and all(not w.names.variables[n].is_cell or w.names.variables[n] in defined for n in names):
         _define_pattern(w, elements, code, effect, block, note)
         return
@@ -237,10 +241,10 @@ def unpack_code(
 def _unpack_to_cells(
     w: Writer, node: ast.stmt, target: ast.Tuple | ast.List, code: Code, effect: Effect, block: Block, note: Code
 ) -> None:
-    """Targets that are assigned in place get their values from temporaries."""
+    """Unpack to targets that include cells, through temporary variables."""
     variables: list[PythonVariable] = []
     patterns: list[Code] = []
-    defined = w.places.definitions.get(node, set())
+    defined = w.cell_definitions.definitions.get(node, set())
     rest: Code | None = None
     for element in target.elts:
         if isinstance(element, ast.Starred):
@@ -282,7 +286,7 @@ def _unpack_to_cells(
 def _unpack_star(
     w: Writer, node: ast.stmt, elements: list[ast.expr], star: int, code: Code, effect: Effect, block: Block, note: Code
 ) -> None:
-    """``*a, b = xs``: a slice for the star, a pattern for what stands behind it."""
+    """Generate ``*a, b = xs``: a slice for the starred target, and a pattern for the targets after it."""
     starred = elements[star]
     assert isinstance(starred, ast.Starred)
     after = len(elements) - star - 1
@@ -310,12 +314,12 @@ def _define_pattern(
     last = targets[-1] if targets else None
     rest = last.value if isinstance(last, ast.Starred) else None
     if isinstance(last, ast.Starred) and _is_mutated_star(w, last) and isinstance(rest, ast.Name):
-        given = PythonVariable(rest.id, None, is_temporary=True)
-        pattern = FormCode([write_pattern(w, t) for t in targets[:-1]], None, VariableRef(given))
+        temporary = PythonVariable(rest.id, None, is_temporary=True)
+        pattern = FormCode([write_pattern(w, t) for t in targets[:-1]], None, VariableRef(temporary))
         names = [n for t in targets[:-1] for n in ast.walk(t) if isinstance(n, ast.Name)]
-        bound = (*(w.names.variables[n] for n in names), given)
+        bound = (*(w.names.variables[n] for n in names), temporary)
         block.add(BlockItem("define", code, effect, bound, pattern, note))
-        block.define(w.names.variables[rest], form("mutable", VariableRef(given)), PURE, Code(None), nests=False)
+        block.define(w.names.variables[rest], form("mutable", VariableRef(temporary)), PURE, Code(None), nests=False)
         return
     plain = targets[:-1] if rest is not None else targets
     pattern = FormCode([write_pattern(w, t) for t in plain], None, write_pattern(w, rest) if rest is not None else None)
@@ -331,12 +335,12 @@ def _is_mutated_star(w: Writer, node: ast.Starred) -> bool:
 
 
 def _starred_list(w: Writer, node: ast.Starred, code: Code) -> Code:
-    """What a star takes is a new list, which may change."""
+    """Return the new list of a starred target, mutable if it is modified anywhere."""
     return form("mutable", code) if _is_mutated_star(w, node) else code
 
 
 def write_augmented_assign(w: Writer, node: ast.AugAssign, block: Block, note: Code) -> None:
-    """``a += value``."""
+    """Generate ``a += value``."""
     target, found = node.target, w.type(node.target)
     if isinstance(node.op, ast.Add) and found.kinds & LIST and not found.kinds & ~(LIST | SHAPE):
         _extend_in_place(w, node, block, note)
@@ -349,14 +353,14 @@ def write_augmented_assign(w: Writer, node: ast.AugAssign, block: Block, note: C
     w.facts.types[operation] = w.type(node)
     effect = w.effect(node.value, target)
     if isinstance(target, ast.Subscript):
-        effect = effect | Effect(changes=True, looks=True)
-        if w.effect(target.value, target.slice).acts:
-            raise w.unsupported("updating an item whose index does something", node)
+        effect = effect | Effect(changes=True, inspects=True)
+        if w.effect(target.value, target.slice).has_effect:
+            raise w.unsupported("an augmented assignment whose index has side effects", node)
     store(w, node, target, w.expr(operation), effect, block, note)
 
 
 def _loaded(w: Writer, target: ast.expr) -> ast.expr:
-    """The same place, read."""
+    """Return an expression that reads an assignment target."""
     load: ast.expr
     if isinstance(target, ast.Name):
         load = ast.Name(target.id, ast.Load())
@@ -366,7 +370,7 @@ def _loaded(w: Writer, target: ast.expr) -> ast.expr:
     elif isinstance(target, ast.Attribute):
         load = ast.Attribute(target.value, target.attr, ast.Load())
     else:
-        raise w.unsupported("this target", target)
+        raise w.unsupported("this assignment target", target)
     w.facts.types[load] = w.type(target)
     return ast.copy_location(load, target)
 
@@ -386,15 +390,15 @@ def _extend_in_place(w: Writer, node: ast.AugAssign, block: Block, note: Code) -
 
 
 def _update_array(w: Writer, node: ast.AugAssign, block: Block, note: Code) -> bool:
-    """``a += b`` changes the array itself, which others may see."""
+    """Generate ``a += b`` as an in-place modification of an array, which other references observe."""
     target = node.target
     if isinstance(target, ast.Subscript) and (
-        isinstance(target.slice, (ast.Slice, ast.Tuple)) or w.effect(target.value, target.slice).acts
+        isinstance(target.slice, (ast.Slice, ast.Tuple)) or w.effect(target.value, target.slice).has_effect
     ):
         return False
     load = _loaded(w, target)
     operation = ast.copy_location(ast.BinOp(load, node.op, node.value), node)
     w.facts.types[operation] = w.type(node)
     code = form("set-ref!", w.expr(load), Key("all"), w.expr(operation), span=w.span(node))
-    block.add_effect(code, w.effect(node.value) | Effect(changes=True, looks=True), note)
+    block.add_effect(code, w.effect(node.value) | Effect(changes=True, inspects=True), note)
     return True

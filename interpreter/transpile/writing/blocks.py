@@ -1,4 +1,4 @@
-"""The statements of one block on their way to a body: definitions, effects, and the pieces of lists being collected."""
+"""Blocks: the statements of a body as definitions, effects, and the pieces of collected lists."""
 
 from __future__ import annotations
 
@@ -15,21 +15,36 @@ from scenelang.interpreter.transpile.writing.code import (
     VariableRef,
     count_refs,
     form,
-    gives_parts,
     is_form,
     move_comments,
     none,
     quote,
     replace,
+    returns_parts,
     walk,
 )
 
 
 @dataclass(eq=False, slots=True)
 class BlockItem:
-    """One step of a block. ``kind``: ``define`` (``target`` is a variable or a pattern), ``function`` (``value`` is the
-    whole definition) or ``effect``. ``note`` carries its comments; ``nested`` counts the definitions put into it;
-    ``leaves``: what comes after it is never reached."""
+    """Item of a block.
+
+    Attributes
+    ----------
+    kind
+        ``define`` (``target`` is a variable or a pattern), ``function`` (``value`` is the whole definition) or
+        ``effect``.
+    value, effect
+        Code and its side effects.
+    variables, target
+        Variables that it defines, and their pattern.
+    note
+        Carrier of its comments.
+    nested
+        Number of definitions inlined into it.
+    exits
+        Whether the code after it is unreachable.
+    """
 
     kind: str
     value: Code
@@ -38,7 +53,7 @@ class BlockItem:
     target: Code | None = None
     note: Code = field(default_factory=lambda: Code(None))
     nested: int = 0
-    leaves: bool = False
+    exits: bool = False
 
     def mentions(self, variable: PythonVariable) -> bool:
         return any(type(node) is VariableRef and node.variable is variable for node in walk(self.value))
@@ -46,7 +61,7 @@ class BlockItem:
 
 @dataclass(eq=False, slots=True)
 class CollectedPiece:
-    """What one statement adds to a list: one item, or (``is_many``) a list of items."""
+    """Addition of one statement to a list: one item, or (``is_many``) a list of items."""
 
     code: Code
     is_many: bool
@@ -54,29 +69,32 @@ class CollectedPiece:
     mentions: set[PythonVariable] = field(default_factory=set)
 
     def __post_init__(self) -> None:
-        self.note_mentions()
+        self.update_mentions()
 
-    def note_mentions(self) -> None:
+    def update_mentions(self) -> None:
         self.mentions = {node.variable for node in walk(self.code) if type(node) is VariableRef}
 
 
 @dataclass(eq=False, slots=True)
 class Collecting:
-    """A list under collection. ``unites``: its shapes are only ever united, so the value may be parts."""
+    """List that is being collected.
+
+    ``as_union`` is set if its shapes are only combined, so that its value may be parts.
+    """
 
     collection: Collection
-    unites: bool
+    as_union: bool
     is_mutated: bool
     pieces: list[CollectedPiece] = field(default_factory=list)
     note: Code = field(default_factory=lambda: Code(None))
 
     def combined(self) -> Code:
-        """The whole list, or parts."""
-        return unite(self.pieces) if self.unites else join(self.pieces)
+        """Return the whole list, or parts."""
+        return combine_union(self.pieces) if self.as_union else combine_list(self.pieces)
 
 
-def unite(pieces: Sequence[CollectedPiece]) -> Code:
-    """Pieces as one ``union``; a single shape is one already, a list of shapes is not."""
+def combine_union(pieces: Sequence[CollectedPiece]) -> Code:
+    """Combine pieces into one ``union``; a single shape needs none."""
     if len(pieces) == 1 and _is_one(pieces[0]):
         return pieces[0].code
     items: list[Code] = []
@@ -92,12 +110,12 @@ def unite(pieces: Sequence[CollectedPiece]) -> Code:
 
 
 def _is_one(piece: CollectedPiece) -> bool:
-    """Whether a piece serves as it is; the branches of an ``if`` were united already."""
-    return not piece.is_many or gives_parts(piece.code) or is_form(piece.code, "if") or is_form(piece.code, "cond")
+    """Return whether a piece can be used without a ``union``; branches of an ``if`` are unions already."""
+    return not piece.is_many or returns_parts(piece.code) or is_form(piece.code, "if") or is_form(piece.code, "cond")
 
 
-def join(pieces: Sequence[CollectedPiece]) -> Code:
-    """Pieces as one list."""
+def combine_list(pieces: Sequence[CollectedPiece]) -> Code:
+    """Combine pieces into one list."""
     if not pieces:
         return quote(FormCode([]))
     if all(not piece.is_many for piece in pieces):
@@ -114,38 +132,39 @@ def join(pieces: Sequence[CollectedPiece]) -> Code:
 
 
 class Block:
-    """The items of a block in order, and what is being collected in it."""
+    """Items of a block in order, and the lists that are being collected in it."""
 
     def __init__(self) -> None:
         self.items: list[BlockItem] = []
         self.collecting: list[Collecting] = []
         self._nested = 0
 
-    # --- adding ------------------------------------------------------------------------------------------------
+    # --- additions ---------------------------------------------------------------------------------------------
 
     def add(self, item: BlockItem) -> None:
-        """Append an item; pieces that were to come later and may not are given a name first."""
+        """Append an item; pieces that cannot be reordered with it are named first."""
         for collecting in self.collecting:
-            self._settle(collecting, item)
+            self._preserve_order(collecting, item)
         self.items.append(item)
 
-    def add_effect(self, value: Code, effect: Effect, note: Code | None = None, leaves: bool = False) -> None:
-        self.add(BlockItem("effect", value, effect, note=note or Code(None), leaves=leaves))
+    def add_effect(self, value: Code, effect: Effect, note: Code | None = None, exits: bool = False) -> None:
+        self.add(BlockItem("effect", value, effect, note=note or Code(None), exits=exits))
 
     @property
-    def has_left(self) -> bool:
-        """Whether the end of the block is never reached."""
-        return bool(self.items) and self.items[-1].leaves
+    def has_exited(self) -> bool:
+        """Whether the end of the block is unreachable."""
+        return bool(self.items) and self.items[-1].exits
 
     def add_piece(self, collecting: Collecting, piece: CollectedPiece) -> None:
-        """A piece of a list: it waits for the others, unless it does things that those of other lists do too."""
+        """Add a piece of a list, whose evaluation is deferred unless its effects do not commute with those of other
+        lists."""
         for other in self.collecting:
             if other is not collecting and any(not piece.effect.commutes(p.effect) for p in other.pieces):
                 self.name_pieces(other)
         collecting.pieces.append(piece)
 
-    def _settle(self, collecting: Collecting, item: BlockItem) -> None:
-        """Keep the order of the pieces so far and of an item that comes after them."""
+    def _preserve_order(self, collecting: Collecting, item: BlockItem) -> None:
+        """Preserve the order of the pieces so far and of an item that follows them."""
         pieces = collecting.pieces
         for variable in item.variables:
             if not any(variable in piece.mentions for piece in pieces):
@@ -159,8 +178,10 @@ class Block:
             self.name_pieces(collecting)
 
     def _inline_into(self, pieces: list[CollectedPiece], variable: PythonVariable, new: BlockItem) -> bool:
-        """``x = a; xs.append(x); x = b``: put ``a`` in the place of ``x`` where nothing else needs it. ``new`` is the
-        item that follows the pieces."""
+        """Inline a redefined variable: ``x = a; xs.append(x); x = b`` appends ``a``.
+
+        ``new`` is the item that follows the pieces. Returns whether inlining was possible.
+        """
         users = [piece for piece in pieces if variable in piece.mentions]
         position = self._last_definition(variable)
         if position is None or len(users) != 1 or count_refs(users[0].code, variable) != 1:
@@ -168,7 +189,7 @@ class Block:
         item = self.items[position]
         if any(variable in piece.mentions for piece in self._pieces() if piece is not users[0]):
             return False
-        if _sets_what_is_read([new], item.value):
+        if _changes_meaning([new], item.value):
             return False
         if not self._may_move(position, users[0].code, users[0].effect, pieces[: pieces.index(users[0])]):
             return False
@@ -179,12 +200,12 @@ class Block:
         else:
             replace(users[0].code, lambda node: type(node) is VariableRef and node.variable is variable, item.value)
         users[0].effect = users[0].effect | item.effect
-        users[0].note_mentions()
+        users[0].update_mentions()
         del self.items[position]
         return True
 
     def _rename_last(self, variable: PythonVariable, item: BlockItem) -> bool:
-        """``xs.append(x); x = x + 1; xs.append(x)``: the value that ``item`` replaces becomes a variable of its own."""
+        """Give the value that ``item`` replaces its own variable, as for ``xs.append(x); x = x + 1; xs.append(x)``."""
         position = self._last_definition(variable)
         if position is None or variable.is_cell or item.kind != "define":
             return False
@@ -197,11 +218,11 @@ class Block:
             if type(node) is VariableRef and node.variable is variable:
                 node.variable = earlier
         for piece in pieces:
-            piece.note_mentions()
+            piece.update_mentions()
         return True
 
     def name_pieces(self, collecting: Collecting) -> None:
-        """Evaluate the pieces so far here, under a name of their own."""
+        """Evaluate the pieces so far at this point, bound to a temporary variable."""
         if not collecting.pieces or (len(collecting.pieces) == 1 and type(collecting.pieces[0].code) is VariableRef
                                      and collecting.pieces[0].code.variable.is_temporary):  # fmt: skip
             return
@@ -230,12 +251,14 @@ class Block:
         return [piece for collecting in self.collecting for piece in collecting.pieces]
 
     def _may_move(self, position: int, code: Code, own: Effect, pieces: Sequence[CollectedPiece]) -> bool:
-        """Whether the definition at ``position`` may give its value to ``code``, which comes after all items and after
-        ``pieces``, has the effect ``own`` and mentions its name once."""
+        """Return whether the definition at ``position`` can be inlined into ``code``.
+
+        ``code`` follows all items and ``pieces``, has the effect ``own`` and mentions the variable once.
+        """
         item = self.items[position]
         (variable,) = item.variables
         later = self.items[position + 1 :]
-        if any(i.mentions(variable) for i in later) or _sets_what_is_read(later, item.value):
+        if any(i.mentions(variable) for i in later) or _changes_meaning(later, item.value):
             return False
         if not may_replace(code, variable, item.effect, own):
             return False
@@ -243,18 +266,20 @@ class Block:
         return all(item.effect.commutes(effect) for effect in effects)
 
     def define(self, variable: PythonVariable, value: Code, effect: Effect, note: Code, nests: bool = True) -> None:
-        """``x = value``. When ``value`` uses the last ``x`` once, that one's value is put in its place."""
+        """Add ``x = value``; the previous value of ``x`` is inlined if ``value`` uses it once."""
         if nests:
-            effect, note = self._nest(variable, value, effect, note)
+            effect, note = self._inline_previous(variable, value, effect, note)
         self.add(BlockItem("define", value, effect, (variable,), VariableRef(variable), note, self._nested))
         self._nested = 0
 
-    def _nest(self, variable: PythonVariable, value: Code, effect: Effect, note: Code) -> tuple[Effect, Code]:
+    def _inline_previous(
+        self, variable: PythonVariable, value: Code, effect: Effect, note: Code
+    ) -> tuple[Effect, Code]:
         position = self._last_definition(variable)
         if position is None or type(value) is VariableRef or count_refs(value, variable) != 1:
             return effect, note
         item = self.items[position]
-        if item.nested >= _DEEPEST_NEST:
+        if item.nested >= _MAX_NESTING:
             return effect, note
         pieces = self._pieces()
         if any(variable in piece.mentions for piece in pieces) or not self._may_move(position, value, effect, pieces):
@@ -268,8 +293,8 @@ class Block:
         return item.effect | effect, note
 
 
-def _sets_what_is_read(items: Sequence[BlockItem], value: Code) -> bool:
-    """Whether ``value`` means something else after ``items``."""
+def _changes_meaning(items: Sequence[BlockItem], value: Code) -> bool:
+    """Return whether ``value`` would refer to variables that ``items`` define."""
     new = {variable for item in items for variable in item.variables}
     return any(type(node) is VariableRef and node.variable in new for node in walk(value))
 
@@ -281,18 +306,22 @@ def total(effects: Iterable[Effect]) -> Effect:
     return result
 
 
-_DEEPEST_NEST = 8  # a longer chain of x = f(x) reads better as let*
+_MAX_NESTING = 8  # longer chains of x = f(x) are more readable as let*
+# Heads of forms that may evaluate their operands more than once or not at all.
 _REPEATED = ("lambda", "define", "while", "let/ec", "guard", "union-loop")
 _CONDITIONAL = ("if", "and", "or", "when", "unless", "cond")
 
 
 def may_replace(code: Code, variable: PythonVariable, effect: Effect, own: Effect) -> bool:
-    """Whether a value with ``effect`` may stand for the one mention of ``variable`` in ``code``, whose effect is
-    ``own``: it is evaluated once; where it does things or looks at things that change, always and in the same order."""
+    """Return whether a value with ``effect`` can replace the only mention of ``variable`` in ``code``.
+
+    It must be evaluated exactly once; if it has effects or reads mutable state, it must always be evaluated and in the
+    same order. ``own`` is the effect of ``code``.
+    """
     if type(code) is VariableRef:
         return True
-    careful = effect.acts or effect.looks or bool(effect.reads)
-    if careful and not effect.commutes(own) and not _comes_first(code, variable):
+    is_ordered = effect.has_effect or effect.inspects or bool(effect.reads)
+    if is_ordered and not effect.commutes(own) and not _comes_first(code, variable):
         return False
     stack = [code]
     while stack:
@@ -306,7 +335,7 @@ def may_replace(code: Code, variable: PythonVariable, effect: Effect, own: Effec
             if head in _REPEATED or head.startswith("for"):
                 if head.startswith("for") and len(node.items) > 1 and _in_first_clause(node.items[1], variable):
                     return True
-            elif head in _CONDITIONAL and careful:
+            elif head in _CONDITIONAL and is_ordered:
                 stack += node.items[1:2] if head != "cond" else []
             else:
                 stack += node.items
@@ -314,7 +343,7 @@ def may_replace(code: Code, variable: PythonVariable, effect: Effect, own: Effec
 
 
 def _comes_first(code: Code, variable: PythonVariable) -> bool:
-    """Whether ``variable`` is read before anything else in ``code`` is done or looked at."""
+    """Return whether ``code`` reads ``variable`` before any other effect or read of mutable state."""
     node: Code | None = code
     while node is not None and type(node) is not VariableRef:
         if type(node) is Brackets:
@@ -330,7 +359,7 @@ def _comes_first(code: Code, variable: PythonVariable) -> bool:
 
 
 def _in_first_clause(clauses: Code, variable: PythonVariable) -> bool:
-    """The sequence of a loop's first clause is evaluated once, before the loop."""
+    """Return whether ``variable`` is in the sequence of a loop's first clause, which is evaluated once."""
     first = clauses.items[0] if isinstance(clauses, FormCode) and clauses.items else None
     if not isinstance(first, FormCode) or len(first.items) != 2:
         return False
@@ -341,14 +370,14 @@ def _in_first_clause(clauses: Code, variable: PythonVariable) -> bool:
 
 
 def assemble(items: list[BlockItem], final: Code | None) -> list[Code]:
-    """The forms of a body. Names that are defined again become ``let*``."""
+    """Return the forms of a body. Names that are defined again become ``let*``."""
     items = list(items)
     final = _tail_value(items, final)
     return _frame(items, final)
 
 
 def _tail_value(items: list[BlockItem], final: Code | None) -> Code | None:
-    """``(define x v) x`` is ``v``; ``(define x v) effects x`` is ``(begin0 v effects)``."""
+    """Simplify ``(define x v) x`` to ``v``, and ``(define x v) effects x`` to ``(begin0 v effects)``."""
     if type(final) is not VariableRef:
         return final
     variable = final.variable
@@ -381,14 +410,14 @@ def _frame(items: list[BlockItem], final: Code | None) -> list[Code]:
     if conflict is None:
         forms = [_body_form(item) for item in items]
         if final is None and (not items or items[-1].kind != "effect"):
-            final = none()  # a body ends with an expression
+            final = none()  # a body must end with an expression
         return [*forms, *([final] if final is not None else [])]
     start, _ = conflict
     end = start
     while end < len(items) and items[end].kind == "define":
         end += 1
     before = [_body_form(item) for item in items[:start]]
-    if start == end:  # a function under a name that is taken
+    if start == end:  # a function whose name is already defined
         return [*before, form("let", FormCode([]), *_frame(items[start:], final))]
     bindings = FormCode([_with_note(FormCode([_target(item), item.value]), item.note) for item in items[start:end]])
     body = _frame(items[end:], final)
@@ -401,7 +430,7 @@ def _frame(items: list[BlockItem], final: Code | None) -> list[Code]:
 
 
 def _first_conflict(items: list[BlockItem]) -> tuple[int, int] | None:
-    """Where the ``let*`` begins, and the item that makes it necessary."""
+    """Return the position where a ``let*`` must start, and that of the item that requires it."""
     defined: dict[PythonVariable, int] = {}
     mentioned: set[PythonVariable] = set()
     for position, item in enumerate(items):

@@ -39,8 +39,8 @@ from scenelang.interpreter.transpile.writing.conversions import (
     dynamic,
     loop_head,
     numeric,
+    parallel_sources,
     printable,
-    side_by_side,
     truth,
     write_array,
     write_iterable,
@@ -50,7 +50,7 @@ from scenelang.interpreter.transpile.writing.operators import container
 from scenelang.interpreter.transpile.writing.user_calls import arguments_of, lambda_locals, predicate, write_parameters
 from scenelang.interpreter.transpile.writing.writer import Writer
 
-# What the writers of library calls share.
+# Helpers for the writers of library calls.
 
 
 CallWriter: TypeAlias = "Callable[[Writer, ast.Call], Code]"
@@ -79,7 +79,7 @@ def elementwise_call(head: str) -> CallWriter:
 def plain_arguments(w: Writer, node: ast.Call) -> list[ast.expr]:
     for argument in node.args:
         if isinstance(argument, ast.Starred):
-            raise w.unsupported("a star in this call", argument)
+            raise w.unsupported("a `*` argument in this call", argument)
     return node.args
 
 
@@ -119,12 +119,12 @@ def write_enumerate(w: Writer, node: ast.Call) -> Code:
 def write_zip(w: Writer, node: ast.Call) -> Code:
     if len(node.args) == 1 and isinstance(node.args[0], ast.Starred):
         return form("apply", Name("zip"), write_iterable(w, node.args[0].value))
-    return form("zip", *side_by_side(w, plain_arguments(w, node)))
+    return form("zip", *parallel_sources(w, plain_arguments(w, node)))
 
 
 def write_map(w: Writer, node: ast.Call) -> Code:
     if len(node.args) < 2:
-        raise w.error("python-call", "`map` needs a function and a sequence", node)
+        raise w.error("python-call", "`map` expects a function and a sequence", node)
     function, *sources = plain_arguments(w, node)
     is_text = all(site.element.only(STR) for site in w.type(sources[0]).sites) and w.type(sources[0]).kinds != 0
     if w.paths.of(function) in ("int", "float") and is_text:
@@ -160,7 +160,7 @@ def write_sorted(w: Writer, node: ast.Call) -> Code:
 
 
 def sort_options(w: Writer, given: dict[str, ast.expr]) -> list[Code]:
-    """``:key`` and ``:reverse`` of a sort."""
+    """Return the options ``:key`` and ``:reverse`` of a sort."""
     options: list[Code] = []
     key, reverse = given.get("key"), given.get("reverse")
     if key is not None and not is_none(key):
@@ -320,7 +320,7 @@ def write_np_round(w: Writer, node: ast.Call) -> Code:
 
 
 def write_sequence(w: Writer, node: ast.Call) -> Code:
-    """``list(x)`` and ``tuple(x)``."""
+    """Return the code of ``list(x)`` or ``tuple(x)``."""
     if not node.args:
         return form("mutable-list") if w.is_mutated(node) else quote(FormCode([]))
     source = arguments_of(w, node, "iterable", "list")["iterable"]
@@ -400,7 +400,7 @@ def write_isinstance(w: Writer, node: ast.Call) -> Code:
     for name in names:
         head = _INSTANCE_TESTS.get(w.paths.of(name) or "")
         if head is not None:
-            if not any(is_form(test, head) for test in tests):  # lists and tuples are one
+            if not any(is_form(test, head) for test in tests):  # lists and tuples are the same type in the language
                 tests.append(form(head, w.expr(given["x"])))
             continue
         variable = w.variable(name)
@@ -422,7 +422,7 @@ def write_callable(w: Writer, node: ast.Call) -> Code:
 
 
 def write_next(w: Writer, node: ast.Call) -> Code:
-    """``next(x for x in xs if c)`` is the first one; anything else would need iterators."""
+    """Return the code of ``next(x for x in xs if c)``, the first item; other iterators are not supported."""
     given = arguments_of(w, node, "iterator default?", "next")
     source, default = given["iterator"], given.get("default")
     if isinstance(source, ast.Call) and w.paths.of(source.func) == "iter" and source.args:

@@ -1,4 +1,4 @@
-"""Calls of library functions: one table from the dotted path to what writes the call."""
+"""Calls of library functions: the table from dotted paths to the functions that generate the calls."""
 
 from __future__ import annotations
 
@@ -49,6 +49,7 @@ from scenelang.interpreter.transpile.writing.numpy_calls import (
     write_arange,
     write_argsort,
     write_defaultdict,
+    write_dimensions,
     write_draw,
     write_field,
     write_linspace,
@@ -81,7 +82,6 @@ from scenelang.interpreter.transpile.writing.numpy_calls import (
     write_reduction,
     write_seed,
     write_shuffle,
-    write_sides,
     write_stream,
 )
 from scenelang.interpreter.transpile.writing.user_calls import arguments_of
@@ -162,7 +162,7 @@ def write_itertools_product(w: Writer, node: ast.Call) -> Code:
     sources = list(plain_arguments(w, node))
     if repeat is not None:
         if not isinstance(repeat, ast.Constant) or not isinstance(repeat.value, int) or not 0 < repeat.value < 9:
-            raise w.unsupported("a computed `repeat`", repeat)
+            raise w.unsupported("a `repeat` other than a constant from 1 to 8", repeat)
         sources = sources * repeat.value
     variables = [PythonVariable("item", None, is_temporary=True) for _ in sources]
     clauses = FormCode([FormCode([VariableRef(v), write_iterable(w, s)]) for v, s in zip(variables, sources)])
@@ -172,7 +172,7 @@ def write_itertools_product(w: Writer, node: ast.Call) -> Code:
 def write_combinations(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "iterable r", "combinations")
     if not isinstance(given["r"], ast.Constant) or given["r"].value != 2:
-        raise w.unsupported("combinations of any number but 2", node)
+        raise w.unsupported("`combinations` with a length other than 2", node)
     i, j, items = (PythonVariable(name, None, is_temporary=True) for name in ("i", "j", "items"))
     length = form("length", VariableRef(items))
     clauses = FormCode([
@@ -202,7 +202,7 @@ def write_chain_from_iterable(w: Writer, node: ast.Call) -> Code:
 
 
 def write_cycle(w: Writer, node: ast.Call) -> Code:
-    """A cycle is a list that ``next`` turns around."""
+    """Return a cycle as a mutable list that ``next`` rotates."""
     return form("mutable", write_iterable(w, arguments_of(w, node, "iterable", "itertools.cycle")["iterable"]))
 
 
@@ -225,18 +225,18 @@ def write_copy(w: Writer, node: ast.Call) -> Code:
     value = arguments_of(w, node, "x", "copy")["x"]
     is_deep = w.paths.of(node.func) == "copy.deepcopy"
     if w.type(value).kinds & RECORD:
-        raise w.unsupported("a copy of a record", node, "make a new one")
+        raise w.unsupported("copying a record", node, "create a new record")
     return _copied(w, w.expr(value), w.type(value) | w.type(node), is_deep, 0)
 
 
 def _copied(w: Writer, code: Code, found: AbstractType, is_deep: bool, level: int) -> Code:
-    """A copy of containers that change, level by level where it is deep; what never changes needs none."""
-    if not _changes(found, 0) or level > 3:
+    """Return a copy of mutable containers, recursively for a deep copy; immutable values are not copied."""
+    if not _is_mutated(found, 0) or level > 3:
         return code
     inner = AbstractType(0)
     for site in found.sites:
         inner = inner | site.element
-    if not is_deep or not _changes(inner, 0):
+    if not is_deep or not _is_mutated(inner, 0):
         return form("mutable", code)
     item = PythonVariable("item", None, is_temporary=True)
     copied = _copied(w, VariableRef(item), inner, True, level + 1)
@@ -247,9 +247,9 @@ def _copied(w: Writer, code: Code, found: AbstractType, is_deep: bool, level: in
     return form("mutable", FormCode([Name("for/list"), FormCode([FormCode([VariableRef(item), code])]), copied]))
 
 
-def _changes(found: AbstractType, level: int) -> bool:
-    """Whether a container, or one inside it, is changed somewhere."""
-    return any(site.is_mutated or (level < 4 and _changes(site.element, level + 1)) for site in found.sites)
+def _is_mutated(found: AbstractType, level: int) -> bool:
+    """Return whether a container, or one inside it, is modified anywhere."""
+    return any(site.is_mutated or (level < 4 and _is_mutated(site.element, level + 1)) for site in found.sites)
 
 
 def _not_here(what: str, hint: str) -> CallWriter:
@@ -264,7 +264,7 @@ CONSTANTS = {
     "numpy.pi": "pi", "numpy.e": "e", "numpy.inf": "inf", "numpy.nan": "nan",
 }  # fmt: skip
 
-# Functions of one or more numbers, element by element on arrays.
+# Functions of one or more numbers, elementwise on arrays.
 _NUMERIC = {
     "sin": "sin", "cos": "cos", "tan": "tan", "asin": "asin", "acos": "acos", "atan": "atan", "sinh": "sinh",
     "cosh": "cosh", "tanh": "tanh", "sqrt": "sqrt", "exp": "exp", "log": "log", "log2": "log2", "log10": "log10",
@@ -334,7 +334,7 @@ CALLS: dict[str, CallWriter] = {
     "numpy.cbrt": write_cbrt,
     "numpy.fmod": write_fmod, "numpy.trunc": elementwise_call("truncate"),
     **{path: write_draw(path) for path in DRAWS},
-    "numpy.random.rand": write_sides("rand"), "numpy.random.randn": write_sides("randn"),
+    "numpy.random.rand": write_dimensions("rand"), "numpy.random.randn": write_dimensions("randn"),
     "numpy.random.seed": write_seed("set-seed!"),
     "random.seed": write_seed("py-set-seed!"), "numpy.random.shuffle": write_shuffle("shuffle!"),
     "random.shuffle": write_shuffle("py-shuffle!"), "numpy.random.RandomState": write_stream("random-stream"),

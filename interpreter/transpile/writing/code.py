@@ -1,4 +1,4 @@
-"""The program under construction: like datums, but variables have no names yet and comments hang on their places."""
+"""Intermediate representation of the output: like datums, but with unnamed variables and attached comments."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
 
 
 class Code:
-    """A node. ``span`` is its place in the Python; ``before``, ``after`` and ``blank`` are comments and spacing."""
+    """Node of the output.
+
+    ``span`` is its location in the Python code; ``before``, ``after`` and ``blank`` are comments and spacing.
+    """
 
     __slots__ = ("after", "before", "blank", "span")
 
@@ -30,7 +33,7 @@ class Code:
 
 
 class LiteralCode(Code):
-    """A number, string, Boolean or ``none``; ``text`` keeps the spelling of a number."""
+    """Number, string, Boolean or ``none``; ``text`` preserves the spelling of a number."""
 
     __slots__ = ("text", "value")
 
@@ -41,7 +44,7 @@ class LiteralCode(Code):
 
 
 class Name(Code):
-    """A name of the language: a form's head, a builtin, a keyword such as ``else``."""
+    """Name of the language: the head of a form, a builtin, or a literal such as ``else``."""
 
     __slots__ = ("text",)
 
@@ -51,7 +54,7 @@ class Name(Code):
 
 
 class Key(Code):
-    """``:name`` of the library."""
+    """Keyword of a library function, ``:name``."""
 
     __slots__ = ("text",)
 
@@ -61,7 +64,7 @@ class Key(Code):
 
 
 class VariableRef(Code):
-    """A variable of the Python program, read or bound; ``is_keyword`` prints it as ``:name``."""
+    """Variable of the Python program, read or bound; printed as ``:name`` if ``is_keyword``."""
 
     __slots__ = ("is_keyword", "variable")
 
@@ -72,7 +75,7 @@ class VariableRef(Code):
 
 
 class ArgumentName(Code):
-    """``:name`` of a keyword argument; it is spelled as the parameters of that name are."""
+    """Name of a keyword argument, ``:name``, spelled like the parameters of that name."""
 
     __slots__ = ("python",)
 
@@ -82,7 +85,7 @@ class ArgumentName(Code):
 
 
 class FormCode(Code):
-    """``(a b c)``; ``rest`` is what stands behind a dot, in a list of parameters."""
+    """List ``(a b c)``; ``rest`` is the tail after a dot in a parameter list."""
 
     __slots__ = ("items", "rest")
 
@@ -93,12 +96,12 @@ class FormCode(Code):
 
 
 def lambda_list(parameters: FormCode) -> Code:
-    """What stands behind ``lambda``: a list, or the name of the rest where there is nothing else."""
+    """Return the parameters of a ``lambda``: a list, or only the rest parameter."""
     return parameters if parameters.items or parameters.rest is None else parameters.rest
 
 
 class Brackets(Code):
-    """``[a b c]``."""
+    """Array ``[a b c]``."""
 
     __slots__ = ("items",)
 
@@ -111,14 +114,14 @@ Node: TypeAlias = LiteralCode | Name | Key | VariableRef | ArgumentName | FormCo
 
 
 def children(code: Code) -> Sequence[Code]:
-    """The direct parts of a node."""
+    """Return the direct children of a node."""
     if isinstance(code, FormCode):
         return code.items if code.rest is None else [*code.items, code.rest]
     return code.items if isinstance(code, Brackets) else ()
 
 
 def walk(*codes: Code) -> Iterator[Code]:
-    """Every node below and including ``codes``, in reading order."""
+    """Iterate over all nodes below and including ``codes`` in source order."""
     stack = list(reversed(codes))
     while stack:
         code = stack.pop()
@@ -128,12 +131,12 @@ def walk(*codes: Code) -> Iterator[Code]:
 
 
 def count_refs(code: Code, variable: PythonVariable) -> int:
-    """How often ``variable`` occurs in ``code``."""
+    """Return the number of occurrences of ``variable`` in ``code``."""
     return sum(1 for node in walk(code) if type(node) is VariableRef and node.variable is variable)
 
 
 def replace(code: Code, match: Callable[[Code], bool], by: Code) -> bool:
-    """Put ``by`` in the place of the first node inside ``code`` that matches; tells whether there was one."""
+    """Replace the first node inside ``code`` that matches with ``by``; return whether there was one."""
     stack: list[Code] = [code]
     while stack:
         node = stack.pop()
@@ -148,7 +151,7 @@ def replace(code: Code, match: Callable[[Code], bool], by: Code) -> bool:
 
 
 def move_comments(source: Code, target: Code) -> None:
-    """Hang the comments of ``source`` on ``target`` as well, before those that it has."""
+    """Move the comments of ``source`` to ``target``, before its own."""
     target.before = (*source.before, *target.before)
     if source.after:
         if target.after:
@@ -158,11 +161,11 @@ def move_comments(source: Code, target: Code) -> None:
     target.blank = source.blank or target.blank
 
 
-# --- short ways to write code ----------------------------------------------------------------------------------
+# --- constructors ----------------------------------------------------------------------------------------------
 
 
 def form(head: str, *items: Code, span: Span | None = None) -> FormCode:
-    """``(head item ...)``."""
+    """Return ``(head item ...)``."""
     return FormCode([Name(head), *items], span)
 
 
@@ -179,7 +182,7 @@ def none(span: Span | None = None) -> LiteralCode:
 
 
 def is_form(code: Code, head: str) -> bool:
-    """Whether ``code`` is ``(head ...)`` with a name of the language as its head."""
+    """Return whether ``code`` is ``(head ...)`` with a name of the language as its head."""
     return type(code) is FormCode and bool(code.items) and type(code.items[0]) is Name and code.items[0].text == head
 
 
@@ -187,15 +190,15 @@ def is_literal(code: Code) -> bool:
     return type(code) is LiteralCode
 
 
-def gives_parts(code: Code) -> bool:
-    """Whether the value is parts already, so that a ``union`` of it alone adds nothing."""
+def returns_parts(code: Code) -> bool:
+    """Return whether the value is a list of parts already, so that a ``union`` around it is redundant."""
     head = code.items[0] if isinstance(code, FormCode) and code.items else None
     if type(head) is not Name:
         return False
     return head.text in ("union", "union-loop", "primitives") or head.text.endswith("/union")
 
 
-# Names for the variables of the Python in the language: kebab-case, never hiding what their scope needs.
+# Names of variables in the output: kebab-case, without shadowing names that their scope uses.
 
 
 _RESERVED = frozenset(FORMS) | {"none", "else", "unquote", "unquote-splicing", "=>", "...", "_", "scene", "param"}
@@ -203,35 +206,40 @@ _MACROS = frozenset({"call", "union", "union-loop", "transform"})
 
 
 def kebab(name: str) -> str:
-    """``num_steps`` -> ``num-steps``, ``FACE_COLORS`` -> ``face-colors``; underscores at the ends stay."""
+    """Convert a name to kebab-case: ``num_steps`` to ``num-steps``, ``FACE_COLORS`` to ``face-colors``.
+
+    Underscores at the ends are preserved.
+    """
     core = name.strip("_")
     if not core:
         return name
     start = name.index(core)
-    lead, tail = name[:start], name[start + len(core) :]
+    prefix, suffix = name[:start], name[start + len(core) :]
     if core.isupper() and len(core) > 1:
         core = core.lower()
-    elif core[0].isupper() and any(c.islower() for c in core):  # the name of a class
+    elif core[0].isupper() and any(c.islower() for c in core):  # a class name
         core = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", core).lower()
-    return lead + re.sub(r"_+", "-", core) + tail
+    return prefix + re.sub(r"_+", "-", core) + suffix
 
 
 class Namer:
-    """Chooses ``Variable.text`` for every variable in a program's forms. ``kept`` are names of keyword parameters that
-    tables hold as texts: they keep Python's spelling."""
+    """Chooses ``PythonVariable.text`` for all variables of the output.
 
-    def __init__(self, forms: Iterable[Code], kept: Iterable[str] = ()) -> None:
+    ``table_keys`` are keyword parameters that tables contain as strings, which therefore keep their Python spelling.
+    """
+
+    def __init__(self, forms: Iterable[Code], table_keys: Iterable[str] = ()) -> None:
         self._forms = list(forms)
         self._keywords: dict[str, str] = {}
-        self._kept = set(kept)
+        self._table_keys = set(table_keys)
         self._top: dict[str, str] = {}
 
     def choose(self) -> None:
-        """Give every variable its name, outer ones first, and spell keyword arguments like their parameters."""
+        """Name all variables, outer scopes first, and spell keyword arguments like their parameters."""
         keyword_names = {v.name for form in self._forms for v in _variables(form) if v.is_keyword}
         keyword_names |= {n.python for form in self._forms for n in walk(form) if type(n) is ArgumentName}
         for name in sorted(keyword_names):
-            text = name if name in self._kept else kebab(name)
+            text = name if name in self._table_keys else kebab(name)
             self._keywords[name] = f"{text}2" if text in _RESERVED or text in _MACROS else text
         needed_anywhere = {n.text for form in self._forms for n in walk(form) if type(n) is Name}
         top = self._top_level_variables()
@@ -241,12 +249,12 @@ class Namer:
         for form in self._forms:
             self._scope(form, taken)
         for form in self._forms:
-            for variable in _variables(form):  # read where nothing defines it: the checker says so
+            for variable in _variables(form):  # undefined variables, which the checker reports
                 variable.text = variable.text or _safe(kebab(variable.name))
-            self._shadowed_keywords(form, frozenset())
+            self._qualify_shadowed_builtins(form, frozenset())
 
     def keyword(self, python: str) -> str:
-        """The name of a keyword argument."""
+        """Return the name of a keyword argument."""
         return self._keywords.get(python, kebab(python))
 
     # --- scopes ------------------------------------------------------------------------------------------------
@@ -266,11 +274,11 @@ class Namer:
         return [*found, *(v for v in records if v not in found)]
 
     def _scope(self, code: Code, visible: dict[str, PythonVariable]) -> None:
-        """Name the variables that ``code`` brings, scope by scope: a function's, then those inside it."""
+        """Name the variables that ``code`` binds, scope by scope from the outermost."""
         stack: list[tuple[Code, dict[str, PythonVariable]]] = [(code, visible)]
         while stack:
             node, names = stack.pop()
-            scope = _bound_here(node)
+            scope = _bound_variables(node)
             if scope:
                 names = dict(names)
                 needed = {n.text for n in walk(node) if type(n) is Name}
@@ -310,12 +318,12 @@ class Namer:
             variable.text = text
         taken[variable.text] = variable
 
-    def _shadowed_keywords(self, code: Code, shadowed: frozenset[str]) -> None:
-        """Where a parameter that must keep its name hides a builtin, the builtin is called by its full name."""
+    def _qualify_shadowed_builtins(self, code: Code, shadowed: frozenset[str]) -> None:
+        """Refer to a builtin by its qualified name where a keyword parameter shadows it."""
         stack: list[tuple[Code, frozenset[str]]] = [(code, shadowed)]
         while stack:
             node, hidden = stack.pop()
-            scope = _bound_here(node)
+            scope = _bound_variables(node)
             if scope:
                 hidden = hidden | {v.text for v in scope if v.is_keyword}
             if type(node) is Name and node.text in hidden and node.text not in _RESERVED:
@@ -328,7 +336,7 @@ def _safe(text: str) -> str:
 
 
 def _differ(a: PythonVariable, b: PythonVariable) -> bool:
-    """Whether two variables may not share a name: only Python's own shadowing is kept."""
+    """Return whether two variables must have different names; only shadowing in the Python code is preserved."""
     return a is not b and (a.name != b.name or a.is_temporary or b.is_temporary or a.function is b.function)
 
 
@@ -346,8 +354,8 @@ def _variables(code: Code) -> list[PythonVariable]:
     return [node.variable for node in walk(code) if type(node) is VariableRef]
 
 
-def _bound_here(node: Code) -> list[PythonVariable]:
-    """The variables that a form binds for its insides."""
+def _bound_variables(node: Code) -> list[PythonVariable]:
+    """Return the variables that a form binds for its body."""
     if type(node) is not FormCode or not node.items:
         return []
     head = node.items[0]
@@ -390,7 +398,7 @@ def _parameters(code: Code) -> list[PythonVariable]:
 
 
 def _defined_in_body(node: FormCode) -> list[PythonVariable]:
-    """What the definitions directly inside a form, or in the clauses of a ``cond`` or ``guard``, define."""
+    """Return the variables defined directly inside a form, or in the clauses of a ``cond`` or ``guard``."""
     found: list[PythonVariable] = []
     head = node.items[0].text if type(node.items[0]) is Name else ""
     clauses = node.items[1:] if head == "cond" else []
@@ -419,14 +427,14 @@ def _definition(item: Code) -> list[PythonVariable]:
     return []
 
 
-# What was written must read back as the forms that were meant: the net under everything that writes text.
+# Round-trip check: the text of the program must read back as the generated forms.
 
 
 _NUMBER_NAMES = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
 
 
 def misread(forms: Sequence[Datum], text: str, outer: Span) -> Diagnostic | None:
-    """The diagnostic for the first form that ``text`` does not hold as it was meant; None where all is well."""
+    """Return a diagnostic for the first form that does not read back from ``text`` as generated, or None."""
     try:
         found = read(Source("<translation>", text))
     except (SceneError, RecursionError):
@@ -437,49 +445,49 @@ def misread(forms: Sequence[Datum], text: str, outer: Span) -> Diagnostic | None
         return _problem(outer)
     stack = list(zip(forms, found.forms))
     while stack:
-        meant, got = stack.pop()
-        parts = _pairs(meant, got)
+        expected, actual = stack.pop()
+        parts = _pairs(expected, actual)
         if parts is None:
-            return _problem(meant.span)
+            return _problem(expected.span)
         stack += parts
     return None
 
 
 def _problem(span: Span) -> Diagnostic:
-    message = "this cannot be written in the language: its text would read as something else"
+    message = "this code cannot be expressed in the language: its translation would be read differently"
     return Diagnostic("python-unsupported", message, span)
 
 
-def _pairs(meant: Datum, got: Datum) -> list[tuple[Datum, Datum]] | None:
-    """The parts of two datums side by side; None where the datums differ."""
-    if isinstance(meant, Atom):
-        return [] if isinstance(got, Atom) and _same(meant.value, got.value) else None
-    if type(meant) is not type(got) or isinstance(got, Atom) or len(meant.items) != len(got.items):
+def _pairs(expected: Datum, actual: Datum) -> list[tuple[Datum, Datum]] | None:
+    """Return the corresponding parts of two datums, or None if the datums differ."""
+    if isinstance(expected, Atom):
+        return [] if isinstance(actual, Atom) and _same(expected.value, actual.value) else None
+    if type(expected) is not type(actual) or isinstance(actual, Atom) or len(expected.items) != len(actual.items):
         return None
-    parts = list(zip(meant.items, got.items))
-    if isinstance(meant, ListDatum) and isinstance(got, ListDatum):
-        if (meant.tail is None) != (got.tail is None):
+    parts = list(zip(expected.items, actual.items))
+    if isinstance(expected, ListDatum) and isinstance(actual, ListDatum):
+        if (expected.tail is None) != (actual.tail is None):
             return None
-        if meant.tail is not None:
-            parts.append((meant.tail, got.tail))
-    assert isinstance(meant, (ListDatum, ArrayDatum))
+        if expected.tail is not None:
+            parts.append((expected.tail, actual.tail))
+    assert isinstance(expected, (ListDatum, ArrayDatum))
     return parts
 
 
-def _same(meant: object, got: object) -> bool:
-    if type(meant) is float and type(got) is Symbol:
-        named = _NUMBER_NAMES.get(str(got))
-        return named is not None and (named == meant or (math.isnan(named) and math.isnan(meant)))
-    if type(meant) is float and type(got) is float:
-        return meant == got and math.copysign(1, meant) == math.copysign(1, got)
-    return type(meant) is type(got) and meant == got
+def _same(expected: object, actual: object) -> bool:
+    if type(expected) is float and type(actual) is Symbol:
+        named = _NUMBER_NAMES.get(str(actual))
+        return named is not None and (named == expected or (math.isnan(named) and math.isnan(expected)))
+    if type(expected) is float and type(actual) is float:
+        return expected == actual and math.copysign(1, expected) == math.copysign(1, actual)
+    return type(expected) is type(actual) and expected == actual
 
 
-# Code -> datums with spans in the Python, and the text of the program with its comments.
+# Conversion of the output to datums with spans in the Python code, and to text with comments.
 
 
 class Output:
-    """Turns code into datums; remembers comments and spellings beside them."""
+    """Converts code to datums, and records their comments and spellings."""
 
     def __init__(self, namer: Namer, outer: Span) -> None:
         self._namer = namer
@@ -488,7 +496,7 @@ class Output:
         self.spelling: dict[int, str] = {}
 
     def datum(self, code: Code, outer: Span | None = None) -> Datum:
-        """The datum of ``code``; what has no place of its own has that of what it stands in."""
+        """Return the datum of ``code``; code without a span has that of the enclosing code."""
         span = code.span or outer or self._outer
         datum = self._bare(code, span)
         if code.before or code.after or code.blank:
@@ -520,8 +528,10 @@ class Output:
     def text(
         self, forms: Sequence[Datum], header: Sequence[str], footer: Sequence[str | None] = ()
     ) -> str | Diagnostic:
-        """The text of the program; ``header`` are the lines of the comment that opens it. A diagnostic where the text
-        would not read as ``forms``."""
+        """Return the text of the program, or a diagnostic if it would not read back as ``forms``.
+
+        ``header`` and ``footer`` are lines of comments at the start and the end.
+        """
         trivia = dict(self.trivia)
         if forms and header:
             first = trivia.get(id(forms[0]), Trivia())
@@ -536,13 +546,16 @@ class Output:
 
 
 def _comments(texts: Sequence[str | None]) -> tuple[str | None, ...]:
-    """Lines of comments; None is an empty line."""
+    """Return lines of comments; None is an empty line."""
     return tuple(None if text is None else line_comment(text) for text in texts)
 
 
+_PROSE_WIDTH = 86
+
+
 def prose(text: str) -> list[str]:
-    """Prose wrapped to lines of a comment; an empty line stays one."""
+    """Wrap prose to lines of a comment; empty lines are preserved."""
     lines: list[str] = []
     for paragraph in text.strip().splitlines():
-        lines += textwrap.wrap(paragraph, 86) or [""]
+        lines += textwrap.wrap(paragraph, _PROSE_WIDTH) or [""]
     return lines

@@ -1,5 +1,4 @@
-"""Expressions as what their place wants: a test, a number, a vector, an array, a sequence; patterns and the clauses of
-loops."""
+"""Conversion of expressions to the type that their context requires, and patterns and clauses of loops."""
 
 from __future__ import annotations
 
@@ -47,7 +46,7 @@ ALWAYS_TRUE = FUNCTION | RECORD | POSE | STREAM
 
 
 def write_test(w: Writer, node: ast.expr) -> Code:
-    """An expression that only decides: what is false in Python is #f or none in the code."""
+    """Return a test, which is #f or none in the language wherever it is false in Python."""
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         inner = write_test(w, node.operand)
         if is_form(inner, "not") and isinstance(inner, FormCode):
@@ -62,12 +61,12 @@ def write_test(w: Writer, node: ast.expr) -> Code:
 
 
 def truth(w: Writer, node: ast.expr, found: AbstractType) -> Code:
-    """Python's truth of ``node`` as a value that decides."""
+    """Return the truth value of ``node`` in Python."""
     code = w.expr(node)
     if not found.kinds or found.only(BOOL | NONE | ALWAYS_TRUE):
         return code
     rest = found.without(NONE | BOOL)
-    some = _some(w, code, node, rest)
+    some = _non_empty_test(w, code, node, rest)
     if some is None or (found.kinds & BOOL and rest.kinds):
         return dynamic(w, "py-truthy?", code)
     if found.kinds & (NONE | BOOL):
@@ -77,8 +76,8 @@ def truth(w: Writer, node: ast.expr, found: AbstractType) -> Code:
     return some
 
 
-def _some(w: Writer, code: Code, node: ast.expr, found: AbstractType) -> Code | None:
-    """The test that a value of one known kind is not zero or empty."""
+def _non_empty_test(w: Writer, code: Code, node: ast.expr, found: AbstractType) -> Code | None:
+    """Return the test that a value of a known kind is not zero or empty, or None for other kinds."""
     if found.only(INT | FLOAT):
         return form("not", form("zero?", code), span=w.span(node))
     if found.only(CONTAINERS | STR):
@@ -90,7 +89,7 @@ def _some(w: Writer, code: Code, node: ast.expr, found: AbstractType) -> Code | 
 
 
 def numeric(w: Writer, node: ast.expr) -> Code:
-    """An operand of arithmetic: a Boolean counts as 1 or 0."""
+    """Return an operand of arithmetic, with a Boolean as 1 or 0."""
     if isinstance(node, ast.Constant) and isinstance(node.value, bool):
         return number(int(node.value), w.span(node))
     if w.type(node).only(BOOL):
@@ -99,7 +98,7 @@ def numeric(w: Writer, node: ast.expr) -> Code:
 
 
 def printable(w: Writer, node: ast.expr) -> Code:
-    """A value to be put into a text as Python would write it."""
+    """Return a value that is formatted as in Python."""
     found = w.type(node)
     if not found.kinds or found.only(INT | FLOAT | STR):
         return w.expr(node)
@@ -107,13 +106,13 @@ def printable(w: Writer, node: ast.expr) -> Code:
 
 
 def dynamic(w: Writer, operator: str, *arguments: Code) -> Code:
-    """One of Python's dynamic operators, for types that inference cannot tell."""
+    """Return a call of a dynamic operator, for operands whose types inference does not determine."""
     w.imports.add("std/python.scene")
     return form(operator, *arguments)
 
 
 def is_constant(node: ast.expr) -> bool:
-    """A literal number, perhaps with a sign, or another constant."""
+    """Return whether ``node`` is a literal constant, possibly a number with a sign."""
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
         return isinstance(node.operand, ast.Constant) and isinstance(node.operand.value, (int, float))
     return isinstance(node, ast.Constant)
@@ -123,7 +122,7 @@ def is_constant(node: ast.expr) -> bool:
 
 
 def write_vector(w: Writer, node: ast.expr) -> Code:
-    """An expression where three numbers (or a colour) are wanted: displays become brackets."""
+    """Return an expression where a vector or colour is expected; displays become arrays."""
     if isinstance(node, (ast.Tuple, ast.List)) and node.elts and not w.is_mutated(node):
         if not any(isinstance(e, ast.Starred) for e in node.elts):
             items = [w.comment_item(numeric(w, element), element) for element in node.elts]
@@ -142,7 +141,7 @@ def write_vector(w: Writer, node: ast.expr) -> Code:
 
 
 def write_array(w: Writer, node: ast.expr) -> Code:
-    """An operand of array arithmetic: sequences become arrays."""
+    """Return an operand of array arithmetic; sequences become arrays."""
     if isinstance(node, (ast.Tuple, ast.List)) and node.elts and not w.is_mutated(node):
         if not any(isinstance(e, ast.Starred) for e in node.elts):
             return Brackets([write_array(w, e) for e in node.elts], w.span(node))
@@ -156,7 +155,7 @@ def write_array(w: Writer, node: ast.expr) -> Code:
 
 
 def write_iterable(w: Writer, node: ast.expr) -> Code:
-    """What a loop runs through."""
+    """Return the iterable of a loop."""
     found = w.type(node)
     if found.kinds & SHAPE:
         return form("primitives", w.expr(node), span=w.span(node))
@@ -167,7 +166,7 @@ def write_iterable(w: Writer, node: ast.expr) -> Code:
             return w.expr(node.func.value)
     if _copies_view(w, node):
         assert isinstance(node, ast.Call)
-        return w.expr(node.args[0])  # a list of its own, whatever happens to the table
+        return w.expr(node.args[0])  # already a new list, independent of the table
     if isinstance(node, ast.Call) and w.paths.of(node.func) in ("list", "tuple", "iter") and len(node.args) == 1:
         if not isinstance(node.args[0], ast.Starred) and not w.is_mutated(node):
             inner = w.type(node.args[0])
@@ -177,7 +176,7 @@ def write_iterable(w: Writer, node: ast.expr) -> Code:
 
 
 def _copies_view(w: Writer, node: ast.expr) -> bool:
-    """``list(table.keys())`` and its like."""
+    """Return whether ``node`` copies a view of a table, as in ``list(table.keys())``."""
     if not isinstance(node, ast.Call) or w.paths.of(node.func) not in ("list", "tuple") or len(node.args) != 1:
         return False
     inner = node.args[0]
@@ -192,33 +191,33 @@ def _copies_view(w: Writer, node: ast.expr) -> bool:
 
 
 def write_pattern(w: Writer, target: ast.expr) -> Code:
-    """What a ``for`` or an assignment binds: a variable or a nested pattern; a star may only end it."""
+    """Return the pattern of a loop or assignment target; a starred element must be the last."""
     if isinstance(target, ast.Name):
         variable = w.names.variables[target]
         return _binder(w, variable, target)
     if isinstance(target, (ast.Tuple, ast.List)):
         elements = target.elts
         if any(isinstance(e, ast.Starred) for e in elements[:-1]):
-            raise w.unsupported("a star before the end of this target", target)
+            raise w.unsupported("a starred element before the end of this target", target)
         if elements and isinstance(elements[-1], ast.Starred):
             return FormCode(
                 [write_pattern(w, e) for e in elements[:-1]], w.span(target), write_pattern(w, elements[-1].value)
             )
         return FormCode([write_pattern(w, e) for e in elements], w.span(target))
-    raise w.unsupported("this target", target)
+    raise w.unsupported("this assignment target", target)
 
 
 def _binder(w: Writer, variable: PythonVariable, node: ast.AST) -> Code:
-    """``_`` where nothing reads the variable and it says so itself."""
-    if variable in w.late:
-        return VariableRef(w.late[variable], w.span(node))
+    """Return a variable in a pattern; ``_`` if it has that name and is never read."""
+    if variable in w.late_variables:
+        return VariableRef(w.late_variables[variable], w.span(node))
     if variable.name == "_" and not variable.reads:
         return Name("_", w.span(node))
     return VariableRef(variable, w.span(node))
 
 
 def loop_head(w: Writer, kind: str, generators: list[ast.comprehension]) -> list[Code]:
-    """Head and clauses of a comprehension."""
+    """Return the head and clauses of a comprehension."""
     nested = len(generators) > 1
     clauses: list[Code] = []
     for generator in generators:
@@ -229,14 +228,14 @@ def loop_head(w: Writer, kind: str, generators: list[ast.comprehension]) -> list
 
 
 def condition_clause(w: Writer, condition: ast.expr, holds: bool = True) -> list[Code]:
-    """``:when test``, or ``:unless`` of what is negated."""
+    """Return ``:when test``, or ``:unless`` for a negated test."""
     while isinstance(condition, ast.UnaryOp) and isinstance(condition.op, ast.Not):
         condition, holds = condition.operand, not holds
     return [Key("when" if holds else "unless"), write_test(w, condition)]
 
 
 def loop_clauses(w: Writer, target: ast.expr, iterable: ast.expr, parallel: bool) -> list[Code]:
-    """The clauses of ``for target in iterable``; ``zip`` runs side by side where that is allowed."""
+    """Return the clauses of ``for target in iterable``; ``zip`` becomes parallel clauses where these are allowed."""
     path = w.paths.of(iterable.func) if isinstance(iterable, ast.Call) else None
     if (
         parallel
@@ -246,20 +245,20 @@ def loop_clauses(w: Writer, target: ast.expr, iterable: ast.expr, parallel: bool
         and len(target.elts) == len(iterable.args)
         and not any(isinstance(e, ast.Starred) for e in (*target.elts, *iterable.args))
     ):
-        sources = side_by_side(w, iterable.args)
+        sources = parallel_sources(w, iterable.args)
         return [FormCode([write_pattern(w, t), source]) for t, source in zip(target.elts, sources)]
     return [FormCode([write_pattern(w, target), write_iterable(w, iterable)])]
 
 
-def side_by_side(w: Writer, sources: Sequence[ast.expr]) -> list[Code]:
-    """The sequences of a ``zip``; ``cycle(xs)`` is repeated as often as the first other one has items."""
+def parallel_sources(w: Writer, sources: Sequence[ast.expr]) -> list[Code]:
+    """Return the sequences of a ``zip``; ``cycle(xs)`` is repeated to the length of the first other sequence."""
     is_cycle = [isinstance(s, ast.Call) and w.paths.of(s.func) == "itertools.cycle" for s in sources]
     other = next((s for s, cycles in zip(sources, is_cycle) if not cycles), None)
     codes: list[Code] = []
     for source, cycles in zip(sources, is_cycle):
         if cycles and other is not None and isinstance(source, ast.Call) and len(source.args) == 1:
-            if w.effect(other).acts:
-                raise w.unsupported("`cycle` beside something that draws", source)
+            if w.effect(other).has_effect:
+                raise w.unsupported("`cycle` zipped with a sequence that has side effects", source)
             codes.append(form("repeat", write_iterable(w, source.args[0]), form("length", write_iterable(w, other))))
         else:
             codes.append(write_iterable(w, source))

@@ -1,7 +1,7 @@
-"""Python expressions -> code of the language, each kind by its function in a table.
+"""Python expressions, each kind with a handler in a table.
 
-Every function gets the writer first and writes the expressions inside its own by ``w.expr``, which comes back to this
-table: the recursion over the tree goes through the writer, so the modules that write calls do not need this one.
+Handlers take the writer first and generate child expressions with ``w.expr``, which uses this table. The recursion goes
+through the writer, so that modules for calls do not depend on this one.
 """
 
 from __future__ import annotations
@@ -56,33 +56,33 @@ from scenelang.interpreter.transpile.writing.operators import (
     unary,
 )
 from scenelang.interpreter.transpile.writing.user_calls import (
+    as_positional,
     call_function,
+    is_constant_default,
     lambda_locals,
-    may_stay,
     read_field,
-    wrapped,
     write_parameters,
 )
-from scenelang.interpreter.transpile.writing.writer import Writer, is_parts, wants_vector
+from scenelang.interpreter.transpile.writing.writer import Writer, is_parts, is_used_as_vector
 
-_METHODS_OF_ONE = ("get", "append", "add", "index", "count", "remove", "startswith", "endswith", "extend")
+_UNARY_METHODS = ("get", "append", "add", "index", "count", "remove", "startswith", "endswith", "extend")
 _PLAIN_NUMBER = re.compile(r"(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
 def write_expression(w: Writer, node: ast.expr) -> Code:
-    """The code of any expression; what cannot be translated becomes a diagnostic with its place in the Python."""
+    """Return the code of an expression. Errors are recorded as diagnostics."""
     write = _EXPRESSIONS.get(type(node))
     if write is None:
         raise w.unsupported(f"`{type(node).__name__.lower()}`", node)
     try:
         code = write(w, node)
-    except SceneError as error:  # recorded, so that the rest is checked as well; the translation fails in the end
+    except SceneError as error:  # recorded, so that the rest is checked as well; the program is discarded
         w.diagnostics.append(error.diagnostic)
         return form("void")
     if code.span is None:
         code.span = w.span(node)
-    is_made = isinstance(node, (ast.Call, ast.BinOp, ast.Subscript))
-    if is_made and w.type(node).only(ARRAY | POSE) and w.is_mutated(node) and not is_form(code, "mutable-array"):
+    is_new = isinstance(node, (ast.Call, ast.BinOp, ast.Subscript))
+    if is_new and w.type(node).only(ARRAY | POSE) and w.is_mutated(node) and not is_form(code, "mutable-array"):
         return form("mutable-array", code, span=code.span)
     return code
 
@@ -93,7 +93,7 @@ def write_expression(w: Writer, node: ast.expr) -> Code:
 def _constant(w: Writer, node: ast.Constant) -> Code:
     value = node.value
     if isinstance(value, str) and any("\ud800" <= c <= "\udfff" for c in value):
-        raise w.unsupported("a string with half a character", node)
+        raise w.unsupported("a string with an unpaired surrogate", node)
     if value is None or isinstance(value, (bool, str)):
         return LiteralCode(value)
     if isinstance(value, (int, float)):
@@ -108,14 +108,14 @@ def _name(w: Writer, node: ast.Name) -> Code:
         return _library_value(w, node, path)
     variable = w.names.variables[node]
     function = w.single_function(node)
-    is_given_on = isinstance(w.parent(node), (ast.Call, ast.keyword, ast.Starred))
-    if function is not None and is_given_on and any(p.variable.is_keyword for p in function.parameters):
-        return wrapped(w, function, node)
+    is_argument = isinstance(w.parent(node), (ast.Call, ast.keyword, ast.Starred))
+    if function is not None and is_argument and any(p.variable.is_keyword for p in function.parameters):
+        return as_positional(w, function, node)
     return VariableRef(variable, w.span(node))
 
 
 def _library_value(w: Writer, node: ast.expr, path: str) -> Code:
-    """A constant or function of the library as a value."""
+    """Return a constant or function of the library as a value."""
     if path in CONSTANTS:
         return Name(CONSTANTS[path])
     if path in VALUES:
@@ -125,25 +125,25 @@ def _library_value(w: Writer, node: ast.expr, path: str) -> Code:
 
 
 def check_path(w: Writer, node: ast.expr, path: str) -> None:
-    """Raise what is wrong with using the library name ``path``, if anything is."""
+    """Raise an error if the library name ``path`` is unknown or not allowed."""
     top = path.split(".")[0]
     if top in FORBIDDEN or path in FORBIDDEN:
         raise w.error(
             "python-forbidden",
-            f"`{w.text.text(node)}` has no meaning for a scene: it reaches {FORBIDDEN[top]}",
+            f"`{w.text.text(node)}` is not allowed, because it uses {FORBIDDEN[top]}",
             node,
         )
     if path.rpartition(".")[2].startswith("__") or path.startswith("__"):
-        raise w.error("python-forbidden", f"`{w.text.text(node)}` reaches Python's own insides", node)
+        raise w.error("python-forbidden", f"`{w.text.text(node)}` accesses interpreter internals", node)
     known = path in RESULTS or path in BUILTINS or path in HELPERS or is_module(path) or path in ANNOTATIONS
     if known:
         return
     if "." in path and is_module(path.rpartition(".")[0]):
         module, _, name = path.rpartition(".")
         near = [p.removeprefix(module + ".") for p in RESULTS if p.startswith(module + ".")]
-        raise w.error("python-unsupported", f"`{w.text.text(node)}` is not known here", node, suggest(name, near))
+        raise w.error("python-unsupported", f"`{w.text.text(node)}` is not supported", node, suggest(name, near))
     visible = {v.name for v in w.names.variables.values()} | set(HELPERS) | BUILTINS
-    raise w.error("python-name", f"the name `{path}` is not defined", node, suggest(path, sorted(visible)))
+    raise w.error("python-name", f"`{path}` is not defined", node, suggest(path, sorted(visible)))
 
 
 def _attribute(w: Writer, node: ast.Attribute) -> Code:
@@ -151,7 +151,7 @@ def _attribute(w: Writer, node: ast.Attribute) -> Code:
     if path is not None:
         return _library_value(w, node, path)
     if node.attr.startswith("__"):
-        raise w.error("python-forbidden", f"`.{node.attr}` reaches Python's own insides", node)
+        raise w.error("python-forbidden", f"`.{node.attr}` accesses interpreter internals", node)
     owner = w.type(node.value)
     if owner.kinds & RECORD or owner.classes:
         return read_field(w, node)
@@ -159,13 +159,13 @@ def _attribute(w: Writer, node: ast.Attribute) -> Code:
         known = {"shape": "array-shape", "T": "transpose", "size": "length"}.get(node.attr)
         if known is not None:
             return form(known, w.expr(node.value))
-    if node.attr in _METHODS_OF_ONE:
+    if node.attr in _UNARY_METHODS:
         return _bound_method(w, node)
     raise w.unsupported(f"the attribute `.{node.attr}`", node)
 
 
 def _bound_method(w: Writer, node: ast.Attribute) -> Code:
-    """``key=counts.get``: a function of one argument that calls the method."""
+    """Return a bound method such as ``counts.get`` as a function of one argument."""
     variable = PythonVariable("key", None, is_temporary=True)
     argument = ast.copy_location(ast.Name("key", ast.Load()), node)
     w.names.variables[argument] = variable
@@ -191,13 +191,13 @@ def _display(w: Writer, node: ast.Tuple | ast.List, elements: list[ast.expr]) ->
         return form("mutable", joined) if is_mutable else joined
     if is_mutable:
         return form("mutable-list", *_items(w, elements))
-    if wants_vector(w, node) and w.is_vector_literal(node):
+    if is_used_as_vector(w, node) and w.is_vector_literal(node):
         return Brackets(_items(w, elements))
     return _immutable_list(w, node, elements)
 
 
 def _immutable_list(w: Writer, node: ast.expr, elements: list[ast.expr]) -> Code:
-    """An immutable list: quoted data where it is constant, a template where it mostly is."""
+    """Return an immutable list: quoted if it is constant, a quasiquoted template if it is mostly constant."""
     if _is_data(w, node):
         return quote(_data(w, node, quasi=False))
     leaves = _leaves(w, node)
@@ -213,7 +213,7 @@ def _items(w: Writer, elements: Sequence[ast.expr]) -> list[Code]:
 
 
 def _joined(w: Writer, elements: list[ast.expr]) -> Code:
-    """``[*a, b, *c]``."""
+    """Return the code of ``[*a, b, *c]``."""
     pieces: list[Code] = []
     run: list[ast.expr] = []
     is_shape = False
@@ -246,7 +246,7 @@ def _leaves(w: Writer, node: ast.expr) -> list[ast.expr]:
 
 
 def _is_data(w: Writer, node: ast.expr) -> bool:
-    """Whether a display is all constants, and no part of it ever changes."""
+    """Return whether a display is constant, and no part of it is ever modified."""
     if isinstance(node, (ast.Tuple, ast.List)):
         return not w.is_mutated(node) and all(_is_data(w, e) for e in node.elts)
     return is_constant(node)
@@ -294,17 +294,19 @@ def _dict(w: Writer, node: ast.Dict) -> Code:
 
 
 def _late_variables(w: Writer, node: Comprehension) -> list[PythonVariable]:
-    """The variables of a comprehension that functions among its results read when they are called later."""
+    """Return the variables of a comprehension that its results capture and read later."""
     targets = [n for g in node.generators for n in ast.walk(g.target) if isinstance(n, ast.Name)]
     found = (w.names.variables.get(n) for n in targets)
     return [variable for variable in dict.fromkeys(found) if variable is not None and variable.is_cell]
 
 
-def _late(w: Writer, node: Comprehension, late: list[PythonVariable], result: Code) -> Code:
-    """A comprehension whose variables are the same in all turns, as functions that outlive their turn see them:
-    lists joined in a loop that assigns the variables."""
-    temporaries = {variable: PythonVariable(variable.name, None, is_temporary=True) for variable in late}
-    w.late.update(temporaries)
+def _late_comprehension(w: Writer, node: Comprehension, late_variables: list[PythonVariable], result: Code) -> Code:
+    """Return a comprehension whose variables are shared by all iterations, as captured variables are in Python.
+
+    It is a loop that assigns the variables and concatenates lists.
+    """
+    temporaries = {variable: PythonVariable(variable.name, None, is_temporary=True) for variable in late_variables}
+    w.late_variables.update(temporaries)
     code: Code = form("list", result)
     for generator in reversed(node.generators):
         if generator.ifs:
@@ -312,18 +314,18 @@ def _late(w: Writer, node: Comprehension, late: list[PythonVariable], result: Co
             test = tests[0] if len(tests) == 1 else form("and", *tests)
             code = form("if", test, code, quote(FormCode([])))
         own = {w.names.variables.get(n) for n in ast.walk(generator.target)}
-        sets = [form("set!", VariableRef(v), VariableRef(temporaries[v])) for v in late if v in own]
+        sets = [form("set!", VariableRef(v), VariableRef(temporaries[v])) for v in late_variables if v in own]
         clause = FormCode([write_pattern(w, generator.target), write_iterable(w, generator.iter)])
         code = FormCode([Name("for/append"), FormCode([clause]), *sets, code])
-    for variable in late:
-        del w.late[variable]
-    return form("let", FormCode([FormCode([VariableRef(variable), none()]) for variable in late]), code)
+    for variable in late_variables:
+        del w.late_variables[variable]
+    return form("let", FormCode([FormCode([VariableRef(variable), none()]) for variable in late_variables]), code)
 
 
 def _list_comprehension(w: Writer, node: ast.ListComp) -> Code:
     late = _late_variables(w, node)
     if late:
-        joined = _late(w, node, late, w.expr(node.elt))
+        joined = _late_comprehension(w, node, late, w.expr(node.elt))
         return form("mutable", joined) if w.is_mutated(node) else joined
     kind = "/union" if is_parts(w, node) else "/list"
     head = loop_head(w, kind, node.generators)
@@ -334,7 +336,7 @@ def _list_comprehension(w: Writer, node: ast.ListComp) -> Code:
 def _generator(w: Writer, node: ast.GeneratorExp) -> Code:
     late = _late_variables(w, node)
     if late:
-        return _late(w, node, late, w.expr(node.elt))
+        return _late_comprehension(w, node, late, w.expr(node.elt))
     kind = "/union" if is_parts(w, node) else "/list"
     head = loop_head(w, kind, node.generators)
     return FormCode([*head, w.comment_item(w.expr(node.elt), node.elt)])
@@ -343,7 +345,7 @@ def _generator(w: Writer, node: ast.GeneratorExp) -> Code:
 def _set_comprehension(w: Writer, node: ast.SetComp) -> Code:
     late = _late_variables(w, node)
     if late:
-        return form("list->set", _late(w, node, late, w.expr(node.elt)))
+        return form("list->set", _late_comprehension(w, node, late, w.expr(node.elt)))
     return FormCode([*loop_head(w, "/set", node.generators), w.expr(node.elt)])
 
 
@@ -351,7 +353,7 @@ def _dict_comprehension(w: Writer, node: ast.DictComp) -> Code:
     late = _late_variables(w, node)
     if late:
         pair = form("list", w.expr(node.key), w.expr(node.value))
-        return form("list->table", _late(w, node, late, pair))
+        return form("list->table", _late_comprehension(w, node, late, pair))
     head = loop_head(w, "/table", node.generators)
     return FormCode([*head, form("list", w.expr(node.key), w.expr(node.value))])
 
@@ -376,7 +378,7 @@ def _lambda(w: Writer, node: ast.Lambda) -> Code:
     function = w.names.functions[node]
     bindings: list[Code] = []
     for parameter in function.parameters:
-        if parameter.default is not None and not may_stay(w, parameter.default):
+        if parameter.default is not None and not is_constant_default(w, parameter.default):
             variable = PythonVariable(parameter.variable.name, None, is_temporary=True)
             bindings.append(FormCode([VariableRef(variable), w.expr(parameter.default)]))
             w.defaults[parameter.default] = variable
@@ -390,13 +392,13 @@ def _conditional(w: Writer, node: ast.IfExp) -> Code:
 
 def _named_expression(w: Writer, node: ast.NamedExpr) -> Code:
     variable = w.names.variables.get(node.target)
-    if variable is None:  # such as in the body of a class
+    if variable is None:  # for example in the body of a class
         raise w.unsupported("`:=` here", node)
     return form("begin", form("set!", VariableRef(variable), w.expr(node.value)), VariableRef(variable))
 
 
 def _starred(w: Writer, node: ast.Starred) -> Code:
-    raise w.unsupported("a star here", node)
+    raise w.unsupported("`*` here", node)
 
 
 def _yield(w: Writer, node: ast.Yield) -> Code:

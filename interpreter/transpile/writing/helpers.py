@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from scenelang.grammar.diagnostics import suggest
 from scenelang.grammar.reader import is_keyword_name
 from scenelang.interpreter.lint.attributes import unread_hint
-from scenelang.interpreter.scene.primitives import block_words, geometry_read, solid_words
+from scenelang.interpreter.scene.primitives import block_words, geometry_attributes, solid_words
 from scenelang.interpreter.transpile.analysis.inference import POSE, SEQUENCES, SHAPE
 from scenelang.interpreter.transpile.analysis.scopes import Function, PythonVariable, is_none
 from scenelang.interpreter.transpile.python_text import HELPERS
@@ -21,15 +21,15 @@ from scenelang.interpreter.transpile.writing.code import (
     Name,
     VariableRef,
     form,
-    gives_parts,
     is_form,
     none,
     number,
+    returns_parts,
 )
 from scenelang.interpreter.transpile.writing.conversions import write_test, write_vector
 from scenelang.interpreter.transpile.writing.user_calls import (
     arguments_of,
-    expanded,
+    expand_starred,
     is_ones,
     is_zero_vector,
     write_argument,
@@ -39,7 +39,7 @@ from scenelang.interpreter.transpile.writing.writer import WriteExpression, Writ
 _BLOCKS = {word.replace("-", "_"): word for word in block_words()}
 _SHAPES = {word.replace("-", "_"): word for word in solid_words()}
 _ATTRIBUTES = {"block_type": "block-type", "block_kwargs": "block-kwargs"}
-_LONGEST_NAME = 60
+_MAX_NAME = 60
 _VECTORS = ("color", "scale", "p0", "p1")
 
 
@@ -52,26 +52,26 @@ def library_call(w: Writer, node: ast.Call) -> Code:
     if word is None:
         found = next((k for k in keywords if k.arg == "func_name"), None)
         if found is None:
-            raise w.error("python-call", "the call of `library_call` lacks the name of a function", node)
+            raise w.error("python-call", "missing function name in a call of `library_call`", node)
         keywords.remove(found)
         word = found.value
     if len(node.args) > 1:
         raise w.error(
-            "python-call", "`library_call` takes one name, then `name=value` arguments", node.args[1],
-            "write the arguments with their names",
+            "python-call", "`library_call` expects one name followed by keyword arguments", node.args[1],
+            "pass each argument as `name=value`",
         )  # fmt: skip
     if isinstance(word, ast.Constant) and isinstance(word.value, str):
         target = w.analysed.words.get(word.value)
         if target is None:
             return _unknown_call(w, node, word.value)
         assert target.word is not None
-        check_named(w, node, target, keywords)
+        check_keywords(w, node, target, keywords)
         return _call(w, LiteralCode(target.word, w.span(word)), keywords, target)
     return _computed_call(w, word, keywords)
 
 
 def _computed_call(w: Writer, word: ast.expr, keywords: list[ast.keyword]) -> Code:
-    """A word that is worked out while the program runs: an unknown one gives an empty union, as in the reference."""
+    """Return a call of a computed word; an unknown word evaluates to an empty union, as in the paper's tool."""
     known = possible_words(w, word)
     if known and all(name in w.analysed.words for name in known):
         return _call(w, w.expr(word), keywords)
@@ -83,7 +83,7 @@ def _computed_call(w: Writer, word: ast.expr, keywords: list[ast.keyword]) -> Co
 
 
 def possible_words(w: Writer, word: ast.expr) -> list[str]:
-    """The strings that a name may hold, where they all come from displays of constants; empty when unknown."""
+    """Return the words that a variable may hold if they all come from constant displays; empty if unknown."""
     variable = w.variable(word)
     if variable is None or variable.function is None:
         return []
@@ -104,7 +104,7 @@ def possible_words(w: Writer, word: ast.expr) -> list[str]:
 
 
 def _source_of(w: Writer, store: ast.AST) -> ast.expr | None:
-    """The display that a variable takes its values from, directly or through a loop over it."""
+    """Return the display that a variable takes its values from, directly or through a loop over it."""
     outer = w.parent(store)
     while isinstance(outer, (ast.Tuple, ast.List)):
         outer = w.parent(outer)
@@ -139,7 +139,7 @@ def _display(w: Writer, node: ast.expr) -> ast.expr | None:
 def _unknown_call(w: Writer, node: ast.Call, word: str) -> Code:
     known = [f.word for f in w.analysed.words.values() if f.word]
     w.warn(
-        "unknown-function", f"no function is registered as `{word}`; the call gives an empty shape", node,
+        "unknown-function", f"no function is registered as `{word}`; the call returns an empty shape", node,
         suggest(word, known),
     )  # fmt: skip
     code = form("union")
@@ -162,8 +162,8 @@ def _call(w: Writer, word: Code, keywords: list[ast.keyword], target: Function |
     return form("call", word, *items)
 
 
-def check_named(w: Writer, node: ast.Call, target: Function, keywords: list[ast.keyword]) -> None:
-    """Raise what a call by names gets wrong: unknown, repeated or missing parameters."""
+def check_keywords(w: Writer, node: ast.Call, target: Function, keywords: list[ast.keyword]) -> None:
+    """Raise an error if the keyword arguments of a call do not match the parameters."""
     named = [k.arg for k in keywords if k.arg is not None]
     takes_all = any(p.kind == "keys" for p in target.parameters)
     names = [p.variable.name for p in target.parameters if p.kind in ("plain", "keyword")]
@@ -179,25 +179,26 @@ def check_named(w: Writer, node: ast.Call, target: Function, keywords: list[ast.
         if p.default is None and p.kind in ("plain", "keyword") and p.variable.name not in named
     ]  # fmt: skip
     if missing:
-        raise w.error("python-call", f"the call of `{target.name}` lacks {', '.join(f'`{m}`' for m in missing)}", node)
+        names_text = ", ".join(f"`{m}`" for m in missing)
+        raise w.error("python-call", f"missing arguments in a call of `{target.name}`: {names_text}", node)
 
 
 # --- primitive_call --------------------------------------------------------------------------------------------
 
 
 def primitive_call(w: Writer, node: ast.Call) -> Code:
-    """A primitive; its attributes come from ``shape_kwargs`` and from keywords, in the order they are written in."""
+    """Return a primitive; its attributes are those of ``shape_kwargs`` and the keyword arguments, in source order."""
     positional = [name.rstrip("?") for name in HELPERS["primitive_call"].parameters.split()]
     given: list[tuple[str, ast.expr]] = []
-    for position, argument in enumerate(expanded(w, node.args)):
+    for position, argument in enumerate(expand_starred(w, node.args)):
         if isinstance(argument, ast.Starred) or position >= len(positional):
-            raise w.error("python-call", "`primitive_call` takes a name, `shape_kwargs` and a color", argument)
+            raise w.error("python-call", "`primitive_call` expects a name, `shape_kwargs` and `color`", argument)
         given.append((positional[position], argument))
     spread = [keyword.value for keyword in node.keywords if keyword.arg is None]
     given += [(keyword.arg, keyword.value) for keyword in node.keywords if keyword.arg is not None]
     word = next((value for name, value in given if name == "name"), None)
     if word is None:
-        raise w.error("python-call", "the call of `primitive_call` lacks the name of a primitive", node)
+        raise w.error("python-call", "missing primitive name in a call of `primitive_call`", node)
     items: list[Code] = []
     tables: list[Code] = []
     is_block = bool(spread) and _is_block(w, word)
@@ -209,7 +210,7 @@ def primitive_call(w: Writer, node: ast.Call) -> Code:
     for name, value in given:
         if name == "shape_kwargs":
             _shape_kwargs(w, value, items, tables)
-            _check_read(w, word, value)
+            _warn_unused(w, word, value)
         elif name != "name":
             _attribute(w, name, value, items)
     head, word_code = _primitive_word(w, word)
@@ -219,8 +220,10 @@ def primitive_call(w: Writer, node: ast.Call) -> Code:
 
 
 def _is_block(w: Writer, word: ast.expr) -> bool:
-    """Whether attributes are given as keywords, as Minecraft's primitives have them; a word that is computed is taken
-    for one where the program names one."""
+    """Return whether the primitive is made of Minecraft blocks, whose attributes may be passed as keyword arguments.
+
+    A computed word is assumed to be if the program names such a primitive.
+    """
     if isinstance(word, ast.Constant):
         return word.value in _BLOCKS
     nodes = ast.walk(w.analysed.text.tree)
@@ -228,9 +231,9 @@ def _is_block(w: Writer, word: ast.expr) -> bool:
 
 
 def _arguments_in(w: Writer, value: ast.expr, given: set[str], items: list[Code], tables: list[Code]) -> None:
-    """``**value``, a dictionary that may hold ``shape_kwargs`` and ``color``."""
+    """Add the attributes of ``**value``, a dictionary that may contain ``shape_kwargs`` and ``color``."""
     if not isinstance(value, ast.Name):
-        raise w.unsupported("a dictionary that is made in the call of `primitive_call`", value)
+        raise w.unsupported("`**` with an expression other than a variable in a call of `primitive_call`", value)
     if "shape_kwargs" not in given:
         tables.append(form("keywords", form("ref", w.expr(value), LiteralCode("shape_kwargs"), form("table"))))
     if "color" not in given:
@@ -238,13 +241,13 @@ def _arguments_in(w: Writer, value: ast.expr, given: set[str], items: list[Code]
 
 
 def _primitive_word(w: Writer, word: ast.expr) -> tuple[str, Code]:
-    """``call`` and the word; ``primitive`` where the program binds the word itself."""
+    """Return ``call`` and the word, or ``primitive`` if the program binds the word itself."""
     bound = {f.word for f in w.names.ordered if f.word}
     if not isinstance(word, ast.Constant):
         return ("primitive" if bound & {*_SHAPES.values(), *_BLOCKS.values()} else "call"), w.expr(word)
     name = str(word.value)
     if name not in _SHAPES and name not in _BLOCKS:
-        hint = suggest(name, [*_SHAPES, *_BLOCKS]) or f"there are {', '.join([*_SHAPES, *_BLOCKS])}"
+        hint = suggest(name, [*_SHAPES, *_BLOCKS]) or f"available primitives: {', '.join([*_SHAPES, *_BLOCKS])}"
         raise w.error("python-call", f"unknown primitive `{name}`", word, hint)
     name = {**_SHAPES, **_BLOCKS}.get(name, name)
     return ("primitive" if name in bound else "call"), LiteralCode(name, w.span(word))
@@ -270,18 +273,18 @@ def _shape_kwargs(w: Writer, value: ast.expr, items: list[Code], tables: list[Co
         _attribute(w, name, attribute, items)
 
 
-def _check_read(w: Writer, word: ast.expr, value: ast.expr) -> None:
-    """Warn about arguments that no primitive has; those of other primitives are for the checker to find."""
-    said = word.value if isinstance(word, ast.Constant) else None
-    kind = _SHAPES.get(said) if isinstance(said, str) else None
-    read = None if kind is None else geometry_read(kind)
-    if not isinstance(said, str) or kind is None or read is None or not isinstance(value, ast.Dict):
+def _warn_unused(w: Writer, word: ast.expr, value: ast.expr) -> None:
+    """Warn about attributes that no primitive has; attributes of other primitives are reported by the checker."""
+    name_given = word.value if isinstance(word, ast.Constant) else None
+    primitive = _SHAPES.get(name_given) if isinstance(name_given, str) else None
+    used = None if primitive is None else geometry_attributes(primitive)
+    if not isinstance(name_given, str) or primitive is None or used is None or not isinstance(value, ast.Dict):
         return
     for key in value.keys:
         name = key.value if isinstance(key, ast.Constant) else None
-        if isinstance(name, str) and key is not None and name not in read and unread_hint(kind, name) is None:
-            hint = "it reads " + ", ".join(f"`{n}`" for n in read)
-            w.warn("idle-attribute", f"a `{said}` does not read `{name}`", key, hint)
+        if isinstance(name, str) and key is not None and name not in used and unread_hint(primitive, name) is None:
+            hint = "it uses " + ", ".join(f"`{n}`" for n in used)
+            w.warn("idle-attribute", f"the primitive `{name_given}` does not use `{name}`", key, hint)
 
 
 def _is_text(key: ast.expr | None) -> bool:
@@ -289,7 +292,7 @@ def _is_text(key: ast.expr | None) -> bool:
 
 
 def _attribute(w: Writer, name: str, value: ast.expr, items: list[Code]) -> None:
-    """``:name value``, unless it is the default."""
+    """Append ``:name value`` unless it is the default."""
     is_default = (
         (name == "color" and is_ones(value))
         or (name == "fill" and isinstance(value, ast.Constant) and value.value is True)
@@ -314,11 +317,11 @@ def _keyword_of(name: str) -> str:
 
 
 def _check_attribute_name(w: Writer, name: str, key: ast.expr) -> None:
-    """Raise where the key of a table, which may be any text, is no word that a keyword can be made of."""
+    """Raise an error if the key of a table cannot be a keyword."""
     if not is_keyword_name(_keyword_of(name)):
-        shown = repr(name) if len(name) <= _LONGEST_NAME else repr(name[:_LONGEST_NAME]) + "..."
-        hint = "the name of an attribute is one word, such as `radius`"
-        raise w.error("python-call", f"{shown} is not the name of an attribute", key, hint)
+        shown = repr(name) if len(name) <= _MAX_NAME else repr(name[:_MAX_NAME]) + "..."
+        hint = "an attribute name is a single word such as `radius`"
+        raise w.error("python-call", f"invalid attribute name {shown}", key, hint)
 
 
 def _is_nothing(value: ast.expr) -> bool:
@@ -326,9 +329,9 @@ def _is_nothing(value: ast.expr) -> bool:
 
 
 def _color(w: Writer, value: ast.expr) -> Code:
-    """A colour has three components; a fourth, alpha, is dropped."""
+    """Return a colour of three components; a fourth, alpha, is dropped."""
     if isinstance(value, (ast.Tuple, ast.List)) and len(value.elts) == 4:
-        if not any(isinstance(e, ast.Starred) for e in value.elts) and not w.effect(value.elts[3]).acts:
+        if not any(isinstance(e, ast.Starred) for e in value.elts) and not w.effect(value.elts[3]).has_effect:
             return write_vector(w, ast.copy_location(ast.Tuple(value.elts[:3], ast.Load()), value))
     code = write_vector(w, value)
     length = w.known_length(value)
@@ -338,7 +341,7 @@ def _color(w: Writer, value: ast.expr) -> Code:
 
 
 def _block_kwargs(w: Writer, value: ast.expr) -> Code:
-    """The states of a block as an association list; a table serves too."""
+    """Return the states of a block as an association list; other expressions may be tables."""
     if not isinstance(value, ast.Dict) or not all(isinstance(key, ast.Constant) for key in value.keys):
         return w.expr(value)
     is_constant = all(isinstance(v, ast.Constant) for v in value.values)
@@ -371,22 +374,22 @@ def concat_shapes(w: Writer, node: ast.Call) -> Code:
             items += code.items[1:]
         else:
             items.append(w.comment_item(code, argument))
-    if len(items) == 1 and (gives_parts(items[0]) or _is_united(w, node.args[0])):
+    if len(items) == 1 and (returns_parts(items[0]) or _is_union_list(w, node.args[0])):
         return items[0]
     return form("union", *items)
 
 
 def _first_matrix(w: Writer, node: ast.Call, matrices: Sequence[ast.expr]) -> Code:
-    """Matrices that are joined row after row, given as a pose: the reference reads the first four rows."""
-    hint = "`a @ b` applies both, b first"
-    w.warn("python-ignored", "of matrices that are joined into a pose only the first has an effect", node, hint)
+    """Return the first of several matrices concatenated into a pose, of which the paper's tool only reads four rows."""
+    hint = "to apply both, `b` first, write `a @ b`"
+    w.warn("python-ignored", "only the first of several matrices concatenated into a pose has an effect", node, hint)
     first = matrices[0]
     code = form("ref", w.expr(first.value), number(0)) if isinstance(first, ast.Starred) else w.expr(first)
-    return form("begin", *(w.expr(m) for m in matrices[1:]), code) if w.effect(*matrices[1:]).acts else code
+    return form("begin", *(w.expr(m) for m in matrices[1:]), code) if w.effect(*matrices[1:]).has_effect else code
 
 
 def _joined_matrices(w: Writer, node: ast.expr) -> Sequence[ast.expr]:
-    """The 4x4 matrices that ``np.concatenate`` or ``np.vstack`` joins along the first axis; none if it does not."""
+    """Return the 4x4 matrices that ``np.concatenate`` or ``np.vstack`` joins along the first axis, or none."""
     if not isinstance(node, ast.Call) or len(node.args) != 1 or node.keywords:
         return ()
     parts = node.args[0]
@@ -404,16 +407,16 @@ def _pose(w: Writer, node: ast.expr) -> Code:
     return w.expr(node)
 
 
-def _is_united(w: Writer, argument: ast.expr) -> bool:
-    """Whether an argument is the name of a list that was collected as parts."""
+def _is_union_list(w: Writer, argument: ast.expr) -> bool:
+    """Return whether an argument is a variable whose list was collected as parts."""
     if not isinstance(argument, ast.Starred):
         return False
     variable = w.variable(argument.value)
-    return variable is not None and variable in w.united
+    return variable is not None and variable in w.unions
 
 
 def _given(w: Writer, node: ast.Call, name: str) -> dict[str, ast.expr]:
-    """The arguments of a call of a helper by parameter."""
+    """Return the arguments of a call of a helper, by parameter."""
     return arguments_of(w, node, HELPERS[name].parameters, name)
 
 
@@ -426,12 +429,12 @@ def transform_shape(w: Writer, node: ast.Call) -> Code:
 def loop(w: Writer, node: ast.Call) -> Code:
     given = _given(w, node, "loop")
     function = w.type(given["fn"])
-    if any(_may_be_no_shape(w, f) for f in function.functions):
-        raise w.error("python-call", "the function of this `loop` returns no shape", given["fn"])
+    if any(_never_returns_shape(w, f) for f in function.functions):
+        raise w.error("python-call", "the function passed to `loop` does not return a shape", given["fn"])
     return form("union-loop", w.expr(given["n"]), w.expr(given["fn"]))
 
 
-def _may_be_no_shape(w: Writer, function: Function) -> bool:
+def _never_returns_shape(w: Writer, function: Function) -> bool:
     returned = w.facts.returns.get(function)
     return returned is not None and returned.kinds != 0 and not returned.may(SHAPE | SEQUENCES)
 
@@ -439,7 +442,7 @@ def _may_be_no_shape(w: Writer, function: Function) -> bool:
 def _in_order(
     w: Writer, values: list[ast.expr], writers: Sequence[WriteExpression], build: Callable[..., Code]
 ) -> Code:
-    """Write arguments in another order than Python evaluates them in, where that matters through a ``let*``."""
+    """Return a call whose arguments are evaluated in Python's order, through a ``let*`` if the order matters."""
     positions = [(v.lineno, v.col_offset) for v in values]
     codes = [write(w, value) for write, value in zip(writers, values)]
     if positions == sorted(positions) or all(
@@ -499,4 +502,4 @@ def box(name: str) -> Callable[[Writer, ast.Call], Code]:
 
 
 def registration(w: Writer, node: ast.Call) -> Code:
-    raise w.unsupported("`register` as a call", node, "write it as a decorator: @register()")
+    raise w.unsupported("`register` as a call", node, "use it as a decorator: `@register()`")

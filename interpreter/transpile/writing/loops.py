@@ -1,4 +1,4 @@
-"""Loops, and the lists that loops and branches collect: what statements add becomes comprehensions and unions."""
+"""Loops, and the lists that loops and branches collect, which become comprehensions and unions."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem, Col
 from scenelang.interpreter.transpile.writing.bodies import (
     conditional,
     effect_body,
-    finish_note,
-    hang,
-    open_note,
+    move_note,
+    take_leading_comments,
+    take_trailing_comments,
     value_clauses,
     write_body,
 )
@@ -39,43 +39,45 @@ from scenelang.interpreter.transpile.writing.conversions import (
     write_test,
 )
 from scenelang.interpreter.transpile.writing.writer import (
-    Jump,
+    ExitPoint,
     Mode,
     Writer,
-    breaks_out,
+    has_break,
     has_inner_star,
-    is_skip,
-    is_united,
-    leaves,
-    only_loop,
+    is_continue_guard,
+    is_only_combined,
+    may_exit,
+    sole_loop,
 )
 
 # `for` and `while`: clauses, guards, early exits.
 
 
 def write_for(w: Writer, node: ast.For, block: Block, note: Code) -> None:
-    """``for``, for what it does."""
-    code, jump = _loop(w, node, "", Mode(ast.Continue, lambda b: None), None)
-    _add_loop(w, node, code, jump, block, note)
+    """Generate a ``for`` that is evaluated for its effects."""
+    code, exit_point = _loop(w, node, "", Mode(ast.Continue, lambda b: None), None)
+    _add_loop(w, node, code, exit_point, block, note)
 
 
 def write_while(w: Writer, node: ast.While, block: Block, note: Code) -> None:
-    """``while``."""
-    jump = Jump("break")
-    w.place.breaks.append(jump)
+    """Generate a ``while``."""
+    exit_point = ExitPoint("break")
+    w.exits.breaks.append(exit_point)
     test = write_test(w, node.test)
     body = _loop_body(w, node.body, Mode(ast.Continue, lambda b: None), None, [])
-    w.place.breaks.pop()
+    w.exits.breaks.pop()
     code = FormCode([Name("while"), test, *(body or [none()])], w.span(node))
-    _add_loop(w, node, code, jump, block, note)
+    _add_loop(w, node, code, exit_point, block, note)
 
 
-def _add_loop(w: Writer, node: ast.For | ast.While, code: Code, jump: Jump, block: Block, note: Code) -> None:
-    """Add a loop, and what `break` skips; ``jump`` is where its `break` goes."""
+def _add_loop(
+    w: Writer, node: ast.For | ast.While, code: Code, exit_point: ExitPoint, block: Block, note: Code
+) -> None:
+    """Add a loop and its ``else`` block, which a `break` skips. ``exit_point`` is the target of `break`."""
     effect = w.effect(node)
-    if jump.variable is not None or (node.orelse and breaks_out(node.body)):
+    if exit_point.variable is not None or (node.orelse and has_break(node.body)):
         orelse = effect_body(w, node.orelse) if node.orelse else []
-        code = form("let/ec", VariableRef(jump.escape()), code, *orelse, span=w.span(node))
+        code = form("let/ec", VariableRef(exit_point.escape()), code, *orelse, span=w.span(node))
         block.add_effect(code, effect | Effect(changes=True), note)
         return
     block.add_effect(code, effect, note)
@@ -83,11 +85,13 @@ def _add_loop(w: Writer, node: ast.For | ast.While, code: Code, jump: Jump, bloc
         w.statement(statement, block)
 
 
-def _loop(w: Writer, node: ast.For, kind: str, mode: Mode, collecting: Collecting | None) -> tuple[Code, Jump]:
-    """A loop as ``(for/kind (clauses) body ...)``; loops that hold nothing but a loop become ``for*``. Also where its
-    `break` goes."""
-    jump = Jump("break")
-    w.place.breaks.append(jump)
+def _loop(w: Writer, node: ast.For, kind: str, mode: Mode, collecting: Collecting | None) -> tuple[Code, ExitPoint]:
+    """Return a loop as ``(for/kind (clauses) body ...)``, and the target of its `break`.
+
+    Directly nested loops become ``for*``.
+    """
+    exit_point = ExitPoint("break")
+    w.exits.breaks.append(exit_point)
     clauses: list[Code] = []
     nested = False
     inner: ast.For = node
@@ -95,37 +99,37 @@ def _loop(w: Writer, node: ast.For, kind: str, mode: Mode, collecting: Collectin
     statements: list[ast.stmt] = []
     depth = 0
     while True:
-        nested_inner = only_loop(inner.body, collecting)
+        nested_inner = sole_loop(inner.body, collecting)
         nested = nested or nested_inner is not None
         clauses += _for_clauses(w, inner, parallel=not nested, prefix=prefix)
         statements = list(inner.body)
         if prefix:
             break
         statements = _guards(w, statements, clauses, breaks=depth == 0 and not collecting and not node.orelse)
-        following = only_loop(statements, collecting)
-        if following is None or breaks_out(following.body) or (depth and jump.variable):
+        following = sole_loop(statements, collecting)
+        if following is None or has_break(following.body) or (depth and exit_point.variable):
             break
-        if following in w.places.before:
-            break  # variables are defined between the two
+        if following in w.cell_definitions.before:
+            break  # cells are defined between the two loops
         nested = True
         note = Code(None)
-        open_note(w, note, following)
+        take_leading_comments(w, note, following)
         clauses[-1].before = (*clauses[-1].before, *note.before)
         inner = following
         depth += 1
     body = _loop_body(w, statements, mode, collecting, prefix)
-    w.place.breaks.pop()
+    w.exits.breaks.pop()
     head = Name(f"for{'*' if depth else ''}{kind}")
-    return FormCode([head, FormCode(clauses), *(body or [none()])], w.span(node)), jump
+    return FormCode([head, FormCode(clauses), *(body or [none()])], w.span(node)), exit_point
 
 
 def _for_clauses(w: Writer, node: ast.For, parallel: bool, prefix: list[Code]) -> list[Code]:
-    """The clauses of one ``for``; targets that are assigned in place are set first thing in the body."""
+    """Return the clauses of one ``for``; targets that are cells are assigned at the start of the body."""
     target = node.target
     if _interleaves(w, node):
-        lazily = _lazy_clauses(w, node, prefix)
-        if lazily is not None:
-            return lazily
+        lazy = _lazy_clauses(w, node, prefix)
+        if lazy is not None:
+            return lazy
     names = [n for n in ast.walk(target) if isinstance(n, ast.Name)]
     if isinstance(target, (ast.Name, ast.Tuple, ast.List)) and not any(
         w.names.variables[n].is_cell for n in names if n in w.names.variables
@@ -133,7 +137,7 @@ def _for_clauses(w: Writer, node: ast.For, parallel: bool, prefix: list[Code]) -
         if not isinstance(target, ast.Name) and any(
             not isinstance(n, (ast.Name, ast.Tuple, ast.List, ast.Starred, ast.Store)) for n in ast.walk(target)
         ):
-            raise w.unsupported("this target of a loop", target)
+            raise w.unsupported("this loop target", target)
         if has_inner_star(target):
             variable = PythonVariable("item", None, is_temporary=True)
             block = Block()
@@ -153,16 +157,18 @@ def _for_clauses(w: Writer, node: ast.For, parallel: bool, prefix: list[Code]) -
 
 
 def _interleaves(w: Writer, node: ast.For) -> bool:
-    """Whether what the loop runs through and its body both draw random numbers, turn by turn."""
+    """Return whether the iterable and the body of a loop both draw random numbers, in alternation."""
     return w.effect(node.iter).draws and w.effect(*node.body).draws
 
 
 def _lazy_clauses(w: Writer, node: ast.For, prefix: list[Code]) -> list[Code] | None:
-    """A generator expression or ``map`` whose items are worked out turn by turn, as in Python; a generator function
-    of the program draws first here, which is said."""
+    """Return clauses that compute the items of a generator expression or ``map`` in each iteration, as Python does.
+
+    For a generator function of the program this is not possible: it draws its numbers first, which is reported.
+    """
     source = node.iter
     if isinstance(source, ast.Call) and any(t.is_generator for t in w.facts.targets.get(source, ())):
-        message = "this generator and the loop both draw random numbers; here the generator draws all of its first"
+        message = "the generator and the loop both draw random numbers; in the translation, the generator draws first"
         w.warn("draw-order", message, source)
     if not isinstance(node.target, ast.Name) or w.names.variables[node.target].is_cell:
         return None
@@ -180,8 +186,8 @@ def _lazy_clauses(w: Writer, node: ast.For, prefix: list[Code]) -> list[Code] | 
 
 
 def _guards(w: Writer, statements: list[ast.stmt], clauses: list[Code], breaks: bool) -> list[ast.stmt]:
-    """Leading ``if c: continue`` and ``if c: break``, and an ``if`` around all, become clauses."""
-    while statements and isinstance(statements[0], ast.If) and statements[0] not in w.places.before:
+    """Convert leading ``if c: continue`` and ``if c: break``, and an ``if`` around the whole body, to clauses."""
+    while statements and isinstance(statements[0], ast.If) and statements[0] not in w.cell_definitions.before:
         first = statements[0]
         if (
             not first.orelse
@@ -193,14 +199,14 @@ def _guards(w: Writer, statements: list[ast.stmt], clauses: list[Code], breaks: 
             statements = statements[1:]
         elif not first.orelse and len(first.body) == 1 and isinstance(first.body[0], ast.Break) and breaks:
             note = Code(None)
-            open_note(w, note, first)
+            take_leading_comments(w, note, first)
             test = write_test(w, first.test)
-            w.comments.close(note, first.lineno, first.end_lineno or first.lineno)
+            w.comments.take_trailing(note, first.lineno, first.end_lineno or first.lineno)
             clauses += [Key("break"), test]
             clauses[-2].before, test.after = note.before, note.after
             statements = statements[1:]
             break
-        elif not first.orelse and len(statements) == 1 and not leaves(first, ast.Break):
+        elif not first.orelse and len(statements) == 1 and not may_exit(first, ast.Break):
             _guard(w, first, clauses, holds=True)
             statements = first.body
         else:
@@ -210,10 +216,10 @@ def _guards(w: Writer, statements: list[ast.stmt], clauses: list[Code], breaks: 
 
 def _guard(w: Writer, node: ast.If, clauses: list[Code], holds: bool) -> None:
     note = Code(None)
-    open_note(w, note, node)
+    take_leading_comments(w, note, node)
     key, test = condition_clause(w, node.test, holds)
-    if not holds:  # the `continue` goes, with its comment
-        w.comments.close(note, node.lineno, node.end_lineno or node.lineno)
+    if not holds:  # the comment of the removed `continue`
+        w.comments.take_trailing(note, node.lineno, node.end_lineno or node.lineno)
     key.before, test.after = note.before, note.after
     clauses += [key, test]
 
@@ -221,46 +227,46 @@ def _guard(w: Writer, node: ast.If, clauses: list[Code], holds: bool) -> None:
 def _loop_body(
     w: Writer, statements: Sequence[ast.stmt], mode: Mode, collecting: Collecting | None, prefix: list[Code]
 ) -> list[Code]:
-    jump = Jump("continue")
-    w.place.continues.append(jump)
+    exit_point = ExitPoint("continue")
+    w.exits.continues.append(exit_point)
     block = Block()
     if collecting is not None:
-        block.collecting.append(Collecting(collecting.collection, collecting.unites, False))
-        jump.value = (lambda: form("union")) if collecting.unites else (lambda: quote(FormCode([])))
+        block.collecting.append(Collecting(collecting.collection, collecting.as_union, False))
+        exit_point.value = (lambda: form("union")) if collecting.as_union else (lambda: quote(FormCode([])))
     body = write_body(w, statements, mode, block)
-    w.place.continues.pop()
-    if jump.variable is not None:
-        body = [form("let/ec", VariableRef(jump.variable), *body)]
+    w.exits.continues.pop()
+    if exit_point.variable is not None:
+        body = [form("let/ec", VariableRef(exit_point.variable), *body)]
     return [*prefix, *body]
 
 
-# Lists that are collected.
+# Collected lists.
 
 
 def start_collection(w: Writer, node: ast.stmt, block: Block, note: Code) -> bool:
-    """Begin to collect the list that an assignment makes. Whether it is one that is collected."""
+    """Start collecting the list that an assignment creates; return whether it is collected."""
     collection = w.analysed.collections.by_start.get(node)
     value = node.value if isinstance(node, (ast.Assign, ast.AnnAssign)) else None
     if collection is None or value is None or is_annotation(w.paths, value):
         return False
-    block.collecting.append(_started(w, collection, value, note))
+    block.collecting.append(_new_collecting(w, collection, value, note))
     return True
 
 
-def _started(w: Writer, collection: Collection, value: ast.expr, note: Code) -> Collecting:
-    """A list with the pieces that it has where it is made."""
+def _new_collecting(w: Writer, collection: Collection, value: ast.expr, note: Code) -> Collecting:
+    """Return the state of a collected list with its initial items."""
     collecting = Collecting(
-        collection, _unites_all(w, collection), any(s.is_mutated for s in w.type(value).sites), note=note
+        collection, _is_combined(w, collection), any(s.is_mutated for s in w.type(value).sites), note=note
     )
-    if collecting.unites and not collecting.is_mutated:
-        w.united.add(collection.variable)
+    if collecting.as_union and not collecting.is_mutated:
+        w.unions.add(collection.variable)
     if isinstance(value, ast.List):
         for element in value.elts:
             is_many = isinstance(element, ast.Starred)
             code = write_iterable(w, element.value) if isinstance(element, ast.Starred) else w.expr(element)
             collecting.pieces.append(CollectedPiece(w.comment_item(code, element), is_many, w.effect(element)))
     elif isinstance(value, ast.ListComp):
-        head = loop_head(w, "/union" if collecting.unites else "/list", value.generators)
+        head = loop_head(w, "/union" if collecting.as_union else "/list", value.generators)
         collecting.pieces.append(CollectedPiece(FormCode([*head, w.expr(value.elt)]), True, w.effect(value)))
     elif collection.is_union and not _is_empty(value):
         collecting.pieces.append(CollectedPiece(w.expr(value), False, w.effect(value)))
@@ -269,27 +275,27 @@ def _started(w: Writer, collection: Collection, value: ast.expr, note: Code) -> 
     return collecting
 
 
-def _unites_all(w: Writer, collection: Collection) -> bool:
+def _is_combined(w: Writer, collection: Collection) -> bool:
     if collection.is_union:
         return True
     element_types = [s.element for r in w.reads_of(collection.variable) for s in w.type(r).sites]
     if not element_types or not any(t.kinds & SHAPE for t in element_types):
         return False
-    return all(t.only(SHAPE | LIST) for t in element_types) and is_united(w, collection.variable)
+    return all(t.only(SHAPE | LIST) for t in element_types) and is_only_combined(w, collection.variable)
 
 
 def adds_to(w: Writer, node: ast.stmt, block: Block) -> Collecting | None:
-    """The list under collection that a statement adds to."""
+    """Return the collected list that a statement adds to, or None."""
     return next((c for c in block.collecting if node in c.collection.adders), None)
 
 
 def add_to(w: Writer, collecting: Collecting, node: ast.stmt, block: Block, note: Code) -> None:
-    """Add the pieces that a statement gives to a list under collection."""
+    """Add the pieces of a statement to a collected list."""
     found = additions(node, collecting.collection.variable, w.names)
     if found is not None:
         codes = [_added(w, value, is_many, collecting) for value, is_many in found]
-        finish_note(w, note, node)
-        hang(codes[0], note)
+        take_trailing_comments(w, note, node)
+        move_note(codes[0], note)
         for (value, is_many), code in zip(found, codes):
             for piece in _split(w, value, code, is_many):
                 block.add_piece(collecting, piece)
@@ -299,20 +305,20 @@ def add_to(w: Writer, collecting: Collecting, node: ast.stmt, block: Block, note
         block.add_piece(collecting, CollectedPiece(code, True, w.effect(node)))
     elif isinstance(node, ast.If):
         piece = _collecting_if(w, node, collecting)
-        hang(piece.code, note)
+        move_note(piece.code, note)
         block.add_piece(collecting, piece)
     else:
         raise w.unsupported("this way of building a list", node)
 
 
 def _added(w: Writer, value: ast.expr, is_many: bool, collecting: Collecting) -> Code:
-    if is_many and not (collecting.unites and w.type(value).kinds & SHAPE):
+    if is_many and not (collecting.as_union and w.type(value).kinds & SHAPE):
         return write_iterable(w, value)
     return w.expr(value)
 
 
 def _split(w: Writer, value: ast.expr, code: Code, is_many: bool) -> list[CollectedPiece]:
-    """``xs += [a, b]`` adds two items."""
+    """Return ``xs += [a, b]`` as two pieces."""
     if is_many and isinstance(value, (ast.List, ast.Tuple)) and is_form(code, "list") and isinstance(code, FormCode):
         if code.before and len(code.items) > 1:
             code.items[1].before = (*code.before, *code.items[1].before)
@@ -324,22 +330,24 @@ def _split(w: Writer, value: ast.expr, code: Code, is_many: bool) -> list[Collec
 
 
 def _collecting_for(w: Writer, node: ast.For, collecting: Collecting, note: Code) -> Code:
-    one_each = not collecting.unites and _adds_one(w, node.body, collecting.collection, _merges(w, node))
-    kind = "/union" if collecting.unites else "/list" if one_each else "/append"
-    inner = Collecting(collecting.collection, collecting.unites, False)
+    adds_one = not collecting.as_union and _adds_one(w, node.body, collecting.collection, _is_mergeable(w, node))
+    kind = "/union" if collecting.as_union else "/list" if adds_one else "/append"
+    inner = Collecting(collecting.collection, collecting.as_union, False)
 
-    code, _ = _loop(w, node, kind, Mode(ast.Continue, partial(_finished, one_each), collection=inner), inner)
-    hang(code, note)
+    code, _ = _loop(w, node, kind, Mode(ast.Continue, partial(_collected_value, adds_one), collection=inner), inner)
+    move_note(code, note)
     return code
 
 
 def _adds_one(w: Writer, body: Sequence[ast.stmt], collection: Collection, is_loop: bool = True) -> bool:
-    """Whether every path through a body adds exactly one item. In a loop's body a lone ``if`` or loop and leading
-    ``if c: continue`` become clauses of the loop."""
-    while is_loop and len(body) > 1 and is_skip(body[0]):
+    """Return whether every path through a body adds exactly one item.
+
+    In the body of a loop, a sole ``if`` or loop and leading ``if c: continue`` become clauses of the loop.
+    """
+    while is_loop and len(body) > 1 and is_continue_guard(body[0]):
         body = body[1:]
     adders = [s for s in body if s in collection.adders]
-    if len(adders) != 1 or any(leaves(s, ast.Continue) for s in body):
+    if len(adders) != 1 or any(may_exit(s, ast.Continue) for s in body):
         return False
     found = additions(adders[0], collection.variable, w.names)
     if found is not None:
@@ -347,39 +355,40 @@ def _adds_one(w: Writer, body: Sequence[ast.stmt], collection: Collection, is_lo
     if isinstance(adders[0], ast.If) and adders[0].orelse:
         branches = (adders[0].body, adders[0].orelse)
         return all(_adds_one(w, branch, collection, is_loop=False) for branch in branches)
-    if is_loop and len(body) == 1 and isinstance(adders[0], ast.For) and adders[0] not in w.places.before:
-        return _adds_one(w, adders[0].body, collection, _merges(w, adders[0]))
+    if is_loop and len(body) == 1 and isinstance(adders[0], ast.For) and adders[0] not in w.cell_definitions.before:
+        return _adds_one(w, adders[0].body, collection, _is_mergeable(w, adders[0]))
     if is_loop and len(body) == 1 and isinstance(adders[0], ast.If):
         return _adds_one(w, adders[0].body, collection)
     return False
 
 
-def _merges(w: Writer, node: ast.For) -> bool:
-    """Whether what is alone in a loop's body can become clauses of the loop: nothing has to be done before it."""
+def _is_mergeable(w: Writer, node: ast.For) -> bool:
+    """Return whether the sole statement of a loop's body can become clauses of the loop, because nothing precedes
+    it."""
     names = (w.names.variables.get(n) for n in ast.walk(node.target))
     is_cell = any(variable is not None and variable.is_cell for variable in names)
     return not is_cell and not has_inner_star(node.target) and not _interleaves(w, node)
 
 
 def _collecting_if(w: Writer, node: ast.If, collecting: Collecting) -> CollectedPiece:
-    one_each = (
-        bool(node.orelse) and not collecting.unites and _adds_one(w, [node], collecting.collection, is_loop=False)
+    adds_one = (
+        bool(node.orelse) and not collecting.as_union and _adds_one(w, [node], collecting.collection, is_loop=False)
     )
 
-    mode = Mode(None, partial(_finished, one_each), collection=collecting)
+    mode = Mode(None, partial(_collected_value, adds_one), collection=collecting)
     clauses: list[Code] = []
     value_clauses(w, node, mode, clauses, lambda: _collecting_block(w, collecting))
-    return CollectedPiece(conditional(clauses), not one_each, w.effect(node))
+    return CollectedPiece(conditional(clauses), not adds_one, w.effect(node))
 
 
 def _collecting_block(w: Writer, collecting: Collecting) -> Block:
     block = Block()
-    block.collecting.append(Collecting(collecting.collection, collecting.unites, False))
+    block.collecting.append(Collecting(collecting.collection, collecting.as_union, False))
     return block
 
 
 def finish_collections(w: Writer, node: ast.stmt, block: Block) -> None:
-    """When the last statement that adds to a list is done the list gets its definition."""
+    """Define the collected lists whose last addition is ``node``."""
     for collecting in list(block.collecting):
         if collecting.collection.last is not node or collecting.collection.variable.is_temporary:
             continue
@@ -392,7 +401,7 @@ def finish_collections(w: Writer, node: ast.stmt, block: Block) -> None:
         if collecting.is_mutated:
             code = form("mutable", code)
         if variable.is_cell:
-            is_definition = variable in w.places.definitions.get(collecting.collection.start, ())
+            is_definition = variable in w.cell_definitions.definitions.get(collecting.collection.start, ())
             writes = effect | Effect(writes=frozenset((variable,)))
             if is_definition:
                 block.add(BlockItem("define", code, writes, (variable,), VariableRef(variable), collecting.note))
@@ -402,10 +411,10 @@ def finish_collections(w: Writer, node: ast.stmt, block: Block) -> None:
             block.define(variable, code, effect, collecting.note, nests=False)
 
 
-def _finished(one_each: bool, block: Block) -> Code:
-    """What a block has collected: its one item, or everything."""
+def _collected_value(adds_one: bool, block: Block) -> Code:
+    """Return what a block has collected: its only item, or everything."""
     collecting = block.collecting[0]
-    if one_each:
+    if adds_one:
         return collecting.pieces[0].code
     return collecting.combined()
 

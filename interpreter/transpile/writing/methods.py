@@ -1,4 +1,4 @@
-"""Method calls: of lists, dicts, sets, strings, arrays, random streams and the program's own classes."""
+"""Method calls on lists, dicts, sets, strings, arrays, random streams and the program's own classes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from scenelang.interpreter.transpile.writing.code import (
 )
 from scenelang.interpreter.transpile.writing.conversions import write_array, write_iterable
 from scenelang.interpreter.transpile.writing.numpy_calls import DRAWS, draw
-from scenelang.interpreter.transpile.writing.operators import format_method, never_holds, without_use
+from scenelang.interpreter.transpile.writing.operators import after_effects, format_method, never_contains
 from scenelang.interpreter.transpile.writing.user_calls import arguments_of, call_record_method
 from scenelang.interpreter.transpile.writing.writer import Writer
 
@@ -42,11 +42,11 @@ MethodWriter: TypeAlias = "Callable[[Writer, ast.Call, ast.Attribute], Code]"
 
 
 def call_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
-    """``owner.name(...)``."""
+    """Return the code of ``owner.name(...)``."""
 
     owner = w.type(func.value)
     if func.attr.startswith("__"):
-        raise w.error("python-forbidden", f"`.{func.attr}` reaches Python's own insides", func)
+        raise w.error("python-forbidden", f"`.{func.attr}` accesses interpreter internals", func)
     if owner.classes or owner.kinds & RECORD:
         return call_record_method(w, node, func)
     if owner.kinds & STREAM:
@@ -56,21 +56,23 @@ def call_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     for kinds, table in _TABLES:
         if owner.kinds & kinds and func.attr in table:
             return table[func.attr](w, node, func)
-    if not owner.kinds or owner.only(SHAPE) or owner.kinds & ~0xFFFF:  # unknown: what the name says
+    if (
+        not owner.kinds or owner.only(SHAPE) or owner.kinds & ~0xFFFF
+    ):  # an unknown type is inferred from the name of the method
         for _, table in _TABLES:
             if func.attr in table:
                 return table[func.attr](w, node, func)
-    noted = len(w.diagnostics)
+    reported = len(w.diagnostics)
     for part in (func.value, *node.args):
         w.expr(part)
-    if len(w.diagnostics) > noted:
-        return form("list")  # what it is called on is wrong already
+    if len(w.diagnostics) > reported:
+        return form("list")  # the error in an operand is already reported
     known = sorted({name for kinds, table in _TABLES if owner.kinds & kinds for name in table})
     raise w.unsupported(f"the method `.{func.attr}`", node, suggest(func.attr, known))
 
 
 def _simple(head: str, signature: str = "") -> MethodWriter:
-    """``x.name(a)`` -> ``(head x a)``."""
+    """Return a writer that translates ``x.name(a)`` to ``(head x a)``."""
 
     def write(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
         given = arguments_of(w, node, signature, func.attr)
@@ -79,8 +81,8 @@ def _simple(head: str, signature: str = "") -> MethodWriter:
     return write
 
 
-def _fresh(head: str, signature: str = "") -> MethodWriter:
-    """The same for what makes a list."""
+def _list_method(head: str, signature: str = "") -> MethodWriter:
+    """Return a writer like ``_simple`` for a method that returns a new list."""
 
     def write(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
         code = _simple(head, signature)(w, node, func)
@@ -124,8 +126,8 @@ def _copy(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
 
 def _count(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "x", "count")
-    if never_holds(w, func.value, given["x"]):
-        return without_use(w, (func.value, given["x"]), number(0))
+    if never_contains(w, func.value, given["x"]):
+        return after_effects(w, (func.value, given["x"]), number(0))
     return form("count", w.expr(func.value), w.expr(given["x"]))
 
 
@@ -141,16 +143,16 @@ def _get(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
 def _setdefault(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "key default?", "setdefault")
     if not w.is_simple(func.value) or not w.is_simple(given["key"]):
-        if w.effect(func.value, given["key"]).acts:
-            raise w.unsupported("`setdefault` of something computed", node)
+        if w.effect(func.value, given["key"]).has_effect:
+            raise w.unsupported("`setdefault` on an expression with side effects", node)
 
     def table() -> Code:
         return w.expr(func.value)
 
     default = w.expr(given["default"]) if "default" in given else none()
     test = form("has-key?", table(), w.expr(given["key"]))
-    put = form("set-ref!", table(), w.expr(given["key"]), default)
-    return form("begin", form("unless", test, put), form("ref", table(), w.expr(given["key"])))
+    store = form("set-ref!", table(), w.expr(given["key"]), default)
+    return form("begin", form("unless", test, store), form("ref", table(), w.expr(given["key"])))
 
 
 def _update(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
@@ -168,7 +170,7 @@ def _update(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     return form("update!", w.expr(func.value), other or form("table"))
 
 
-def _fresh_list(head: str) -> MethodWriter:
+def _list_view(head: str) -> MethodWriter:
     def write(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
         arguments_of(w, node, "", func.attr)
         return form(head, w.expr(func.value))
@@ -220,7 +222,7 @@ def _string_find(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
 
 
 def _title(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
-    raise w.unsupported(f"`.{func.attr}()`", node, "write the text as it should be")
+    raise w.unsupported(f"`.{func.attr}()`", node, "write the text in the required case")
 
 
 def _isdigit(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
@@ -233,7 +235,7 @@ def _splitlines(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
 
 
 def _cased(head: str, other: str) -> MethodWriter:
-    """``isupper`` and ``islower``: cased letters, and all of this case."""
+    """Return a writer for ``isupper`` or ``islower``: there are cased letters, all of this case."""
 
     def write(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
         same = form("equal?", w.expr(func.value), form(head, w.expr(func.value)))
@@ -258,15 +260,15 @@ def _index(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "x", "index")
     if w.type(func.value).only(STR):
         return form("string-index", w.expr(func.value), w.expr(given["x"]))
-    if never_holds(w, func.value, given["x"]):
-        return without_use(w, (func.value, given["x"]), form("error", LiteralCode("the item is not in the list")))
+    if never_contains(w, func.value, given["x"]):
+        return after_effects(w, (func.value, given["x"]), form("error", LiteralCode("the item is not in the list")))
     return form("index-of", w.expr(func.value), w.expr(given["x"]))
 
 
 def _remove(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "x", "remove")
-    if never_holds(w, func.value, given["x"]):
-        return without_use(w, (func.value, given["x"]), form("error", LiteralCode("the item is not in the list")))
+    if never_contains(w, func.value, given["x"]):
+        return after_effects(w, (func.value, given["x"]), form("error", LiteralCode("the item is not in the list")))
     return form("remove!", w.expr(func.value), w.expr(given["x"]))
 
 
@@ -317,7 +319,7 @@ def _array_clip(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
 
 
 def _stream_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
-    """``rng.uniform(0, 1)``: the draw, from a stream of its own."""
+    """Return a draw from a separate stream, ``rng.uniform(0, 1)``."""
 
     is_python = w.is_python_stream(func.value)
     name = {"integers": "randint"}.get(func.attr, func.attr)
@@ -335,7 +337,7 @@ def _stream_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
 _ARRAY_METHODS: dict[str, MethodWriter] = {
     "sum": _array_reduction("sum"), "mean": _array_reduction("mean"), "max": _array_reduction("max"),
     "min": _array_reduction("min"), "prod": _array_reduction("product"), "argmin": _array_reduction("argmin"),
-    "argmax": _array_reduction("argmax"), "cumsum": _array_reduction("cumsum"), "tolist": _fresh("->list"),
+    "argmax": _array_reduction("argmax"), "cumsum": _array_reduction("cumsum"), "tolist": _list_method("->list"),
     "astype": _astype, "item": _same, "copy": _array_copy, "dot": _dot, "reshape": _reshape,
     "flatten": _simple("flatten"),
     "ravel": _simple("flatten"), "transpose": _simple("transpose"), "round": _simple("round", "decimals?"),
@@ -347,8 +349,8 @@ _LIST_METHODS: dict[str, MethodWriter] = {
     "sort": _sort, "reverse": _simple("reverse!"), "index": _index, "count": _count, "copy": _copy,
 }  # fmt: skip
 _DICT_METHODS: dict[str, MethodWriter] = {
-    "get": _get, "setdefault": _setdefault, "items": _fresh_list("table-items"), "keys": _fresh_list("table-keys"),
-    "values": _fresh_list("table-values"), "update": _update, "pop": _pop, "copy": _copy, "clear": _simple("clear!"),
+    "get": _get, "setdefault": _setdefault, "items": _list_view("table-items"), "keys": _list_view("table-keys"),
+    "values": _list_view("table-values"), "update": _update, "pop": _pop, "copy": _copy, "clear": _simple("clear!"),
 }  # fmt: skip
 _SET_METHODS: dict[str, MethodWriter] = {
     "add": _simple("add!", "x"), "remove": _simple("remove!", "x"), "discard": _discard, "update": _update,
@@ -359,7 +361,8 @@ _SET_METHODS: dict[str, MethodWriter] = {
 _STRING_METHODS: dict[str, MethodWriter] = {
     "upper": _simple("string-upcase"), "lower": _simple("string-downcase"), "strip": _simple("string-trim", "chars?"),
     "lstrip": _simple("string-trim-left", "chars?"), "rstrip": _simple("string-trim-right", "chars?"),
-    "split": _fresh("string-split", "sep?"), "join": _join, "replace": _simple("string-replace", "old new count?"),
+    "split": _list_method("string-split", "sep?"), "join": _join,
+    "replace": _simple("string-replace", "old new count?"),
     "startswith": _simple("string-prefix?", "prefix"), "endswith": _simple("string-suffix?", "suffix"),
     "find": _string_find, "index": _index, "count": _count, "zfill": lambda w, node, func: form(
         "string-pad", w.expr(func.value), w.expr(node.args[0]), LiteralCode("0")),

@@ -1,4 +1,4 @@
-"""Calls of `numpy`: arrays and their reductions."""
+"""Calls of numpy: arrays, reductions and random draws."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def write_np_array(w: Writer, node: ast.Call) -> Code:
     if not isinstance(code, Brackets) and not is_form(code, "array") and not w.type(source).only(ARRAY | POSE):
         code = form("array", code)
     elif not isinstance(code, Brackets) and w.may_change(source) and not w.is_mutated(node):
-        code = form("array", code)  # as it is now
+        code = form("array", code)  # a copy, because the source may be modified later
     if _is_float(w, given.get("dtype")):
         code = form("inexact", code)
     if w.is_mutated(node):
@@ -138,7 +138,7 @@ def write_np_stack(head: str, axis: int | None = None) -> CallWriter:
 
 
 def is_matrix(found: AbstractType) -> bool:
-    """Whether a value has two dimensions, as far as inference knows."""
+    """Return whether a value is known to be two-dimensional."""
     if found.only(POSE):
         return True
     return found.only(ARRAY | SEQUENCES) and bool(found.sites) and all(
@@ -147,7 +147,7 @@ def is_matrix(found: AbstractType) -> bool:
 
 
 def write_np_rows(w: Writer, node: ast.Call) -> Code:
-    """``np.vstack``: vectors are rows, matrices follow one another."""
+    """Return the code of ``np.vstack``, which stacks vectors as rows and concatenates matrices."""
     source = arguments_of(w, node, "tup", "np.vstack")["tup"]
     if not isinstance(source, (ast.List, ast.Tuple)) or any(isinstance(e, ast.Starred) for e in source.elts):
         items = w.type(source).sites
@@ -163,7 +163,7 @@ def write_np_rows(w: Writer, node: ast.Call) -> Code:
 
 
 def write_np_columns(w: Writer, node: ast.Call) -> Code:
-    """``np.hstack``: matrices stand side by side, vectors follow one another."""
+    """Return the code of ``np.hstack``, which concatenates vectors, and matrices along their columns."""
     source = arguments_of(w, node, "tup", "np.hstack")["tup"]
     if isinstance(source, (ast.List, ast.Tuple)) and not any(isinstance(e, ast.Starred) for e in source.elts):
         types = [w.type(e) for e in source.elts]
@@ -373,13 +373,13 @@ _NO_KEYWORD_VALUES = ("dtype",)
 
 
 def draw(w: Writer, node: ast.Call, path: str, stream: Code | None = None) -> Code:
-    """A draw from a stream: the common one, or ``stream``."""
+    """Return a draw from the global stream or ``stream``."""
     head, signature = DRAWS[path]
     parameters = [p.partition(":") for p in signature.split()]
     given = arguments_of(w, node, " ".join(p[0] for p in parameters), path)
     items: list[Code] = []
     options: list[Code] = []
-    waiting: list[ast.expr] = []
+    pending: list[ast.expr] = []
     for name, _, keyword in parameters:
         name = name.rstrip("?")
         value = given.get(name)
@@ -388,8 +388,8 @@ def draw(w: Writer, node: ast.Call, path: str, stream: Code | None = None) -> Co
         if keyword:
             options += [Key(keyword), write_test(w, value) if keyword == "replace" else w.expr(value)]
             continue
-        items += [_draw_argument(w, v, name) for v in (*waiting, value)]
-        waiting = []
+        items += [_draw_argument(w, v, name) for v in (*pending, value)]
+        pending = []
     items = _fill_gaps(path, given, items)
     if stream is not None:
         options += [Key("stream"), stream]
@@ -406,7 +406,7 @@ def _draw_argument(w: Writer, value: ast.expr, name: str) -> Code:
 
 
 def _fill_gaps(path: str, given: dict[str, ast.expr], items: list[Code]) -> list[Code]:
-    """Optional arguments before one that is given: ``np.random.normal(scale=.1)``."""
+    """Insert defaults for optional arguments before a given one, as in ``np.random.normal(scale=.1)``."""
     first = {
         "numpy.random.normal": ("loc", "scale", 0),
         "numpy.random.uniform": ("low", "high", 0),
@@ -424,7 +424,7 @@ def write_draw(path: str) -> CallWriter:
     return lambda w, node: draw(w, node, path)
 
 
-def write_sides(head: str) -> CallWriter:
+def write_dimensions(head: str) -> CallWriter:
     def write(w: Writer, node: ast.Call) -> Code:
         only_positional(w, node)
         return form(head if node.args else ("random" if head == "rand" else "normal"), *(w.expr(a) for a in node.args))
@@ -442,7 +442,7 @@ def write_shuffle(head: str) -> CallWriter:
 def write_seed(head: str) -> CallWriter:
     def write(w: Writer, node: ast.Call) -> Code:
         if not node.args or is_none(node.args[0]):
-            raise w.unsupported("seeding from the clock", node, "give the seed a number")
+            raise w.unsupported("seeding from the clock", node, "pass a number as the seed")
         return form(head, w.expr(node.args[0]))
 
     return write

@@ -1,4 +1,4 @@
-"""Python's operators -> the language's, by the types of their operands."""
+"""Operators, translated according to the types of their operands."""
 
 from __future__ import annotations
 
@@ -52,14 +52,14 @@ from scenelang.interpreter.transpile.writing.conversions import (
 )
 from scenelang.interpreter.transpile.writing.writer import WriteExpression, Writer
 
-# f-strings, ``%`` and ``format`` -> ``(format "..." ...)``.
+# f-strings, ``%`` and ``format``, which become ``(format "..." ...)``.
 
 
 _PERCENT = re.compile(r"%(?:\((\w+)\))?([-+ #0]*)(\d+)?(?:\.(\d+))?([a-zA-Z%])")
 
 
 def interpolated(w: Writer, node: ast.JoinedStr) -> Code:
-    """An f-string."""
+    """Return the code of an f-string."""
     template = ""
     values: list[Code] = []
     for part in node.values:
@@ -71,7 +71,7 @@ def interpolated(w: Writer, node: ast.JoinedStr) -> Code:
                 if not isinstance(part.format_spec, ast.JoinedStr) or not all(
                     isinstance(p, ast.Constant) for p in part.format_spec.values
                 ):
-                    raise w.unsupported("a computed format", part)
+                    raise w.unsupported("a computed format specification", part)
                 spec = "".join(str(p.value) for p in part.format_spec.values if isinstance(p, ast.Constant))
             is_quoted = part.conversion == ord("r") and w.type(part.value).only(STR)
             field = "{" + (f":{spec}" if spec else "") + "}"
@@ -91,7 +91,7 @@ def _escaped(text: str) -> str:
 
 
 def percent(w: Writer, node: ast.BinOp) -> Code:
-    """``"..." % values``."""
+    """Return the code of ``"..." % values``."""
     if not isinstance(node.left, ast.Constant):
         return dynamic(w, "py-%", w.expr(node.left), w.expr(node.right))
     values = list(node.right.elts) if isinstance(node.right, ast.Tuple) else [node.right]
@@ -106,7 +106,7 @@ def percent(w: Writer, node: ast.BinOp) -> Code:
             template += "%"
             continue
         if name or kind not in "sdifgeExX" or len(codes) >= len(values):
-            raise w.error("python-call", f"the format `{match.group()}` does not fit the values", node.left)
+            raise w.error("python-call", f"the format `{match.group()}` does not match the values", node.left)
         value = values[len(codes)]
         template += "{" + _spec(flags, width, precision, kind) + "}"
         if kind in "di" and not w.type(value).only(INT):
@@ -114,7 +114,7 @@ def percent(w: Writer, node: ast.BinOp) -> Code:
         else:
             codes.append(printable(w, value) if kind == "s" else w.expr(value))
     if len(codes) != len(values):
-        raise w.error("python-call", f"{len(values)} values for {len(codes)} places of the format", node)
+        raise w.error("python-call", f"the format expects {len(codes)} values, got {len(values)}", node)
     return _format(template + _escaped(text[position:]), codes)
 
 
@@ -129,7 +129,10 @@ def _spec(flags: str, width: str | None, precision: str | None, kind: str) -> st
 
 
 def format_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
-    """``"...".format(...)``: named fields become positions; fields reach no attributes or items."""
+    """Return the code of ``"...".format(...)``.
+
+    Named fields become positions; fields cannot access attributes or items.
+    """
     named = {k.arg: position for position, k in enumerate(node.keywords, len(node.args)) if k.arg is not None}
     values = [*node.args, *(k.value for k in node.keywords)]
     if not isinstance(func.value, ast.Constant):
@@ -138,18 +141,18 @@ def format_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     try:
         fields = list(string.Formatter().parse(str(func.value.value)))
     except ValueError as problem:
-        raise w.error("python-call", f"the format is malformed: {problem}", func.value) from None
+        raise w.error("python-call", f"malformed format string: {problem}", func.value) from None
     for literal, name, spec, conversion in fields:
         template += _escaped(literal)
         if name is None:
             continue
         if "." in name or "[" in name:
-            raise w.error("python-forbidden", f"the field `{{{name}}}` reaches into its value", func.value)
+            raise w.error("python-forbidden", f"the field `{{{name}}}` accesses the contents of its value", func.value)
         if conversion not in (None, "s"):
             raise w.unsupported(f"`!{conversion}` in a format", func.value)
         if name and not name.isdigit():
             if name not in named:
-                raise w.error("python-call", f"the format has no value for `{name}`", func.value)
+                raise w.error("python-call", f"missing value for the field `{name}` of the format string", func.value)
             name = str(named[name])
         template += "{" + name + (f":{spec}" if spec else "") + "}"
     return _format(template, [printable(w, value) for value in values])
@@ -203,7 +206,7 @@ def binary(w: Writer, node: ast.BinOp) -> Code:
 
 
 def _is_certain(left: AbstractType, right: AbstractType) -> bool:
-    """Whether one operand tells what the other must be: a number that is no count of repetitions."""
+    """Return whether one operand determines the type of the other: a Float cannot be a repetition count."""
     return left.only(FLOAT) or right.only(FLOAT)
 
 
@@ -214,7 +217,7 @@ def _arithmetic(w: Writer, node: ast.BinOp, op: type[ast.operator]) -> Code:
 
 
 def _chain(w: Writer, node: ast.BinOp, head: str, op: type[ast.operator], write: WriteExpression) -> Code:
-    """``a + b + c`` is ``(+ a b c)``: the same operations in the same order."""
+    """Return ``(+ a b c)`` for ``a + b + c``, with the same operations in the same order."""
     operands: list[ast.expr] = []
     inner: ast.expr = node
     while isinstance(inner, ast.BinOp) and type(inner.op) is op and (inner is node or _same_kind(w, inner, node)):
@@ -225,7 +228,7 @@ def _chain(w: Writer, node: ast.BinOp, head: str, op: type[ast.operator], write:
 
 
 def _same_kind(w: Writer, inner: ast.BinOp, outer: ast.BinOp) -> bool:
-    """Whether both operations are arithmetic of the same sort, so that one form may hold both."""
+    """Return whether two operations are the same kind of arithmetic, so that one form can express both."""
     kinds = w.type(inner).kinds
     if isinstance(outer.op, ast.MatMult):
         return bool(kinds & (POSE | ARRAY))
@@ -234,7 +237,7 @@ def _same_kind(w: Writer, inner: ast.BinOp, outer: ast.BinOp) -> bool:
 
 def _array_arithmetic(w: Writer, node: ast.BinOp, op: type[ast.operator]) -> Code:
     if op not in _ARITHMETIC:
-        raise w.unsupported("this operator on arrays", node)
+        raise w.unsupported("this array operator", node)
     if op in _JOINING:
         return _chain(w, node, _ARITHMETIC[op], op, _array_operand)
     return form(_ARITHMETIC[op], _array_operand(w, node.left), _array_operand(w, node.right))
@@ -330,15 +333,15 @@ def unary(w: Writer, node: ast.UnaryOp) -> Code:
 
 
 def comparison(w: Writer, node: ast.Compare) -> Code:
-    """``a < b``, and chains of comparisons."""
+    """Return the code of ``a < b`` or a chained comparison."""
     operands = [node.left, *node.comparators]
     if len(node.ops) == 1:
         return _compare(w, node, node.ops[0], operands[0], operands[1])
     heads = {_ORDER.get(type(op), "=" if isinstance(op, ast.Eq) else "") for op in node.ops}
     if len(heads) == 1 and "" not in heads and all(w.is_numeric(o) for o in operands):
         return form(heads.pop(), *(numeric(w, o) for o in operands))
-    if any(not w.is_simple(o) and w.effect(o).acts for o in operands[1:-1]):
-        raise w.unsupported("a chain of comparisons whose middle does something", node)
+    if any(not w.is_simple(o) and w.effect(o).has_effect for o in operands[1:-1]):
+        raise w.unsupported("a chained comparison whose middle operand has side effects", node)
     return form("and", *(_compare(w, node, op, a, b) for op, a, b in zip(node.ops, operands, operands[1:])))
 
 
@@ -386,23 +389,23 @@ def _contains(w: Writer, item: ast.expr, container: ast.expr) -> Code:
     found = w.type(container)
     if found.kinds & UNKNOWN:
         return dynamic(w, "py-in", w.expr(item), w.expr(container))
-    if never_holds(w, container, item):
-        return without_use(w, (item, container), LiteralCode(False))
+    if never_contains(w, container, item):
+        return after_effects(w, (item, container), LiteralCode(False))
     code = form("primitives", w.expr(container)) if found.kinds & SHAPE else w.expr(container)
     return form("contains?", code, w.expr(item))
 
 
-def never_holds(w: Writer, container: ast.expr, item: ast.expr) -> bool:
-    """Whether a sequence holds only tuples and the item is a list, or the other way round."""
+def never_contains(w: Writer, container: ast.expr, item: ast.expr) -> bool:
+    """Return whether a sequence contains only tuples and the item is a list, or vice versa."""
     found = w.type(container)
     if not found.only(SEQUENCES) or not found.sites:
         return False
     return all(site.element.kinds and never_equal(site.element, w.type(item)) for site in found.sites)
 
 
-def without_use(w: Writer, operands: Sequence[ast.expr], result: Code) -> Code:
-    """``result``, after the operands have had their effects."""
-    acting = [operand for operand in operands if w.effect(operand).acts]
+def after_effects(w: Writer, operands: Sequence[ast.expr], result: Code) -> Code:
+    """Return ``result``, evaluated after the operands that have effects."""
+    acting = [operand for operand in operands if w.effect(operand).has_effect]
     return form("begin", *(w.expr(operand) for operand in acting), result) if acting else result
 
 
@@ -413,8 +416,8 @@ def _equal(w: Writer, a: ast.expr, b: ast.expr) -> Code:
         if isinstance(second, ast.Constant) and isinstance(second.value, bool) and w.type(first).only(BOOL):
             return w.expr(first) if second.value else form("not", w.expr(first))
     left, right = w.type(a), w.type(b)
-    if never_equal(left, right):  # both are lists in the language
-        return without_use(w, (a, b), LiteralCode(False))
+    if never_equal(left, right):  # a tuple and a list, which are equal in the language
+        return after_effects(w, (a, b), LiteralCode(False))
     if left.only(BOOL) and right.only(BOOL):
         return form("equal?", w.expr(a), w.expr(b))
     if _is_number(left) and _is_number(right):
@@ -435,14 +438,14 @@ def _is_number(found: AbstractType) -> bool:
 
 
 def _is_exact(w: Writer, found: AbstractType) -> bool:
-    """Whether equality of structure and type is Python's equality: strings and Integers, in lists of these."""
+    """Return whether ``equal?`` agrees with Python's equality: for strings and Integers, and sequences of these."""
     if not found.kinds or not found.only(INT | STR | NONE | SEQUENCES):
         return False
     return all(site.element.only(INT | STR | NONE) for site in found.sites)
 
 
 def boolean(w: Writer, node: ast.BoolOp) -> Code:
-    """``a and b``, ``a or b`` as values."""
+    """Return the value of ``a and b`` or ``a or b``."""
     head = "and" if isinstance(node.op, ast.And) else "or"
     *first, last = node.values
     if all(w.type(v).only(BOOL | NONE | ALWAYS_TRUE) or not w.type(v).kinds for v in first):
@@ -476,26 +479,29 @@ def subscript(w: Writer, node: ast.Subscript) -> Code:
         return _many(w, node, index)
     if w.type(index).only(BOOL) and isinstance(node.value, (ast.Tuple, ast.List)) and len(node.value.elts) == 2:
         no, yes = node.value.elts
-        if not w.effect(no, yes).acts:
+        if not w.effect(no, yes).has_effect:
             return form("if", write_test(w, index), w.expr(yes), w.expr(no))
     if w.type(index).kinds & (ARRAY | LIST) and found.kinds & ARRAY and not found.kinds & DICT:
-        return _picked(w, node, index)
+        return _indexed(w, node, index)
     factory = _factory(w, found)
     if factory is not None:
-        return _ensured(w, node, index, factory)
+        return _item_with_default(w, node, index, factory)
     if found.kinds & UNKNOWN and found.kinds & SHAPE:
         return dynamic(w, "py-ref", w.expr(node.value), w.expr(index))
     is_key = bool(found.kinds & DICT) and any(site.key.kinds & BOOL for site in found.sites)
     return form("ref", container(w, node.value), w.expr(index) if is_key else numeric(w, index))
 
 
-def _picked(w: Writer, node: ast.Subscript, index: ast.expr) -> Code:
-    """``array[indices]``."""
+def _indexed(w: Writer, node: ast.Subscript, index: ast.expr) -> Code:
+    """Return the code of ``array[indices]``."""
     if is_mask(w.type(index)):
-        kept, mark = PythonVariable("item", None, is_temporary=True), PythonVariable("mark", None, is_temporary=True)
-        sources = [FormCode([VariableRef(kept), w.expr(node.value)]), FormCode([VariableRef(mark), w.expr(index)])]
+        selected, mark = (
+            PythonVariable("item", None, is_temporary=True),
+            PythonVariable("mark", None, is_temporary=True),
+        )
+        sources = [FormCode([VariableRef(selected), w.expr(node.value)]), FormCode([VariableRef(mark), w.expr(index)])]
         clauses = FormCode([*sources, Key("when"), form("=", VariableRef(mark), number(1))])
-        return form("array", FormCode([Name("for/list"), clauses, VariableRef(kept)]))
+        return form("array", FormCode([Name("for/list"), clauses, VariableRef(selected)]))
     source, item = PythonVariable("source", None, is_temporary=True), PythonVariable("i", None, is_temporary=True)
     picked = FormCode(
         [
@@ -508,12 +514,12 @@ def _picked(w: Writer, node: ast.Subscript, index: ast.expr) -> Code:
 
 
 def is_mask(found: AbstractType) -> bool:
-    """Whether a value is an array that a comparison made: of 1 where it holds, else 0."""
+    """Return whether a value is the result of an array comparison, which contains 1 and 0."""
     return found.only(ARRAY) and any(site.key.kinds & BOOL for site in found.sites)
 
 
 def _factory(w: Writer, found: AbstractType) -> ast.expr | None:
-    """What makes the missing values of a ``defaultdict``."""
+    """Return the default factory of a ``defaultdict``, or None."""
     for site in found.sites:
         if (
             isinstance(site.node, ast.Call)
@@ -524,8 +530,8 @@ def _factory(w: Writer, found: AbstractType) -> ast.expr | None:
     return None
 
 
-def _ensured(w: Writer, node: ast.Subscript, index: ast.expr, factory: ast.expr) -> Code:
-    """An item of a ``defaultdict``: a number or text by default, anything else is put there first."""
+def _item_with_default(w: Writer, node: ast.Subscript, index: ast.expr, factory: ast.expr) -> Code:
+    """Return an item of a ``defaultdict``: a constant default is not stored, any other is inserted first."""
     simple = {
         "int": number(0),
         "float": LiteralCode(0.0, None, "0."),
@@ -538,21 +544,21 @@ def _ensured(w: Writer, node: ast.Subscript, index: ast.expr, factory: ast.expr)
     if default is not None:
         return form("ref", w.expr(node.value), w.expr(index), default)
     empty = {"list": "mutable-list", "dict": "table", "set": "set"}.get(w.paths.of(factory) or "")
-    made = form(empty) if empty else FormCode([w.expr(factory)])
+    new_value = form(empty) if empty else FormCode([w.expr(factory)])
     test = form("has-key?", w.expr(node.value), w.expr(index))
-    put = form("set-ref!", w.expr(node.value), w.expr(index), made)
-    return form("begin", form("unless", test, put), form("ref", w.expr(node.value), w.expr(index)))
+    store = form("set-ref!", w.expr(node.value), w.expr(index), new_value)
+    return form("begin", form("unless", test, store), form("ref", w.expr(node.value), w.expr(index)))
 
 
 def container(w: Writer, node: ast.expr) -> Code:
-    """Something indexed or measured: a shape goes through its parts."""
+    """Return a sequence that is indexed or measured; a shape becomes its primitives."""
     found = w.type(node)
     return form("primitives", w.expr(node)) if found.kinds & SHAPE else w.expr(node)
 
 
 def _slice(w: Writer, node: ast.Subscript, index: ast.Slice, found: AbstractType) -> Code:
     if found.kinds & ARRAY and w.is_mutated(node):
-        raise w.unsupported("changing a part of an array through another name", node, "take a `.copy()` of the part")
+        raise w.unsupported("modifying an array through a slice", node, "copy the slice with `.copy()`")
     value = container(w, node.value)
     lower, upper, step = (w.expr(part) if part is not None else None for part in (index.lower, index.upper, index.step))
     if lower is None and upper is None and isinstance(index.step, ast.UnaryOp) and _is_minus_one(index.step):
@@ -576,13 +582,13 @@ def _is_minus_one(node: ast.UnaryOp) -> bool:
 
 
 def _many(w: Writer, node: ast.Subscript, index: ast.Tuple) -> Code:
-    """``array[i, j]``, ``array[:, 0]``."""
+    """Return the code of ``array[i, j]`` or ``array[:, 0]``."""
     head = "slice" if any(isinstance(e, ast.Slice) for e in index.elts) else "ref"
     return form(head, w.expr(node.value), *axes(w, index.elts))
 
 
 def axes(w: Writer, elements: Sequence[ast.expr]) -> list[Code]:
-    """One index, ``:all`` or (start end) for every axis."""
+    """Return for each axis an index, ``:all`` or (start end)."""
     codes: list[Code] = []
     for element in elements:
         if not isinstance(element, ast.Slice):
@@ -591,7 +597,7 @@ def axes(w: Writer, elements: Sequence[ast.expr]) -> list[Code]:
             codes.append(Key("all"))
         else:
             if element.step is not None:
-                raise w.unsupported("a step in an index of several axes", element)
+                raise w.unsupported("a slice step in an index of several axes", element)
             lower = w.expr(element.lower) if element.lower is not None else number(0)
             upper = w.expr(element.upper) if element.upper is not None else none()
             is_constant = type(lower) is LiteralCode and type(upper) is LiteralCode

@@ -1,4 +1,4 @@
-"""The program's own functions and classes: their parameters; which arguments go by position and which by name."""
+"""Functions and classes of the program: parameters, calls, and records."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from scenelang.interpreter.transpile.writing.code import (
     kebab,
 )
 from scenelang.interpreter.transpile.writing.conversions import numeric, write_iterable, write_vector
-from scenelang.interpreter.transpile.writing.writer import Writer, wants_vector
+from scenelang.interpreter.transpile.writing.writer import Writer, is_used_as_vector
 
-# The parameters of a function.
+# Parameters.
 
 
 def write_parameters(w: Writer, function: Function) -> FormCode:
-    """The list of parameters; defaults are constants or names by now."""
+    """Return the parameter list; defaults that are not constant have been hoisted."""
     items: list[Code] = []
     rest: Code | None = None
     for parameter in function.parameters:
@@ -45,7 +45,7 @@ def write_parameters(w: Writer, function: Function) -> FormCode:
 
 
 def _signature_span(w: Writer, function: Function) -> Span | None:
-    """The place of the parameters in the Python."""
+    """Return the span of the parameters in the Python code."""
     if not function.parameters:
         return None
     first = w.span(function.parameters[0].variable.stores[0])
@@ -55,17 +55,17 @@ def _signature_span(w: Writer, function: Function) -> Span | None:
 
 
 def _write_default(w: Writer, function: Function, variable: PythonVariable, node: ast.expr) -> Code:
-    """The default of a parameter; statements replaces what must be evaluated at the definition."""
-    found = w.defaults.get(node)  # evaluated once, at the definition
+    """Return the default of a parameter, or the variable that it was hoisted to."""
+    found = w.defaults.get(node)  # hoisted, because it must be evaluated at the definition
     if found is not None:
         return VariableRef(found, w.span(node))
-    return write_vector(w, node) if w.is_vector_literal(node) and wants_vector(w, node) else w.expr(node)
+    return write_vector(w, node) if w.is_vector_literal(node) and is_used_as_vector(w, node) else w.expr(node)
 
 
-def may_stay(w: Writer, node: ast.expr) -> bool:
-    """Whether a default gives the same whenever it is evaluated."""
+def is_constant_default(w: Writer, node: ast.expr) -> bool:
+    """Return whether a default has the same value whenever it is evaluated."""
     effect = w.effect(node)
-    if effect.acts or effect.looks or effect.reads:
+    if effect.has_effect or effect.inspects or effect.reads:
         return False
     if any(w.is_mutated(n) for n in ast.walk(node)):
         return False
@@ -80,7 +80,7 @@ def may_stay(w: Writer, node: ast.expr) -> bool:
 
 
 def lambda_locals(w: Writer, function: Function) -> list[Code]:
-    """The definitions of what ``:=`` assigns inside a lambda, which is the lambda's own."""
+    """Return definitions of the variables that ``:=`` assigns inside a lambda."""
     parameters = {parameter.variable for parameter in function.parameters}
     own = [variable for variable in function.locals.values() if variable not in parameters]
     return [form("define", VariableRef(variable), LiteralCode(None)) for variable in own]
@@ -90,7 +90,7 @@ def lambda_locals(w: Writer, function: Function) -> list[Code]:
 
 
 def call_function(w: Writer, node: ast.Call) -> Code:
-    """A call of a variable, a lambda or the result of another call."""
+    """Return a call of a variable, a lambda or the result of another call."""
 
     record = _record_of(w, node.func)
     if record is not None:
@@ -110,7 +110,7 @@ def call_function(w: Writer, node: ast.Call) -> Code:
 
 
 def _is_named(w: Writer, variable: PythonVariable, function: Function) -> bool:
-    """Whether a variable is just the name of a lambda."""
+    """Return whether a variable is only the name of a lambda."""
     outer = w.parent(variable.stores[0])
     return isinstance(outer, ast.Assign) and outer.value is function.node
 
@@ -121,7 +121,7 @@ def _record_of(w: Writer, func: ast.expr) -> Class | None:
 
 
 def call_known(w: Writer, node: ast.Call, function: Code, target: Function, first: list[Code]) -> Code:
-    """Call ``target``, whose parameters are known; ``first`` are arguments before those of ``node``."""
+    """Return a call of ``target``, whose parameters are known; ``first`` are arguments before those of ``node``."""
     parameters = target.parameters[len(first) :]
     stars = [a for a in node.args if isinstance(a, ast.Starred)]
     _check(w, node, target, parameters, bool(stars))
@@ -151,23 +151,25 @@ def call_known(w: Writer, node: ast.Call, function: Code, target: Function, firs
 
 
 def write_argument(w: Writer, node: ast.expr, parameters: Sequence[PythonParameter] = ()) -> Code:
-    """An argument of a function of the program: a display that only serves as a vector becomes one, a Boolean beside
-    numbers a number."""
+    """Return an argument of a function of the program.
+
+    A display that is only used as a vector becomes an array, a Boolean for a numeric parameter becomes a number.
+    """
     if w.type(node).only(BOOL) and any(
         w.facts.variables.get(p.variable, NOTHING).kinds & (INT | FLOAT) for p in parameters
     ):
         return numeric(w, node)
-    return write_vector(w, node) if w.is_vector_literal(node) and wants_vector(w, node) else w.expr(node)
+    return write_vector(w, node) if w.is_vector_literal(node) and is_used_as_vector(w, node) else w.expr(node)
 
 
 def _check(w: Writer, node: ast.Call, target: Function, parameters: list[PythonParameter], has_star: bool) -> None:
-    """Raise what the call gets wrong about the function's parameters."""
+    """Raise an error if the arguments of a call do not match the parameters."""
     plain = [p for p in parameters if p.kind == "plain"]
     names = [p.variable.name for p in parameters if p.kind in ("plain", "keyword")]
     kinds = {p.kind for p in parameters}
     if not has_star and len(node.args) > len(plain) and "rest" not in kinds:
-        takes = f"{len(plain)} argument{'s' if len(plain) != 1 else ''}"
-        raise w.error("python-call", f"`{target.name}` takes {takes}, got {len(node.args)}", node)
+        expected = f"{len(plain)} argument{'s' if len(plain) != 1 else ''}"
+        raise w.error("python-call", f"`{target.name}` expects {expected}, got {len(node.args)}", node)
     given = {p.variable.name for p, _ in zip(plain, node.args)} if not has_star else set()
     for keyword in node.keywords:
         if keyword.arg is None:
@@ -177,18 +179,21 @@ def _check(w: Writer, node: ast.Call, target: Function, parameters: list[PythonP
                 "python-call", f"`{target.name}` has no parameter `{keyword.arg}`", keyword, suggest(keyword.arg, names)
             )
         if keyword.arg in given:
-            raise w.error("python-call", f"`{target.name}` gets `{keyword.arg}` twice", keyword)
+            raise w.error(
+                "python-call", f"multiple values for the argument `{keyword.arg}` of `{target.name}`", keyword
+            )
         given.add(keyword.arg)
     missing = [
         p.variable.name for p in parameters
         if p.kind in ("plain", "keyword") and p.default is None and p.variable.name not in given
     ]  # fmt: skip
     if missing and not has_star:
-        raise w.error("python-call", f"the call of `{target.name}` lacks {', '.join(f'`{m}`' for m in missing)}", node)
+        names_text = ", ".join(f"`{m}`" for m in missing)
+        raise w.error("python-call", f"missing arguments in a call of `{target.name}`: {names_text}", node)
 
 
 def _spread(w: Writer, node: ast.Call, function: Code, parameters: list[PythonParameter], first: list[Code]) -> Code:
-    """``f(*xs)``. Parameters that go by name are given by position through a function between."""
+    """Return the call of ``f(*xs)``. Keyword parameters are passed by position through a wrapper."""
     before: list[Code] = list(first)
     lists: list[Code] = []
     named = [k for k in node.keywords if k.arg is not None]
@@ -219,7 +224,7 @@ def _spread(w: Writer, node: ast.Call, function: Code, parameters: list[PythonPa
 
 
 def _positional_count(w: Writer, node: ast.Call) -> int | None:
-    """How many arguments a call with stars gives by position, where inference knows."""
+    """Return the number of positional arguments of a call with starred arguments, or None if it is unknown."""
     total = 0
     for argument in node.args:
         length = w.known_length(argument.value) if isinstance(argument, ast.Starred) else 1
@@ -233,34 +238,40 @@ def by_position(
     function: Code, parameters: list[PythonParameter], given: Sequence[Code] = (), tables: Sequence[Code] = (),
     rest: PythonParameter | None = None,
 ) -> Code:  # fmt: skip
-    """``(lambda (a b) (f :a a :b b))``: a function that takes by position what ``function`` takes by name; ``given``
-    and ``tables`` are further arguments by name, ``rest`` takes what is over."""
+    """Return ``(lambda (a b) (f :a a :b b))``, which takes keyword parameters of ``function`` by position.
+
+    ``given`` and ``tables`` are further keyword arguments, ``rest`` takes the remaining positional ones.
+    """
     variables = [PythonVariable(p.variable.name, None, is_temporary=True) for p in parameters]
     items: list[Code] = []
     for parameter, variable in zip(parameters, variables):
         if parameter.variable.is_keyword:
             items.append(ArgumentName(parameter.variable.name))
         items.append(VariableRef(variable))
-    over = PythonVariable(rest.variable.name, None, is_temporary=True) if rest is not None else None
-    lists: list[Code] = [*([VariableRef(over)] if over is not None else []), *tables]
+    remaining = PythonVariable(rest.variable.name, None, is_temporary=True) if rest is not None else None
+    lists: list[Code] = [*([VariableRef(remaining)] if remaining is not None else []), *tables]
     call: Code = FormCode([function, *items, *given])
     if lists:
         tail = lists[0] if len(lists) == 1 else form("append", *lists)
         call = form("apply", function, *items, *given, tail)
-    signature = FormCode([VariableRef(v) for v in variables], None, VariableRef(over) if over is not None else None)
+    signature = FormCode(
+        [VariableRef(v) for v in variables], None, VariableRef(remaining) if remaining is not None else None
+    )
     return FormCode([Name("lambda"), signature, call])
 
 
-def wrapped(w: Writer, function: Function, node: ast.Name) -> Code:
-    """A function with keyword parameters as a value that is called by position: those without defaults."""
+def as_positional(w: Writer, function: Function, node: ast.Name) -> Code:
+    """Return a function with keyword parameters as a value that is called by position, for its required parameters."""
     plain = [p for p in function.parameters if p.kind == "plain"]
     required = sum(1 for p in plain if p.default is None)
-    given = 1 if isinstance(w.parent(node), (ast.Call, ast.keyword)) else 0  # what `loop`, `map` or a key gives
+    given = (
+        1 if isinstance(w.parent(node), (ast.Call, ast.keyword)) else 0
+    )  # the argument that `loop`, `map` or a key function passes
     return by_position(VariableRef(w.names.variables[node], w.span(node)), plain[: max(required, given)])
 
 
 def _call_value(w: Writer, node: ast.Call) -> Code:
-    """A call of a function that is only known when the program runs: where all that it may be agree, by name."""
+    """Return a call of a function that is unknown; keywords are used if all possible functions agree."""
     targets = w.facts.targets.get(node, [])
     names = {tuple(p.variable.name for p in t.parameters) for t in targets}
     is_named = any(p.variable.is_keyword for t in targets for p in t.parameters)
@@ -278,20 +289,23 @@ def _call_value(w: Writer, node: ast.Call) -> Code:
     return FormCode([function, *items])
 
 
-# Arguments of a call of a known function by the names of its parameters, with the mistakes that a call can make.
+# Binding of arguments to the parameters of a library function.
 
 
 def arguments_of(w: Writer, node: ast.Call, signature: str, name: str) -> dict[str, ast.expr]:
-    """The arguments by parameter. ``signature`` names the parameters in order; ``?`` marks an optional one."""
+    """Return the arguments by parameter; raise an error if they do not match.
+
+    ``signature`` names the parameters in order; ``?`` marks an optional one.
+    """
     parameters = signature.split()
     names = [p.rstrip("?") for p in parameters]
     found: dict[str, ast.expr] = {}
-    for position, argument in enumerate(expanded(w, node.args)):
+    for position, argument in enumerate(expand_starred(w, node.args)):
         if isinstance(argument, ast.Starred):
-            raise w.unsupported(f"a star in a call of `{name}`", argument)
+            raise w.unsupported(f"a `*` argument in a call of `{name}`", argument)
         if position >= len(names):
             message = (
-                f"`{name}` takes at most {len(names)} argument{'s' if len(names) != 1 else ''}, got {len(node.args)}"
+                f"`{name}` expects at most {len(names)} argument{'s' if len(names) != 1 else ''}, got {len(node.args)}"
             )
             raise w.error("python-call", message, node)
         found[names[position]] = argument
@@ -303,16 +317,16 @@ def arguments_of(w: Writer, node: ast.Call, signature: str, name: str) -> dict[s
                 "python-call", f"`{name}` has no parameter `{keyword.arg}`", keyword, suggest(keyword.arg, names)
             )
         if keyword.arg in found:
-            raise w.error("python-call", f"`{name}` gets `{keyword.arg}` twice", keyword)
+            raise w.error("python-call", f"multiple values for the argument `{keyword.arg}` of `{name}`", keyword)
         found[keyword.arg] = keyword.value
     for parameter in parameters:
         if not parameter.endswith("?") and parameter not in found:
-            raise w.error("python-call", f"the call of `{name}` lacks `{parameter}`", node)
+            raise w.error("python-call", f"missing argument `{parameter}` in a call of `{name}`", node)
     return found
 
 
-def expanded(w: Writer, arguments: list[ast.expr]) -> list[ast.expr]:
-    """Arguments with ``*xs`` written out where ``xs`` is a variable whose length is known."""
+def expand_starred(w: Writer, arguments: list[ast.expr]) -> list[ast.expr]:
+    """Return the arguments with ``*xs`` expanded where ``xs`` is a variable of known length."""
     found: list[ast.expr] = []
     for argument in arguments:
         length = w.known_length(argument.value) if isinstance(argument, ast.Starred) else None
@@ -331,7 +345,7 @@ def expanded(w: Writer, arguments: list[ast.expr]) -> list[ast.expr]:
 
 
 def is_zero_vector(node: ast.expr | None) -> bool:
-    """``(0, 0, 0)``, also in floats or as ``np.zeros(3)``, or nothing at all."""
+    """Return whether ``node`` is ``(0, 0, 0)``, ``np.zeros(3)``, or None."""
     if node is None:
         return True
     if isinstance(node, (ast.Tuple, ast.List)):
@@ -349,7 +363,7 @@ def _is_zero(node: ast.expr) -> bool:
 
 
 def is_ones(node: ast.expr) -> bool:
-    """``(1, 1, 1)``."""
+    """Return whether ``node`` is ``(1, 1, 1)``."""
     return (
         isinstance(node, (ast.Tuple, ast.List))
         and len(node.elts) == 3
@@ -357,14 +371,15 @@ def is_ones(node: ast.expr) -> bool:
     )
 
 
-# Records: small classes and dataclasses, their constructors, fields and methods.
+# Records: classes and dataclasses, their constructors, fields and methods.
 
 
 def _record(w: Writer, node: ast.expr) -> Class:
     classes = w.type(node).classes
     if len(classes) != 1:
         names = ", ".join(sorted(c.name for c in classes)) or "several classes"
-        raise w.unsupported("a value of one of several classes", node, f"it may be one of {names}" if classes else None)
+        hint = f"possible classes: {names}" if classes else None
+        raise w.unsupported("a value that may be of several classes", node, hint)
     return classes[0]
 
 
@@ -412,7 +427,7 @@ def call_record_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
 
 
 def construct(w: Writer, node: ast.Call, record: Class) -> Code:
-    """``Point(1, y=2)``."""
+    """Return the call of a constructor, ``Point(1, y=2)``."""
     constructor = record.methods.get("__init__")
     if constructor is not None:
         function: Code = VariableRef(w.records.part(record, "make"), w.span(node.func))
@@ -435,7 +450,8 @@ def construct(w: Writer, node: ast.Call, record: Class) -> Code:
         items += [Key(kebab(keyword.arg)), w.expr(keyword.value)]
     missing = [name for name, default in record.fields if default is None and name not in given]
     if missing:
-        raise w.error("python-call", f"`{record.name}` lacks {', '.join(f'`{m}`' for m in missing)}", node)
+        names = ", ".join(f"`{m}`" for m in missing)
+        raise w.error("python-call", f"missing fields in a call of `{record.name}`: {names}", node)
     return FormCode([VariableRef(record.variable, w.span(node.func)), *items])
 
 

@@ -1,5 +1,5 @@
-"""The writer, which all functions of the translation get first, and what they share: judgements of the analysed
-program, comments, where control and values go."""
+"""The writer, the context of code generation, with predicates on the analysed program, comments, and exits of
+bodies."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     AbstractType,
     TypeFacts,
 )
-from scenelang.interpreter.transpile.analysis.liveness import CellPlaces, Liveness
+from scenelang.interpreter.transpile.analysis.liveness import CellDefinitions, Liveness
 from scenelang.interpreter.transpile.analysis.scopes import (
     Class,
     Function,
@@ -36,8 +36,7 @@ from scenelang.interpreter.transpile.writing.code import Code
 
 @dataclass(eq=False)
 class Analysed:
-    """A Python program and all that was found out about it before a word of it is written. ``spread``:
-    names of parameters that tables give by ``**``."""
+    """Python program with the results of all analyses. ``spread`` are names of parameters passed with ``**``."""
 
     text: PythonText
     names: PythonNames
@@ -51,16 +50,19 @@ class Analysed:
     parents: dict[ast.AST, ast.AST] = field(default_factory=dict)
 
 
-# Where control goes: what leaves a body or a loop early, and the places that it can leave.
+# Control flow: early exits from bodies and loops.
 
 
 Finish = Callable[[Block], Code | None]
 
 
 @dataclass(eq=False)
-class Jump:
-    """A place that `return`, `break` or `continue` may have to leave early; used when a plain branch cannot say it.
-    ``value`` is what a turn of a collecting loop has collected by then."""
+class ExitPoint:
+    """Point that `return`, `break` or `continue` exits to; an escape procedure is created if a plain branch cannot
+    express it.
+
+    ``value`` returns what an iteration of a collecting loop has collected so far.
+    """
 
     name: str
     variable: PythonVariable | None = None
@@ -74,28 +76,39 @@ class Jump:
 
 @dataclass(eq=False)
 class Mode:
-    """What a body is for. ``leaving``: the statement that ends it early in tail position (``return`` of a function,
-    ``continue`` of a loop's body); ``finish`` gives the value when its end is reached."""
+    """How a body is generated.
 
-    leaving: type[ast.stmt] | None
+    Attributes
+    ----------
+    exit_kind
+        Statement that ends the body early in tail position: ``return`` of a function, ``continue`` of a loop.
+    finish
+        Returns the value of the body when its end is reached.
+    is_tail
+        Whether the body is in tail position.
+    collection
+        List that the body collects.
+    """
+
+    exit_kind: type[ast.stmt] | None
     finish: Finish
     is_tail: bool = True
     collection: Collecting | None = None
 
 
 @dataclass(eq=False)
-class ExitTarget:
-    """The function being written, and the loops around the statement."""
+class Exits:
+    """Exit points of the function being generated and of the loops around the current statement."""
 
     function: Function
-    returns: Jump = field(default_factory=lambda: Jump("return"))
-    breaks: list[Jump] = field(default_factory=list)
-    continues: list[Jump] = field(default_factory=list)
+    returns: ExitPoint = field(default_factory=lambda: ExitPoint("return"))
+    breaks: list[ExitPoint] = field(default_factory=list)
+    continues: list[ExitPoint] = field(default_factory=list)
     yields: PythonVariable | None = None
 
 
 class Comments:
-    """The comments of the Python in order; each is taken once."""
+    """Comments of the Python code in order; each is attached once."""
 
     def __init__(self, text: PythonText) -> None:
         self._text = text
@@ -103,37 +116,37 @@ class Comments:
         self._next = 0
 
     @property
-    def are_left(self) -> bool:
+    def has_unused(self) -> bool:
         return self._next < len(self._comments)
 
-    def open(self, note: Code, line: int) -> None:
-        """Take the comments above a statement that begins at ``line``."""
+    def take_above(self, note: Code, line: int) -> None:
+        """Attach the comments above a statement that starts at ``line``."""
         above = self._unused(0, line - 1)
         top = min([line, *(c.line for c in above if c.alone)])
-        self._hang(note, above, None)
+        self._attach(note, above, None)
         note.blank = note.blank or self._text.blank_before(top)
 
     def take_head(self, note: Code, first: int, last: int) -> None:
-        """Take the comments in the head of a compound statement; those right above its body belong to that."""
+        """Attach the comments in the head of a compound statement, except those directly above its body."""
         for comment in self._unused(first, last):
             if not comment.alone or comment.line < last:
                 note.before = (*note.before, _take(comment))
 
-    def close(self, note: Code, first: int, last: int) -> None:
-        """Take the comment at the end of a statement, and those inside it that nobody took."""
+    def take_trailing(self, note: Code, first: int, last: int) -> None:
+        """Attach the comment at the end of a statement, and unused comments inside it."""
         trailing = self._trailing(last)
         inner = [comment for comment in self._unused(first, last) if comment is not trailing]
-        self._hang(note, inner, trailing)
+        self._attach(note, inner, trailing)
 
     def take_inside(self, code: Code, opened: int, line: int, end: int | None) -> None:
-        """Take the comments above an item of a display that opens at line ``opened``, and that at its ``end``."""
-        self._hang(code, self._unused(opened + 1, line - 1), self._trailing(end) if end is not None else None)
+        """Attach the comments above an item of a display that opens at line ``opened``, and the one at its ``end``."""
+        self._attach(code, self._unused(opened + 1, line - 1), self._trailing(end) if end is not None else None)
 
-    def until(self, line: int) -> list[str]:
-        """The comments up to and including a line that nobody took."""
+    def take_until(self, line: int) -> list[str]:
+        """Return the unused comments up to and including a line."""
         return [_take(c) for c in self._unused(0, line)]
 
-    def _hang(self, code: Code, before: Sequence[PythonComment], after: PythonComment | None) -> None:
+    def _attach(self, code: Code, before: Sequence[PythonComment], after: PythonComment | None) -> None:
         code.before = (*code.before, *(_take(c) for c in before))
         if after is not None:
             text = _take(after)
@@ -164,22 +177,26 @@ def _take(comment: PythonComment) -> str:
 
 
 class Records:
-    """The variables that stand for what a record's definition makes: accessors, setters, methods."""
+    """Variables for the procedures that a record definition creates: accessors, setters and methods."""
 
     def __init__(self) -> None:
-        self._made: dict[tuple[Class, str, str], PythonVariable] = {}
+        self._variables: dict[tuple[Class, str, str], PythonVariable] = {}
 
     def part(self, record: Class, kind: str, name: str = "") -> PythonVariable:
-        """``kind``: ``make`` the constructor of a class with ``__init__``, ``get``, ``set``, ``is``, ``method``."""
+        """Return the variable of a procedure.
+
+        ``kind`` is ``make`` (the constructor of a class with ``__init__``), ``get``, ``set``, ``is``, ``method`` or
+        ``constant``.
+        """
         key = (record, kind, name)
-        found = self._made.get(key)
+        found = self._variables.get(key)
         if found is None:
             stem = record.name
             spelled = {
                 "make": f"make_{stem}", "get": f"{stem}-{name}", "set": f"set-{stem}-{name}!", "is": f"{stem}?",
                 "method": f"{stem}-{name}", "constant": f"{stem}-{name}",
             }[kind]  # fmt: skip
-            found = self._made[key] = PythonVariable(spelled, record.variable.function, is_temporary=True)
+            found = self._variables[key] = PythonVariable(spelled, record.variable.function, is_temporary=True)
             found.record = (record.variable, kind, name)
         return found
 
@@ -189,9 +206,11 @@ WriteStatement: TypeAlias = "Callable[[Writer, ast.stmt, Block], None]"
 
 
 class Writer:
-    """The analysed program, what has been written of it so far, and the two ways into the recursion over its tree:
-    ``expr`` and ``statement``, whose functions are given. The functions that write get a writer as their first
-    argument, and call these two for what stands inside their own node."""
+    """Context of code generation: the analysed program, the generated parts, and the recursion over the tree.
+
+    Functions that generate code take the writer as their first argument and call ``expr`` and ``statement`` for child
+    nodes, so that their modules do not depend on each other.
+    """
 
     def __init__(
         self,
@@ -208,27 +227,27 @@ class Writer:
         self.facts = analysed.facts
         self.liveness = analysed.liveness
         self.effects = Effects(analysed.names, analysed.facts)
-        self.places = CellPlaces(analysed.names, analysed.liveness)
-        self.place = ExitTarget(analysed.names.module)
+        self.cell_definitions = CellDefinitions(analysed.names, analysed.liveness)
+        self.exits = Exits(analysed.names.module)
         self.comments = Comments(analysed.text)
         self.pending_texts: list[str] = []
         self.records = Records()
         self.diagnostics: list[Diagnostic] = []
         self.imports: set[str] = set()
-        self.united: set[PythonVariable] = set()
-        self.late: dict[PythonVariable, PythonVariable] = {}
+        self.unions: set[PythonVariable] = set()
+        self.late_variables: dict[PythonVariable, PythonVariable] = {}
         self.defaults: dict[ast.expr, PythonVariable] = {}
         self._reads: dict[PythonVariable, list[ast.Name]] = {}
 
     def expr(self, node: ast.expr) -> Code:
-        """The code of any expression."""
+        """Return the code of an expression."""
         return self._write_expression(self, node)
 
     def statement(self, node: ast.stmt, block: Block) -> None:
-        """Add a statement to a block."""
+        """Append the code of a statement to a block."""
         self._write_statement(self, node, block)
 
-    # --- places and mistakes -----------------------------------------------------------------------------------
+    # --- locations and errors ----------------------------------------------------------------------------------
 
     def span(self, node: ast.AST) -> Span:
         return self.text.span(node)
@@ -237,12 +256,12 @@ class Writer:
         return SceneError(name, message, hint, self.span(node))
 
     def unsupported(self, what: str, node: ast.AST, hint: str | None = None) -> SceneError:
-        return self.error("python-unsupported", f"{what} cannot be translated", node, hint)
+        return self.error("python-unsupported", f"{what} is not supported", node, hint)
 
     def warn(self, name: str, message: str, node: ast.AST, hint: str | None = None) -> None:
         self.diagnostics.append(Diagnostic(name, message, self.span(node), hint))
 
-    # --- judgements --------------------------------------------------------------------------------------------
+    # --- predicates --------------------------------------------------------------------------------------------
 
     def type(self, node: ast.AST) -> AbstractType:
         return self.facts.type(node)
@@ -251,22 +270,22 @@ class Writer:
         return self.effects.of(*nodes)
 
     def is_mutated(self, node: ast.AST) -> bool:
-        """Whether the container that ``node`` makes is changed somewhere."""
-        return any(site.is_mutated and _same_place(site.node, node) for site in self.type(node).sites)
+        """Return whether the container that ``node`` creates is modified anywhere."""
+        return any(site.is_mutated and _same_position(site.node, node) for site in self.type(node).sites)
 
     def may_change(self, node: ast.AST) -> bool:
-        """Whether the value of ``node`` may be a container or array that is changed somewhere."""
+        """Return whether the value of ``node`` may be a container or array that is modified anywhere."""
         return any(site.is_mutated for site in self.type(node).sites)
 
     def variable(self, node: ast.AST) -> PythonVariable | None:
         return self.names.variables.get(node)
 
     def is_simple(self, node: ast.expr) -> bool:
-        """Whether evaluating ``node`` twice costs nothing and does nothing."""
+        """Return whether ``node`` can be evaluated twice without cost or effect."""
         return isinstance(node, (ast.Name, ast.Constant))
 
     def reads_of(self, variable: PythonVariable) -> list[ast.Name]:
-        """The nodes that read ``variable``."""
+        """Return the nodes that read ``variable``."""
         if not self._reads:
             for node, found in self.names.variables.items():
                 if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
@@ -281,7 +300,7 @@ class Writer:
         return self.analysed.parents.get(node)
 
     def single_function(self, node: ast.expr) -> Function | None:
-        """The one function that a name means, when it is the name of a definition."""
+        """Return the function that a name always refers to, or None."""
         variable = self.variable(node)
         if variable is None or not variable.functions:
             return None
@@ -294,7 +313,7 @@ class Writer:
         return not found.kinds or found.only(NUMBERS)
 
     def is_vector_literal(self, node: ast.expr) -> bool:
-        """A tuple or list display of numbers."""
+        """Return whether ``node`` is a tuple or list display of numbers."""
         return (
             isinstance(node, (ast.Tuple, ast.List))
             and bool(node.elts)
@@ -302,24 +321,24 @@ class Writer:
         )
 
     def known_length(self, node: ast.expr) -> int | None:
-        """The length of a sequence, where inference knows it."""
+        """Return the length of a sequence if inference knows it, else None."""
         found = self.type(node)
         lengths = {len(site.items) if site.items is not None else None for site in found.sites}
         return lengths.pop() if len(lengths) == 1 and not found.kinds & ~SEQUENCES else None
 
     def is_python_stream(self, node: ast.expr) -> bool:
-        """Whether a stream is one of Python's ``random``, not of numpy."""
+        """Return whether a stream belongs to Python's ``random`` rather than numpy."""
         return "random.Random" in self.type(node).names
 
     # --- comments ----------------------------------------------------------------------------------------------
 
     def comment_item(self, code: Code, node: ast.AST) -> Code:
-        """Hang the comments that stand at an item of a display or call on several lines on its code."""
+        """Attach the comments at an item of a display or call that spans several lines."""
         container = self.parent(node)
         opened = getattr(container, "lineno", 0)
         closed = getattr(container, "end_lineno", 0)
         line, end = getattr(node, "lineno", 0), getattr(node, "end_lineno", 0)
-        if container is None or opened == closed or line == opened or not self.comments.are_left:
+        if container is None or opened == closed or line == opened or not self.comments.has_unused:
             return code
         is_last = end < closed and not any(
             getattr(other, "lineno", 0) == end and getattr(other, "col_offset", 0) > getattr(node, "col_offset", 0)
@@ -330,14 +349,14 @@ class Writer:
         return code
 
     def comment_pair(self, key: Code, value: Code, node: ast.AST) -> list[Code]:
-        """``:key value`` with the comments at it: those above stand above the key."""
+        """Return ``:key value`` with its comments; those above are placed above the key."""
         self.comment_item(value, node)
         key.before, value.before = (*value.before, *key.before), ()
         return [key, value]
 
 
-def _same_place(a: ast.AST, b: ast.AST) -> bool:
-    """Whether two nodes are one, or one was made in the place of the other."""
+def _same_position(a: ast.AST, b: ast.AST) -> bool:
+    """Return whether two nodes are the same, or one was created to replace the other."""
     return a is b or (
         isinstance(a, ast.Call) and isinstance(b, ast.Call)
         and (a.lineno, a.col_offset, a.end_lineno) == (b.lineno, b.col_offset, b.end_lineno)
@@ -345,77 +364,78 @@ def _same_place(a: ast.AST, b: ast.AST) -> bool:
     )  # fmt: skip
 
 
-# Where control goes: which statements leave a body or a loop early.
+# Control flow: statements that exit a body or a loop early.
 
 
-def leaves(statement: ast.stmt, kind: type[ast.stmt]) -> bool:
-    """Whether ``statement`` holds a ``return``, ``continue`` or ``break`` that leaves what it stands in."""
+def may_exit(statement: ast.stmt, kind: type[ast.stmt]) -> bool:
+    """Return whether ``statement`` contains a ``return``, ``continue`` or ``break`` that exits the enclosing body or
+    loop."""
     if isinstance(statement, kind):
         return True
     if isinstance(statement, (ast.For, ast.While)) and kind is not ast.Return:
-        return any(leaves(s, kind) for s in statement.orelse)
-    return any(leaves(s, kind) for block in inner_blocks(statement) for s in block)
+        return any(may_exit(s, kind) for s in statement.orelse)
+    return any(may_exit(s, kind) for block in inner_blocks(statement) for s in block)
 
 
-def always_leaves(body: Sequence[ast.stmt], kind: type[ast.stmt]) -> bool:
-    """Whether the end of ``body`` is never reached."""
+def always_exits(body: Sequence[ast.stmt], kind: type[ast.stmt]) -> bool:
+    """Return whether the end of ``body`` is unreachable."""
     for statement in body:
         if isinstance(statement, (kind, ast.Raise)):
             return True
         if isinstance(statement, ast.If) and statement.orelse:
-            if always_leaves(statement.body, kind) and always_leaves(statement.orelse, kind):
+            if always_exits(statement.body, kind) and always_exits(statement.orelse, kind):
                 return True
         if isinstance(statement, ast.Try) and not statement.finalbody:
             blocks = [[*statement.body, *statement.orelse], *(h.body for h in statement.handlers)]
-            if all(always_leaves(block, kind) for block in blocks):
+            if all(always_exits(block, kind) for block in blocks):
                 return True
     return False
 
 
-def is_skip(statement: ast.stmt) -> bool:
-    """``if c: continue``."""
+def is_continue_guard(statement: ast.stmt) -> bool:
+    """Return whether ``statement`` is ``if c: continue``."""
     is_guard = isinstance(statement, ast.If) and not statement.orelse and len(statement.body) == 1
     return isinstance(statement, ast.If) and is_guard and isinstance(statement.body[0], ast.Continue)
 
 
-def breaks_out(body: Sequence[ast.stmt]) -> bool:
-    """Whether the body of a loop has a ``break`` that leaves it."""
-    return any(leaves(statement, ast.Break) for statement in body)
+def has_break(body: Sequence[ast.stmt]) -> bool:
+    """Return whether the body of a loop contains a ``break`` that exits it."""
+    return any(may_exit(statement, ast.Break) for statement in body)
 
 
-def only_loop(body: Sequence[ast.stmt], collecting: Collecting | None) -> ast.For | None:
-    """The loop that is all of a loop's body."""
-    if len(body) == 1 and isinstance(body[0], ast.For) and not body[0].orelse and not breaks_out(body[0].body):
+def sole_loop(body: Sequence[ast.stmt], collecting: Collecting | None) -> ast.For | None:
+    """Return the loop that is the only statement of a loop's body, or None."""
+    if len(body) == 1 and isinstance(body[0], ast.For) and not body[0].orelse and not has_break(body[0].body):
         return body[0]
     return None
 
 
 def has_inner_star(target: ast.expr) -> bool:
-    """Whether a pattern has a star elsewhere than at its end."""
+    """Return whether a pattern has a starred element other than the last."""
     if isinstance(target, (ast.Tuple, ast.List)):
         return any(isinstance(e, ast.Starred) for e in target.elts[:-1]) or any(has_inner_star(e) for e in target.elts)
     return False
 
 
 def is_main_guard(node: ast.If) -> bool:
-    """``if __name__ == "__main__":``."""
+    """Return whether ``node`` is ``if __name__ == "__main__":``."""
     return any(isinstance(n, ast.Name) and n.id == "__name__" for n in ast.walk(node.test))
 
 
 def text_of(node: ast.stmt) -> str | None:
-    """The string that is all of a statement."""
+    """Return the string of a statement that consists of a string, else None."""
     if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
         return node.value.value
     return None
 
 
 def without_docstring(body: Sequence[ast.stmt]) -> Sequence[ast.stmt]:
-    """A body without its docstring."""
+    """Return a body without its docstring."""
     return body[1:] if body and text_of(body[0]) is not None else body
 
 
 def comment_lines(text: str) -> list[str]:
-    """The lines of a docstring, without its indentation."""
+    """Return the lines of a docstring without indentation."""
     lines = [line.rstrip() for line in text.strip().splitlines()]
     indents = [len(line) - len(line.lstrip()) for line in lines[1:] if line.strip()]
     cut = min(indents, default=0)
@@ -423,17 +443,17 @@ def comment_lines(text: str) -> list[str]:
 
 
 def docstring_lines(function: Function) -> list[str]:
-    """The docstring of a function as lines of comment."""
+    """Return the docstring of a function as lines of a comment."""
     body = function.body
     text = text_of(body[0]) if body else None
     return comment_lines(text) if text and text.strip() else []
 
 
-# Where values go: whether a list of shapes is only united.
+# Uses of values: lists of shapes that are only combined.
 
 
 def is_parts(w: Writer, node: ast.expr) -> bool:
-    """Whether a list of shapes is only ever united, so that parts do as well."""
+    """Return whether a list of shapes is only ever combined with ``concat_shapes``, so that parts can represent it."""
     sites = w.type(node).sites
     if not sites or any(not s.element.only(SHAPE) and not _is_empty_list(s.element) for s in sites):
         return False
@@ -441,30 +461,30 @@ def is_parts(w: Writer, node: ast.expr) -> bool:
         return False
     parent = w.parent(node)
     if isinstance(parent, ast.Starred):
-        return _unites(w, parent)
+        return _is_combined(w, parent)
     if isinstance(parent, ast.Call):
-        return _unites_argument(w, parent, node)
+        return _is_combined_argument(w, parent, node)
     if isinstance(parent, (ast.Assign, ast.AnnAssign)):
         target = parent.targets[0] if isinstance(parent, ast.Assign) else parent.target
         variable = w.variable(target)
-        return variable is not None and is_united(w, variable)
+        return variable is not None and is_only_combined(w, variable)
     if isinstance(parent, ast.Return):
         return _returns_shape(w, parent)
     return False
 
 
-def is_united(w: Writer, variable: PythonVariable) -> bool:
-    """Whether all that happens to the list in ``variable`` is that its shapes are united."""
+def is_only_combined(w: Writer, variable: PythonVariable) -> bool:
+    """Return whether all uses of the list in ``variable`` combine its shapes."""
     reads = w.reads_of(variable)
-    return bool(reads) and all(_read_unites(w, read) for read in reads)
+    return bool(reads) and all(_read_combines(w, read) for read in reads)
 
 
-def _read_unites(w: Writer, read: ast.Name) -> bool:
+def _read_combines(w: Writer, read: ast.Name) -> bool:
     parent = w.parent(read)
     if isinstance(parent, ast.Starred):
-        return _unites(w, parent)
+        return _is_combined(w, parent)
     if isinstance(parent, ast.Call):
-        return _unites_argument(w, parent, read)
+        return _is_combined_argument(w, parent, read)
     if isinstance(parent, ast.Attribute):  # the additions of a collection
         grand = w.parent(parent)
         return grand in w.analysed.collections.additions
@@ -478,17 +498,17 @@ def _returns_shape(w: Writer, node: ast.Return) -> bool:
     while outer is not None and not isinstance(outer, (ast.FunctionDef, ast.Module)):
         outer = w.parent(outer)
     function = w.names.functions.get(outer) if outer is not None else None
-    if function is None or function.is_animation:  # the items that an animation returns are frames
+    if function is None or function.is_animation:  # the items of an animation are frames
         return False
     return function.is_registered and not function.is_called_directly
 
 
-def _unites(w: Writer, starred: ast.Starred) -> bool:
+def _is_combined(w: Writer, starred: ast.Starred) -> bool:
     call = w.parent(starred)
     return isinstance(call, ast.Call) and w.paths.of(call.func) == "concat_shapes"
 
 
-def _unites_argument(w: Writer, call: ast.Call, node: ast.expr) -> bool:
+def _is_combined_argument(w: Writer, call: ast.Call, node: ast.expr) -> bool:
     path = w.paths.of(call.func)
     return path == "concat_shapes" or (path == "transform_shape" and bool(call.args) and call.args[0] is node)
 
@@ -497,11 +517,11 @@ def _is_empty_list(found: AbstractType) -> bool:
     return found.only(SHAPE | LIST) and all(not site.element.kinds & ~SHAPE for site in found.sites)
 
 
-# Whether a sequence of numbers only serves as a vector.
+# Sequences of numbers that are only used as vectors.
 
 
-def wants_vector(w: Writer, node: ast.expr) -> bool:
-    """Whether a display flows only to places that want a vector."""
+def is_used_as_vector(w: Writer, node: ast.expr) -> bool:
+    """Return whether all uses of a display accept a vector."""
     return _flows_to_vector(w, node, set())
 
 
@@ -510,20 +530,20 @@ def _flows_to_vector(w: Writer, node: ast.AST, seen: set[object]) -> bool:
     if isinstance(parent, ast.IfExp) and node is not parent.test:
         return _flows_to_vector(w, parent, seen)
     if isinstance(parent, ast.Assign) and len(parent.targets) == 1 and isinstance(parent.targets[0], ast.Name):
-        return _variable_wants_vector(w, w.names.variables.get(parent.targets[0]), seen)
+        return _variable_is_vector(w, w.names.variables.get(parent.targets[0]), seen)
     if isinstance(parent, ast.AnnAssign):
-        return _variable_wants_vector(w, w.names.variables.get(parent.target), seen)
+        return _variable_is_vector(w, w.names.variables.get(parent.target), seen)
     if isinstance(parent, ast.arguments):
         function = w.names.functions.get(w.parent(parent) or parent)
         parameters = function.parameters if function is not None else []
         found = next((p for p in parameters if p.default is node), None)
-        return found is not None and _variable_wants_vector(w, found.variable, seen)
+        return found is not None and _variable_is_vector(w, found.variable, seen)
     if isinstance(parent, ast.keyword):
         call = w.parent(parent)
         if isinstance(call, ast.Call):
             if _is_vector_keyword(w.paths.of(call.func), parent.arg):
                 return True
-            return _parameter_wants_vector(w, call, parent.arg, None, seen)
+            return _parameter_is_vector(w, call, parent.arg, None, seen)
         return False
     if isinstance(parent, ast.Dict):
         position = next((i for i, v in enumerate(parent.values) if v is node), None)
@@ -538,7 +558,7 @@ def _flows_to_vector(w: Writer, node: ast.AST, seen: set[object]) -> bool:
             return False
         if path is not None:
             return _is_vector_argument(path, position)
-        return _parameter_wants_vector(w, parent, None, position, seen)
+        return _parameter_is_vector(w, parent, None, position, seen)
     if isinstance(parent, ast.BinOp):
         other = parent.right if parent.left is node else parent.left
         return w.type(other).only(ARRAY)
@@ -547,9 +567,7 @@ def _flows_to_vector(w: Writer, node: ast.AST, seen: set[object]) -> bool:
     return False
 
 
-def _parameter_wants_vector(
-    w: Writer, call: ast.Call, name: str | None, position: int | None, seen: set[object]
-) -> bool:
+def _parameter_is_vector(w: Writer, call: ast.Call, name: str | None, position: int | None, seen: set[object]) -> bool:
     targets = w.facts.targets.get(call, [])
     if not targets:
         return False
@@ -559,12 +577,12 @@ def _parameter_wants_vector(
         else:
             plain = [p for p in target.parameters if p.kind == "plain"]
             parameter = plain[position] if position is not None and position < len(plain) else None
-        if parameter is None or not _variable_wants_vector(w, parameter.variable, seen):
+        if parameter is None or not _variable_is_vector(w, parameter.variable, seen):
             return False
     return True
 
 
-def _variable_wants_vector(w: Writer, variable: PythonVariable | None, seen: set[object]) -> bool:
+def _variable_is_vector(w: Writer, variable: PythonVariable | None, seen: set[object]) -> bool:
     if variable is None or variable.is_assigned_elsewhere:
         return False
     if variable in seen:
