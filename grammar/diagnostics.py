@@ -310,6 +310,7 @@ class SceneError(Exception):
     chain: list[tuple[str, Span | None]] = field(default_factory=list)
     value: Any = None
     fixes: tuple[Fix, ...] = ()
+    near: tuple[str, ...] = ()
 
     def called(self, name: str, span: Span | None) -> None:
         """Append the next outer call to the call stack; beyond a maximum length only the outermost call is updated."""
@@ -320,7 +321,9 @@ class SceneError(Exception):
 
     @property
     def diagnostic(self) -> Diagnostic:
-        return Diagnostic(self.name, self.message, self.span, self.hint, self.notes, tuple(self.chain), self.fixes)
+        return Diagnostic(
+            self.name, self.message, self.span, self.hint, self.notes, tuple(self.chain), self.fixes, near=self.near
+        )
 
     def __str__(self) -> str:
         """Return the diagnostic as the command line prints it: code, message, location, source line and hint."""
@@ -330,7 +333,7 @@ class SceneError(Exception):
 def error_of(diagnostic: Diagnostic) -> SceneError:
     """Return the exception that represents a diagnostic."""
     d = diagnostic
-    return SceneError(d.name, d.message, d.hint, d.span, d.notes, list(d.chain), fixes=d.fixes)
+    return SceneError(d.name, d.message, d.hint, d.span, d.notes, list(d.chain), fixes=d.fixes, near=d.near)
 
 
 class LimitError(SceneError):

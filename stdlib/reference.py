@@ -8,13 +8,13 @@ under ``docs/reference`` (``make docs``) read these records.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 
 from scenelang.grammar.datum import Source, comment_above, print_datum
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import DEFINITIONS, FORM_EXAMPLES, FORMS, MACROS, TOP_LEVEL
 from scenelang.interpreter.program.program import PAPER_FORMS
@@ -181,6 +181,34 @@ def records() -> tuple[ReferenceRecord, ...]:
 def lookup(name: str) -> ReferenceRecord | None:
     """What is known of ``name``; a function before a type of the same name."""
     return next((record for record in records() if record.name == name), None)
+
+
+def about_names(diagnostics: Iterable[Diagnostic]) -> Iterator[str]:
+    """Return the signature and an example of every name that diagnostics are about, for a model that repairs a program.
+
+    These are the names that are misused, and those that a misspelled name may stand for. A function of the program has
+    only a signature, and a helper of Python programs its signature in Python.
+    """
+    seen: dict[str, None] = {}
+    for d in diagnostics:
+        if d.signature is not None:
+            seen.setdefault(_usage(d.signature))
+        for name in d.near:
+            record, helper = lookup(name), HELPERS.get(name)
+            if helper is not None:
+                seen.setdefault(f"{helper.name}({helper.signature}) -> {helper.result}")
+            elif record is not None:
+                seen.setdefault(_usage(record.signature))
+    yield from seen
+
+
+def _usage(signature: str) -> str:
+    """Return a signature with the example of the record that it belongs to."""
+    record = lookup(signature.lstrip("(").split(" ", 1)[0].rstrip(")"))
+    if record is None or record.signature != signature or not record.examples:
+        return signature
+    example = record.examples[0]
+    return f"{signature}\n  {example.expression} => {example.value}"
 
 
 def _forms() -> Iterator[ReferenceRecord]:

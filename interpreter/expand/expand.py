@@ -15,6 +15,8 @@ from scenelang.grammar.ast import Head, Opaque
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Span, Symbol
 from scenelang.grammar.diagnostics import (
     Diagnostic,
+    Edit,
+    Fix,
     LimitError,
     Note,
     SceneError,
@@ -154,7 +156,7 @@ class Expander:
             near = self._near(name, scope)
             hint = did_you_mean(near)
         fixes = rename_fixes(atom.span, name, near)
-        return SceneError("unbound", f"`{name}` is not defined", hint, atom.span, fixes=fixes)
+        return SceneError("unbound", f"`{name}` is not defined", hint, atom.span, fixes=fixes, near=tuple(near))
 
     def _near(self, name: str, scope: Scope) -> list[str]:
         """Return names that ``name`` may be a misspelling of.
@@ -325,13 +327,24 @@ class Expander:
                 datum = self.expand_macro(binding, datum, scope)
                 continue
             if binding is None and is_identifier(datum.items[0]):
-                raise self.unbound(datum.items[0], scope)
+                return self._unbound_call(datum, scope)
             if isinstance(binding, PaperForm):
                 return core(binding.terminal, self.expand_all(datum.items[1:], scope), datum.span)
-            # The head first: if it is misspelt, errors of the operands would be consequential.
             head = self.expand(datum.items[0], scope)
             operands = self.expand_all(datum.items[1:], scope)
             return ListDatum((head, *operands), None, datum.span)
+
+    def _unbound_call(self, datum: ListDatum, scope: Scope) -> Datum:
+        """Report an unbound head.
+
+        The operands are checked as well if it looks like a misspelled function; those of a misspelled special form may
+        not be expressions.
+        """
+        error = self.unbound(datum.items[0], scope)  # type: ignore[arg-type]
+        if not error.near or any(name in FORMS for name in error.near):
+            raise error
+        head = self.recover(error, datum.span)
+        return ListDatum((head, *self.expand_all(datum.items[1:], scope)), None, datum.span)
 
     def expand_all(self, datums: Sequence[Datum], scope: Scope) -> list[Datum]:
         """Expand several expressions, reporting the errors of all of them."""
@@ -453,20 +466,40 @@ class Expander:
             raise SceneError("lambda-list", "expected a parameter list", None, datum.span)
         plain: list[ast.Parameter] = []
         defaults: list[Datum] = []
+        is_broken = False
         position = 0
         while position < len(items):
             item = items[position]
-            if is_identifier(item) and base_name(item.value) == "&keys":
-                if position + 1 >= len(items):
-                    raise SceneError("lambda-list", "expected a name after `&keys`", None, item.span)
-                position += 1
-                self._add(plain, self._parameter(items[position], scope, "keys"), items[position].span)
-            else:
-                self._one_parameter(item, scope, plain, defaults)
+            try:
+                if is_identifier(item) and base_name(item.value) == "&keys":
+                    if position + 1 >= len(items):
+                        raise SceneError("lambda-list", "expected a name after `&keys`", None, item.span)
+                    position += 1
+                    self._add(plain, self._parameter(items[position], scope, "keys"), items[position].span)
+                else:
+                    self._one_parameter(item, scope, plain, defaults)
+            except LimitError:
+                raise
+            except SceneError as error:
+                self.recover(_default_outside(error, items, position), item.span)
+                self._declare_names(item, scope)
+                if plain and plain[-1].kind == "keyword":
+                    plain.pop()  # the item may be its default
+                is_broken = True
             position += 1
         if tail is not None:
             self._add(plain, self._parameter(tail, scope, "rest"), tail.span)
+        elif is_broken:  # what the other parameters are is unknown, so calls of the function are not checked
+            plain += (ast.Parameter(None, "_", "keys"), ast.Parameter(None, "_", "rest"))
         return plain, defaults
+
+    def _declare_names(self, item: Datum, scope: Scope) -> None:
+        """Declare what an invalid parameter may be meant to name, so that uses of it are not reported too."""
+        for datum in item.items if isinstance(item, ListDatum) else (item,):
+            if is_identifier(datum) or (isinstance(datum, Atom) and isinstance(datum.value, Annotated)):
+                name, _ = self._annotation(datum)
+                if scope.bindings.get(name) is None:
+                    self.declare(Atom(name, datum.span), scope)
 
     def _one_parameter(self, item: Datum, scope: Scope, plain: list[ast.Parameter], defaults: list[Datum]) -> None:
         if isinstance(item, ListDatum):
@@ -493,7 +526,12 @@ class Expander:
     def _parameter(self, datum: Datum, scope: Scope, kind: str) -> ast.Parameter:
         name, annotation = self._annotation(datum)
         spelled = base_name(name)
-        kind_type = self.annotated_type(annotation, datum.span) if annotation is not None else None
+        kind_type = None
+        if annotation is not None:
+            try:
+                kind_type = self.annotated_type(annotation, datum.span)
+            except SceneError as error:
+                self.recover(error, datum.span)
         if spelled == "_":
             return ast.Parameter(None, "_", kind, kind_type)
         if scope.bindings.get(name) is not None:
@@ -535,6 +573,19 @@ class Expander:
             name = str(unknown.args[0])
             hint = suggest(name, {*BASE_TYPES, *self.record_names})
             raise SceneError("type-name", f"unknown type `{name}`", hint, span) from None
+
+
+def _default_outside(error: SceneError, items: Sequence[Datum], position: int) -> SceneError:
+    """Return the error for a default that follows its keyword parameter, as in ``(lambda (:height 1) ...)``."""
+    item, before = items[position], items[position - 1] if position else None
+    is_value = isinstance(item, ArrayDatum) or (isinstance(item, Atom) and not is_identifier(item))
+    if error.name not in ("lambda-list", "bracket") or before is None or not _is_keyword(before) or not is_value:
+        return error
+    text = f"({before.span.text} {item.span.text})"
+    edit = Edit(Span(item.span.source, before.span.start, item.span.end), text)
+    hint = f"write a default in parentheses: `{text}`"
+    fixes = (Fix("Put the default in parentheses", (edit,), safe=True),) if item.span.expansion is None else ()
+    return SceneError("lambda-list", "the default is not in parentheses", hint, item.span, fixes=fixes)
 
 
 def _is_keyword(datum: Datum) -> bool:

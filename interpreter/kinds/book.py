@@ -301,6 +301,6 @@ def endless_recursions(results: Sequence[FormKinds]) -> list[Diagnostic]:
 
 def _endless(function: ast.Lambda, span: Span) -> Diagnostic:
     name = function.name if function.name.startswith('"') else f"`{function.name}`"
-    message = f"{name} calls itself whenever it is called, so it never ends"
+    message = f"infinite recursion: {name} always calls itself"
     hint = "put the call into a branch: `(if test (...) ...)`"
     return Diagnostic("endless-recursion", message, span, hint)

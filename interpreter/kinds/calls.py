@@ -374,7 +374,14 @@ def _check_builtin_keywords(inference: Inference, builtin: Builtin, keywords: Se
 
 
 def report_unknown_keyword(
-    inference: Inference, owner: str, key: str, span: Span, known: Any, usage: str, what: str = "parameter"
+    inference: Inference,
+    owner: str,
+    key: str,
+    span: Span,
+    known: Any,
+    usage: str,
+    what: str = "parameter",
+    signature: str | None = None,
 ) -> None:
     """Report a keyword argument that a function does not have, with the name that was meant."""
     near = near_names(key, known) or _abbreviated(key, known)
@@ -382,7 +389,7 @@ def report_unknown_keyword(
     hint = f"did you mean {' or '.join(f'`:{other}`' for other in near)}?" if near else f"parameters: {usage}"
     inference.report(
         "keyword", f"{owner} has no {what} `:{key}`", span, hint, fixes=fixes,
-        expected=", ".join(f":{name}" for name in known) or "no keyword", found=f":{key}", signature=usage,
+        expected=", ".join(f":{name}" for name in known) or "no keyword", found=f":{key}", signature=signature or usage,
         near=[f":{other}" for other in near],
     )  # fmt: skip
 
@@ -678,21 +685,31 @@ def check_keywords(
     None, as what is passed by position may then bring them."""
     named = {p.name: p for p in code.parameters if p.kind == "keyword"}
     takes_any = any(p.kind == "keys" for p in code.parameters)
+    signature = f"(call {owner} {code.usage[1:-1]})" if what == "attribute" and code.usage.startswith("(") else None
     unknown = [key for key in keywords if key[0] not in named and not takes_any]
     for key, key_node, _ in unknown:
-        report_unknown_keyword(inference, owner, key, key_node.span, named, code.usage)
+        report_unknown_keyword(inference, owner, key, key_node.span, named, code.usage, signature=signature)
     ok = [
-        _check_parameter(inference, owner, named[key], value, code.usage) for key, _, value in keywords if key in named
+        _check_parameter(inference, owner, named[key], value, code.usage, signature)
+        for key, _, value in keywords
+        if key in named
     ]
     given = {key for key, _, _ in keywords}
     missing = [name for name, p in named.items() if p.default is None and name not in given]
     if missing and not unknown and positional is None:  # an unknown name is probably the missing one, misspelled
-        _report_missing(inference, node, owner, missing, code.usage, what)
+        _report_missing(inference, node, owner, missing, code.usage, what, signature)
         return False
     return all(ok) and not unknown
 
 
-def _check_parameter(inference: Inference, owner: str, parameter: ast.Parameter, value: Any, usage: str) -> bool:
+def _check_parameter(
+    inference: Inference,
+    owner: str,
+    parameter: ast.Parameter,
+    value: Any,
+    usage: str,
+    signature: str | None = None,
+) -> bool:
     """Check an argument against the type of a parameter."""
     if parameter.type is None:
         return True
@@ -708,7 +725,7 @@ def _check_parameter(inference: Inference, owner: str, parameter: ast.Parameter,
     inference.report(
         "type", f"the parameter `{sign}{parameter.name}` of {owner} expects {expected}, got {shown(value, kind)}",
         value.span, hint or f"parameters: {usage}", fixes=fixes, expected=expected, found=describe(kind),
-        signature=usage,
+        signature=signature or usage,
     )  # fmt: skip
     return False
 
@@ -809,11 +826,19 @@ def _report_lambda_arity(
     )  # fmt: skip
 
 
-def _report_missing(inference: Inference, node: Any, owner: str, missing: Sequence[str], usage: str, what: str) -> Kind:
+def _report_missing(
+    inference: Inference,
+    node: Any,
+    owner: str,
+    missing: Sequence[str],
+    usage: str,
+    what: str,
+    signature: str | None = None,
+) -> Kind:
     names = " and ".join(f"`:{name}`" for name in missing)
     return inference.report(
         "keyword", f"missing {what}{'s' * (len(missing) > 1)} {names} of {owner}", node.span, f"parameters: {usage}",
-        expected=" ".join(f":{name}" for name in missing), found="nothing", signature=usage,
+        expected=" ".join(f":{name}" for name in missing), found="nothing", signature=signature or usage,
     )  # fmt: skip
 
 

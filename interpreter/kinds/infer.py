@@ -447,7 +447,7 @@ def _body(inference: Inference, node: ast.Body) -> Kind:
 
 def _report_unreachable(inference: Inference, node: Any) -> None:
     if node.span.expansion is None and type(node) is not ast.Constant:
-        inference.warn("unreachable-code", "this is never evaluated: what comes before it always ends here", node.span)
+        inference.warn("unreachable-code", "unreachable code: the expression before it never returns", node.span)
 
 
 def _first(inference: Inference, node: ast.First) -> Kind:

@@ -1,4 +1,4 @@
-"""Attributes that a primitive does not read, and the attribute or form that was meant."""
+"""Attributes that a primitive does not use, and the attribute or form that was meant."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
                 if hint is not None:
                     near = near_attribute(word, name)
                     fixes = (Fix(f"Change to `:{near}`", (Edit(span, f":{near}"),)),) if near else ()
-                    message = f'a "{word}" does not read the attribute `:{name}`'
+                    message = f'the primitive "{word}" does not use the attribute `:{name}`'
                     yield (
                         word,
                         Diagnostic(
@@ -101,7 +101,7 @@ def near_attribute(word: str, name: str) -> str | None:
 
 
 def unread_hint(word: str, name: str) -> str | None:
-    """Return a hint for an attribute that a geometric primitive does not read, but that was meant to change it.
+    """Return a hint for an attribute that a geometric primitive does not use, but that was meant to change it.
 
     None for an attribute that is read, and for one that may be the program's own.
     """
@@ -114,7 +114,7 @@ def unread_hint(word: str, name: str) -> str | None:
     near = near_attribute(word, name)
     if near:
         return f"did you mean `:{near}`?"
-    return "it reads " + ", ".join(f"`:{n}`" for n in read) if name in _all_geometry() else None
+    return "it uses " + ", ".join(f"`:{n}`" for n in read) if name in _all_geometry() else None
 
 
 def _semantic_hint(word: str, name: str) -> str | None:

@@ -214,6 +214,8 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
     found = list(diagnostics)
     if any(d.name == "unclosed" and "string" in d.message for d in found):
         found = [d for d in found if d.name not in ("bad-atom", "bad-string")]  # quotes open and close the wrong way
+    unread = {(d.span.source, d.span.start) for d in found if d.code.startswith("E1") and d.span is not None}
+    found = [d for d in found if d.code.startswith("E1") or d.span is None or (d.span.source, d.span.start) not in unread]
     defined = {name for d in found if d.name == "unbound" for name in _defined_by(d)}
     found = [d for d in found if not (d.name == "unbound" and d.span is not None and d.span.text in defined)]
     found = _once_for_each_word(found)
@@ -331,6 +333,8 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
         fix = Fix("Add quotes", (Edit(span, f'"{text}"'),), safe=True)
     elif diagnostic.name == "bad-atom" and (match := _FRACTION.match(text)):
         fix = Fix("Replace with a division", (Edit(span, f"(/ {match[1]} {match[2]})"),), safe=not _is_quoted(span))
+    elif diagnostic.name == "extra-close" and text in (")", "]") and "unmatched" in diagnostic.message:
+        fix = Fix("Remove the bracket", (Edit(span, ""),), safe=True)
     return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
 
 

@@ -216,10 +216,17 @@ def in_python(diagnostic: Diagnostic) -> Diagnostic:
         message=message,
         hint=_python_hint(diagnostic),
         fixes=(),
-        signature=None,
+        signature=_python_signature(diagnostic.signature),
         expected=_in_python_words(diagnostic.expected) if diagnostic.expected is not None else None,
         found=_in_python_words(diagnostic.found) if diagnostic.found is not None else None,
     )
+
+
+def _python_signature(signature: str | None) -> str | None:
+    """Return the signature of the helper that a function of the language stands for, as Python writes it."""
+    name = signature.lstrip("(").split(" ", 1)[0].rstrip(")") if signature is not None else ""
+    helper = HELPERS.get(_FUNCTIONS.get(name, ""))
+    return f"{helper.name}({helper.signature}) -> {helper.result}" if helper is not None else None
 
 
 def _in_python_words(text: str) -> str:

@@ -11,6 +11,7 @@ from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from io import BytesIO
+from itertools import islice
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING
@@ -32,6 +33,7 @@ from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import trial
 from scenelang.scene_changes import changes_between, compared_frames
 from scenelang.session import Options, Session
+from scenelang.stdlib.reference import about_names
 
 if TYPE_CHECKING:
     from scenelang.backends.pictures.film import Picture
@@ -67,11 +69,14 @@ class Verdict:
         return self.scene is not None and not any(d.is_error for d in self.diagnostics)
 
     def report_text(self) -> str:
-        """Render the diagnostics for the model: errors first, with a maximum number."""
+        """Render the diagnostics for the model, errors first, followed by the signatures of the names in question."""
         ordered = sorted(self.diagnostics, key=lambda d: not d.is_error)
         texts = [_shortened(render_text(d, color=False)) for d in ordered[:_MAX_REPORTED]]
         if len(ordered) > _MAX_REPORTED:
             texts.append(f"... and {len(ordered) - _MAX_REPORTED} more")
+        usages = list(islice(about_names(ordered[:_MAX_REPORTED]), _MAX_REPORTED))
+        if usages:
+            texts.append("\n".join(["Signatures and examples of what the errors are about:", *usages]))
         return "\n\n".join(texts)
 
 

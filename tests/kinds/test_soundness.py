@@ -1,0 +1,97 @@
+"""Inferred kinds are compared with the values of a run: every value is in the kind of its expression, and no error is
+reported about an expression that has a value."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from fuzz.scene_programs import Programs
+from kinds.tracing import Traced, trace
+from scenelang import Options, Session, Source
+from scenelang.interpreter.runtime.limits import Limits
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted((ROOT / "examples").rglob("*.scene"))
+_BLOCK = re.compile(r"^```scene\n(.*?)^```", re.S | re.M)
+# Arguments of every kind, with the mistakes that are likely: a string for a number, a point of two numbers.
+ARGUMENTS = (
+    "0", "1", "3", "-2", "2.5", ".5", "#t", "#f", "none", '"a"', '"cube"', '"12"', "'b", ":k", "'()", "'(1 2 3)",
+    "'(\"a\" \"b\")", '(list 1 "a")', "[1 2 3]", "[1 2]", "[1. 0 0]", "[[1 0] [0 1]]", "(eye 4)", "(translate [1 2 3])",
+    '(call "cube")', '(transform (call "cube") (translate [1 0 0]))', '(union (call "cube") (call "sphere"))', "<z4>",
+    "(embedding :a 1)", '(table "a" 1)', "(set 1 2)", "(mutable-list 1 2)", "(mutable-array [1 2 3])", "(lambda (x) x)",
+    "(lambda () 1)", "(lambda (a b) a)", "even?", "+", "(random-stream 3)", "(cons 1 2)", "'(a . b)", "(rec 1 2)",
+    '(frames (list (call "cube")))', "(iota 4)", '"{} {}"',
+)  # fmt: skip
+
+
+def session() -> Session:
+    return Session(Options(limits=Limits(seconds=5)))
+
+
+def assert_sound(traced: Traced, text: str) -> None:
+    assert traced.wrong == [], text
+    assert traced.false_alarms == [], text
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples(path: Path) -> None:
+    traced = trace(Source(str(path), path.read_text("utf-8")), session())
+    assert traced.error is None
+    assert traced.findings == []
+    assert_sound(traced, path.name)
+    assert len(traced.evaluated) > 10
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/language.md", "docs/tutorial.md"])
+def test_documentation(page: str) -> None:
+    blocks = _BLOCK.findall((ROOT / page).read_text("utf-8"))
+    assert blocks
+    for block in blocks:
+        assert_sound(trace(Source(page, block), session()), block)
+
+
+def random_call(random: Random, session: Session) -> str:
+    """A call of a builtin, with about as many arguments as it takes."""
+    builtins = session.library.builtins
+    name = random.choice([name for name in builtins if name != "define-record"])
+    signature = builtins[name].signature
+    count = len(signature.required) + random.choice((0, 0, 0, 0, 1, 2, -1))
+    arguments = [random.choice(ARGUMENTS) for _ in range(max(0, count))]
+    if signature.keywords and random.random() < 0.4:
+        names = [parameter.name for parameter in signature.keywords]
+        arguments += [f":{random.choice([*names, 'foo'])}", random.choice(ARGUMENTS)]
+    return f"({' '.join([name, *arguments])})"
+
+
+def test_random_calls_of_builtins() -> None:
+    random, here = Random(20), session()
+    failed = found = 0
+    for _ in range(400):
+        call = random_call(random, here)
+        text = f'(define-record rec p q)\n(define result {call})\n(bind "a" (lambda () (call "cube")))'
+        traced = trace(Source("<call>", text), here)
+        assert_sound(traced, call)
+        reported = [d for d in traced.findings if d.is_error]
+        if reported:
+            assert traced.error is not None, call
+        if traced.error is not None and traced.error.code[:2] in ("E4", "E6"):
+            failed += 1
+            found += bool(reported)
+    assert failed >= 150
+    assert found >= 0.8 * failed  # of calls that fail at run time
+
+
+def test_random_programs() -> None:
+    programs, here = Programs(20), session()
+    ran = 0
+    for _ in range(300):
+        text = programs.program()
+        traced = trace(Source("<program>", text), here)
+        assert_sound(traced, text)
+        if traced.error is None and traced.errors == () and traced.program is not None:
+            ran += 1
+    assert ran >= 100
