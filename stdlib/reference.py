@@ -150,6 +150,7 @@ _TYPES: dict[str, str] = {
     "Integer": "A whole number; a Float that is whole becomes one.",
     "Float": "A number.",
     "Number": "A number.",
+    "Numeric": "A number or an array of numbers.",
     "Boolean": "`#t` or `#f`.",
     "Function": "A procedure, builtin or written.",
     "List": "A list or mutable list; `List[Type]` says what its items are.",

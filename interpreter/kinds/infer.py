@@ -316,7 +316,7 @@ def _constant(inference: Inference, node: ast.Constant) -> Kind:
     return kind_of_value(node.value)
 
 
-_ATOM = re.compile(r"(?!none$)[^\s()\[\]]+")
+_ATOM = re.compile(r"(?!none$|None$)[^\s()\[\]]+")
 
 
 def _handle(inference: Inference, node: ast.HandleLiteral) -> Kind:

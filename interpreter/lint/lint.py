@@ -215,7 +215,9 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
     if any(d.name == "unclosed" and "string" in d.message for d in found):
         found = [d for d in found if d.name not in ("bad-atom", "bad-string")]  # quotes open and close the wrong way
     unread = {(d.span.source, d.span.start) for d in found if d.code.startswith("E1") and d.span is not None}
-    found = [d for d in found if d.code.startswith("E1") or d.span is None or (d.span.source, d.span.start) not in unread]
+    found = [
+        d for d in found if d.code.startswith("E1") or d.span is None or (d.span.source, d.span.start) not in unread
+    ]
     defined = {name for d in found if d.name == "unbound" for name in _defined_by(d)}
     found = [d for d in found if not (d.name == "unbound" and d.span is not None and d.span.text in defined)]
     found = _once_for_each_word(found)

@@ -102,7 +102,8 @@ class Traced:
         return [
             f"{name}: {node.span.text[:80]}"
             for node, name in self.failing
-            if name != "conditional-failure" and node in self.evaluated
+            if name != "conditional-failure"
+            and node in self.evaluated
             # The binding of a word has a value; its calls fail, if its function cannot return parts.
             and not (type(node) is ast.Bind and name == "parts")
         ]

@@ -84,7 +84,7 @@ def test_defaults_are_evaluated_at_the_call() -> None:
 def test_arity_errors_show_the_parameters() -> None:
     assert "(area w h)" in str(error("(define (area w h) (* w h)) (area 1)").hint)
     assert "(list-ref" in str(error("(list-ref (list 1))").hint)
-    assert "did you mean `height`" in str(error("(define (f (:height 1)) height) (f :hieght 2)").hint)
+    assert "did you mean `:height`" in str(error("(define (f (:height 1)) height) (f :hieght 2)").hint)
 
 
 # --- called by `call` -------------------------------------------------------------------------------------------------

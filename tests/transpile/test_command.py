@@ -353,8 +353,12 @@ WRONG_WHEN_IT_RUNS = {
     "E414": ("def check(x):\n    raise ValueError('no such kind')\n", "check(kind)", "raise"),
     "E405": ("", "primitive_call('cube', color=[(1, 0, 0)][len(kind) - 1])", "[(1, 0, 0)]"),
     "E412": ("def check(x):\n    a, b = x\n    return a\n", "check([kind])", "a, b = x"),
-    "E407": ("def check(x):\n    return 1 / (len(x) - 5)\n", "check(kind)", "1 / (len(x) - 5)"),
-    "E502": ("", "library_call('ball', kind=kind)", "library_call('ball'"),
+    "E407": (
+        "def check(x):\n    return 1 / (len(x) - 5)\n",
+        "primitive_call('cube', shape_kwargs={'scale': check(kind)})",
+        "1 / (len(x) - 5)",
+    ),
+    "E502": ("", "library_call('ball', kind=kind) if kind else concat_shapes()", "library_call('ball'"),
 }
 
 

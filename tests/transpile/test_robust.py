@@ -48,7 +48,9 @@ def _about_errors(translation: Translation, source: Source) -> str | None:
         span = diagnostic.span
         if span is None or span.source is not source or not 0 <= span.start <= span.end <= len(source.text):
             return f"out of place: {diagnostic}"
-        is_own = diagnostic.code[:2] in ("E1", "E3", "E8", "W8") or diagnostic.name == "idle-attribute"
+        is_own = (
+            diagnostic.code[:2] in ("E1", "E3", "E4", "E6", "E8", "W4", "W8") or diagnostic.name == "idle-attribute"
+        )
         if not diagnostic.message or not is_own:
             return f"not the translation's: {diagnostic}"
     told(translation.diagnostics)
