@@ -1,6 +1,6 @@
-"""What programs can call: one file for each topic, and modules in the language (``*.scene``).
+"""Builtins of the language, one module per topic, and modules written in the language (``*.scene``).
 
-An entry is registered once, with signature, types, doc and example; ``library`` collects the topics, ``reference``
-turns them into documentation, ``grammars`` into grammars; ``operands`` is what topics share. It draws and writes
-nothing.
+A builtin is registered once, with its signature, types, doc and example. ``library`` collects the topics, ``reference``
+generates documentation and grammars from them, ``operands`` has the helpers that topics share. The package does no
+rendering and writes no files.
 """

@@ -1,4 +1,4 @@
-"""Arrays: making, shaping and reducing them."""
+"""Builtins for arrays: creation, shape, reductions, elementwise functions and linear algebra."""
 
 from __future__ import annotations
 
@@ -44,24 +44,25 @@ from scenelang.stdlib.operands import (
 
 registry = Registry("arrays")
 
-_BLOCK = 1024  # arrays that are joined between two checks
-_MOST_SIDES = 32
+_BLOCK = 1024  # arrays that are joined between two checks of the limits
+_MAX_DIMENSIONS = 32
 
 
-# --- making ----------------------------------------------------------------------------------------------------
+# --- creation --------------------------------------------------------------------------------------------------
 
 
-@registry.define("array", "data::Any", "Array", "The array that nested lists of numbers, or arrays of one shape, make.",
+@registry.define("array", "data::Any", "Array",
+                 "Return an array of nested lists of numbers, or of arrays of one shape.",
                  ("(array '((1 2) (3 4)))", "[[1 2] [3 4]]"))  # fmt: skip
 def array(rt: Runtime, data: Any) -> Any:
-    made = to_numpy(rt, data, "array")
-    if made.ndim == 0:
-        raise wrong_type("array", "an array or a list", data, "`(vector x y z)` makes a vector of numbers")
-    return from_numpy(made)
+    result = to_numpy(rt, data, "array")
+    if result.ndim == 0:
+        raise wrong_type("array", "an array or a list", data, "for a vector of numbers, write `(vector x y z)`")
+    return from_numpy(result)
 
 
 @registry.define("vector", "numbers::Any ...", "Vector",
-                 "The vector of the arguments; of one list, the vector of its items. The same as brackets.",
+                 "Return the vector of the arguments; of one list, the vector of its items. The same as brackets.",
                  ("(list (vector 1 2 3) (vector '(1 2.5)))", "([1 2 3] [1.0 2.5])"))  # fmt: skip
 def vector(rt: Runtime, *numbers: Any) -> Any:
     if len(numbers) == 1 and not isinstance(numbers[0], (int, float)):
@@ -69,45 +70,46 @@ def vector(rt: Runtime, *numbers: Any) -> Any:
     return from_numpy(to_numpy(rt, make_list(numbers), "vector"))
 
 
-@registry.define("list->vector", "xs::Sequence", "Vector", "The vector of a list of numbers.",
+@registry.define("list->vector", "xs::Sequence", "Vector", "Return the vector of a list of numbers.",
                  ("(list->vector '(1 2 3))", "[1 2 3]"))  # fmt: skip
 def list_to_vector(rt: Runtime, xs: Any) -> Any:
     return array(rt, xs)
 
 
-def _filled(rt: Runtime, name: str, sides: tuple[Any, ...], value: float) -> Any:
+def _constant_array(rt: Runtime, name: str, sides: tuple[Any, ...], value: float) -> Any:
     shape: Any = sides[0] if len(sides) == 1 else make_list(sides)
     return from_numpy(np.full(shape_argument(rt, shape, name), value))
 
 
 @registry.define("zeros", "shape::Any more::Integer ...", "Array",
-                 "An array of zeros, Floats. The shape is a count, several counts, or a list of counts.",
+                 "Return an array of zeros, as Floats. The shape is a count, several counts, or a list of counts.",
                  ("(list (zeros 2) (zeros '(1 2)))", "([0.0 0.0] [[0.0 0.0]])"))  # fmt: skip
 def zeros(rt: Runtime, *shape: Any) -> Any:
-    return _filled(rt, "zeros", shape, 0.0)
+    return _constant_array(rt, "zeros", shape, 0.0)
 
 
-@registry.define("ones", "shape::Any more::Integer ...", "Array", "An array of ones, Floats.",
+@registry.define("ones", "shape::Any more::Integer ...", "Array", "Return an array of ones, as Floats.",
                  ("(ones 3)", "[1.0 1.0 1.0]"))  # fmt: skip
 def ones(rt: Runtime, *shape: Any) -> Any:
-    return _filled(rt, "ones", shape, 1.0)
+    return _constant_array(rt, "ones", shape, 1.0)
 
 
-@registry.define("full", "shape::Any value::Number", "Array", "An array that holds one number everywhere.",
+@registry.define("full", "shape::Any value::Number", "Array", "Return an array filled with one number.",
                  ("(full '(2 2) 7)", "[[7 7] [7 7]]"))  # fmt: skip
 def full(rt: Runtime, shape: Any, value: Any) -> Any:
     return from_numpy(np.full(shape_argument(rt, shape, "full"), to_numpy(rt, value)))
 
 
-@registry.define("eye", "n::Integer [columns::Integer]", "Array", "The identity matrix with `n` rows.",
+@registry.define("eye", "n::Integer [columns::Integer]", "Array", "Return the identity matrix with `n` rows.",
                  ("(eye 2)", "[[1.0 0.0] [0.0 1.0]]"))  # fmt: skip
 def eye(rt: Runtime, n: int, columns: int | None = None) -> Any:
-    rows, wide = check_shape(rt, (n, n if columns is None else columns), "eye")
-    return from_numpy(np.eye(rows, wide))
+    height, width = check_shape(rt, (n, n if columns is None else columns), "eye")
+    return from_numpy(np.eye(height, width))
 
 
 @registry.define("linspace", "start::Number end::Number [count::Integer] [:endpoint::Boolean]", "Vector",
-                 "`count` numbers (50) evenly spaced from `start` to `end`; with `:endpoint #f` the end is left out.",
+                 "Return `count` (default 50) evenly spaced numbers from `start` to `end`; `:endpoint #f` excludes "
+                 "the end.",
                  ("(list (linspace 0 1 3) (linspace 0 1 2 :endpoint #f))", "([0.0 0.5 1.0] [0.0 0.5])"))  # fmt: skip
 def linspace(rt: Runtime, start: Any, end: Any, count: int = 50, *, endpoint: bool = True) -> Any:
     check_shape(rt, (count,), "linspace")
@@ -116,17 +118,17 @@ def linspace(rt: Runtime, start: Any, end: Any, count: int = 50, *, endpoint: bo
 
 
 @registry.define("arange", "start::Number [end::Number] [step::Number]", "Vector",
-                 "The numbers from `start` up to `end`, which is left out, in steps of `step`; `(arange n)` counts "
-                 "from 0. For a given count, `linspace` is safer with fractions.",
+                 "Return the numbers from `start` up to but excluding `end`, in steps of `step`; `(arange n)` starts "
+                 "at 0. For a fractional step use `linspace`, which returns a given count.",
                  ("(list (arange 3) (arange 0 1 .25))", "([0 1 2] [0.0 0.25 0.5 0.75])"))  # fmt: skip
 def arange(rt: Runtime, start: Any, end: Any = None, step: Any = 1) -> Any:
     if end is None:
         start, end = 0, start
     if step == 0:
-        raise SceneError("value", "`arange` wants a step that is not 0")
+        raise SceneError("value", "`arange` expects a step that is not 0")
     extent = (end - start) / step
     if not math.isfinite(extent):
-        raise SceneError("value", f"`arange` has no end from {show(start)} to {show(end)}")
+        raise SceneError("value", f"`arange` expects finite bounds, got {show(start)} and {show(end)}")
     count = max(0, math.ceil(extent))
     check_shape(rt, (count,), "arange")
     if max(abs(start), abs(end), abs(step)) >= 1 << 62:
@@ -134,19 +136,20 @@ def arange(rt: Runtime, start: Any, end: Any = None, step: Any = 1) -> Any:
     try:
         return from_numpy(np.arange(start, end, step))
     except (ValueError, OverflowError):
-        raise SceneError("value", f"`arange` cannot count from {show(start)} to {show(end)} in such steps") from None
+        message = f"`arange` does not support the bounds {show(start)} and {show(end)} with a step of {show(step)}"
+        raise SceneError("value", message) from None
 
 
 # --- shape -----------------------------------------------------------------------------------------------------
 
 
-@registry.define("array-shape", "array::Array", "List", "The number of items along every axis.",
+@registry.define("array-shape", "array::Array", "List", "Return the number of items along every axis.",
                  ("(array-shape [[1 2 3] [4 5 6]])", "(2 3)"))  # fmt: skip
 def array_shape(rt: Runtime, array: Any) -> Any:
     return make_list(shape_of(array))
 
 
-@registry.define("transpose", "array::Any", "Array", "The array with its axes reversed: rows become columns.",
+@registry.define("transpose", "array::Any", "Array", "Return the array with its axes reversed: rows become columns.",
                  ("(transpose [[1 2 3] [4 5 6]])", "[[1 4] [2 5] [3 6]]"))  # fmt: skip
 def transpose(rt: Runtime, array: Any) -> Any:
     data = to_numpy(rt, array, "transpose")
@@ -155,63 +158,63 @@ def transpose(rt: Runtime, array: Any) -> Any:
 
 
 @registry.define("reshape", "array::Any shape::Any", "Array",
-                 "The same numbers, row by row, in another shape; one side may be -1, to be worked out.",
+                 "Return the same numbers, in row-major order, in another shape; one side may be -1, to be inferred.",
                  ("(reshape [1 2 3 4 5 6] '(2 -1))", "[[1 2 3] [4 5 6]]"))  # fmt: skip
 def reshape(rt: Runtime, array: Any, shape: Any) -> Any:
     data = to_numpy(rt, array, "reshape")
     rt.charge(data.size >> 5)
     sides = [shape] if type(shape) is int else [int(side) for side in to_numpy(rt, shape, "reshape").ravel().tolist()]
-    if len(sides) > _MOST_SIDES:
-        raise SceneError("value", f"`reshape` makes arrays of at most {_MOST_SIDES} dimensions, got {len(sides)}")
+    if len(sides) > _MAX_DIMENSIONS:
+        raise SceneError("value", f"`reshape` supports at most {_MAX_DIMENSIONS} dimensions, got {len(sides)}")
     known = math.prod(side for side in sides if side != -1)
     if sides.count(-1) == 1 and known and data.size % known == 0:
         sides[sides.index(-1)] = data.size // known
     check_shape(rt, [max(side, 0) for side in sides], "reshape")
     if math.prod(sides) != data.size or min(sides, default=0) < 0:
-        raise SceneError("value", f"an array of {data.size} numbers does not fill the shape {show(shape, 60)}")
+        raise SceneError("value", f"cannot reshape an array of {data.size} numbers to the shape {show(shape, 60)}")
     return from_numpy(data.reshape(sides))
 
 
-def _parts(rt: Runtime, name: str, arrays: tuple[Any, ...]) -> list[Numpy]:
-    """The arrays given one by one or in one list, as numpy arrays."""
+def _operands(rt: Runtime, name: str, arrays: tuple[Any, ...]) -> list[Numpy]:
+    """Return the arrays given as arguments or in one list, as numpy arrays."""
     members = items(rt, arrays[0], name) if len(arrays) == 1 else list(arrays)
     if not members:
         raise empty_sequence(name)
-    parts = []
+    operands = []
     size = 0
     for member in members:
         rt.charge(1)
-        parts.append(to_numpy(rt, member, name))
-        size += parts[-1].size
+        operands.append(to_numpy(rt, member, name))
+        size += operands[-1].size
         rt.meter.check_growth(size, "an array")
     rt.meter.check_size(size, "an array")
-    return parts
+    return operands
 
 
 @registry.define("stack-arrays", "arrays::Any ... [:axis::Integer]", "Array",
-                 "The arrays, all of one shape, along a new axis (the first); also given as one list.",
+                 "Join arrays of one shape along a new axis (default: the first). One list of arrays is also accepted.",
                  ("(list (stack-arrays [1 2] [3 4]) (stack-arrays (list [1 2] [3 4]) :axis 1))",
                   "([[1 2] [3 4]] [[1 3] [2 4]])"))  # fmt: skip
 def stack(rt: Runtime, *arrays: Any, axis: int = 0) -> Any:
-    return _joined(rt, "stack-arrays", np.stack, _parts(rt, "stack-arrays", arrays), axis)
+    return _join(rt, "stack-arrays", np.stack, _operands(rt, "stack-arrays", arrays), axis)
 
 
 @registry.define("concatenate", "arrays::Any ... [:axis::Integer]", "Array",
-                 "The arrays one behind the other along an axis (the first); also given as one list.",
+                 "Join arrays along an existing axis (default: the first). One list of arrays is also accepted.",
                  ("(concatenate [1 2] [3])", "[1 2 3]"))  # fmt: skip
 def concatenate(rt: Runtime, *arrays: Any, axis: int = 0) -> Any:
-    return _joined(rt, "concatenate", np.concatenate, _parts(rt, "concatenate", arrays), axis)
+    return _join(rt, "concatenate", np.concatenate, _operands(rt, "concatenate", arrays), axis)
 
 
-def _joined(rt: Runtime, name: str, join: Callable[..., Any], parts: list[Numpy], axis: int) -> Any:
+def _join(rt: Runtime, name: str, join: Callable[..., Any], arrays: list[Numpy], axis: int) -> Any:
     joined = []
     try:
-        for start in range(0, len(parts), _BLOCK):
+        for start in range(0, len(arrays), _BLOCK):
             rt.charge(_BLOCK >> 2)
-            joined.append(join(parts[start : start + _BLOCK], axis=axis))
+            joined.append(join(arrays[start : start + _BLOCK], axis=axis))
         return from_numpy(joined[0] if len(joined) == 1 else np.concatenate(joined, axis=axis))
     except ValueError:
-        shapes = ", ".join(show(make_list(part.shape)) for part in parts[:4])
+        shapes = ", ".join(show(make_list(array.shape)) for array in arrays[:4])
         raise SceneError("value", f"`{name}` cannot join arrays of the shapes {shapes} along axis {axis}") from None
 
 
@@ -221,13 +224,14 @@ _CONTAINERS = (Pair, type(NIL), MutableList)
 
 
 def check_axis(name: str, data: Numpy, axis: int | None) -> int | None:
+    """Return ``axis``; one outside the dimensions of ``data`` is an error."""
     if axis is not None and not -data.ndim <= axis < data.ndim:
         raise bad_index(axis, data.ndim, f"axes of the array in `{name}`, a list")
     return axis
 
 
-def _reduced(rt: Runtime, name: str, value: Any, axis: int | None, reduce: Callable[..., Any]) -> Any:
-    """A numpy reduction over all items or along one axis."""
+def _reduction(rt: Runtime, name: str, value: Any, axis: int | None, reduce: Callable[..., Any]) -> Any:
+    """Return a numpy reduction over all items or along one axis."""
     data = to_numpy(rt, value, name)
     check_axis(name, data, axis)
     rt.charge(data.size >> 5)
@@ -239,16 +243,16 @@ def _reduced(rt: Runtime, name: str, value: Any, axis: int | None, reduce: Calla
         return from_numpy(reduce(data, axis=axis))
 
 
-def _numpy_reduce_product(data: Numpy, axis: int | None) -> Any:
-    """``np.prod``, in floats when integers would wrap around."""
+def _checked_product(data: Numpy, axis: int | None) -> Any:
+    """Return ``np.prod``, in floats if integers would overflow."""
     floats = data.astype(float)
     if data.dtype.kind == "i" and np.max(np.prod(np.maximum(np.abs(floats), 1.0), axis=axis), initial=0.0) < 1 << 62:
         return np.prod(data, axis=axis)
     return np.prod(floats, axis=axis)
 
 
-def _folded(rt: Runtime, xs: Any, name: str, operation: Callable[..., Any], start: int) -> Any:
-    """Sum or product of a list from the left, as Python's; its items may be arrays."""
+def _fold(rt: Runtime, xs: Any, name: str, operation: Callable[..., Any], start: int) -> Any:
+    """Return the sum or product of a list from the left, as Python does; its items may be arrays."""
     members = items(rt, xs, name)
     result: Any = start
     for position, item in enumerate(members):
@@ -262,45 +266,45 @@ def _folded(rt: Runtime, xs: Any, name: str, operation: Callable[..., Any], star
 
 
 @registry.define("sum", "xs::Sequence [:axis::Integer]", "Any",
-                 "The sum of the items of a sequence; of an array, of all its numbers or along `:axis`.",
+                 "Return the sum of the items of a sequence; of an array, of all its numbers or along `:axis`.",
                  ("(list (sum '(1 2 3)) (sum [[1 2] [3 4]] :axis 0))", "(6 [4 6])"))  # fmt: skip
 def sum_(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
     if is_array(xs) or axis is not None:
-        return _reduced(rt, "sum", xs, axis, np.sum)
-    return _folded(rt, xs, "sum", add, 0)
+        return _reduction(rt, "sum", xs, axis, np.sum)
+    return _fold(rt, xs, "sum", add, 0)
 
 
 @registry.define("product", "xs::Sequence [:axis::Integer]", "Any",
-                 "The product of the items of a sequence; of an array, of all its numbers or along `:axis`.",
+                 "Return the product of the items of a sequence; of an array, of all its numbers or along `:axis`.",
                  ("(product '(2 3 4))", "24"))  # fmt: skip
 def product(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
     if axis is not None or (is_array(xs) and type(xs) is not Vector):
-        return _reduced(rt, "product", xs, axis, _numpy_reduce_product)
-    return bounded(_folded(rt, xs, "product", multiply, 1))
+        return _reduction(rt, "product", xs, axis, _checked_product)
+    return bounded(_fold(rt, xs, "product", multiply, 1))
 
 
 @registry.define("mean", "xs::Any [:axis::Integer]", "Any",
-                 "The mean of the numbers of a list or an array, or along `:axis`.",
+                 "Return the mean of the numbers of a list or an array, or along `:axis`.",
                  ("(list (mean '(1 2 6)) (mean [[1 2] [3 4]] :axis 1))", "(3.0 [1.5 3.5])"))  # fmt: skip
 def mean(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
-    return _reduced(rt, "mean", xs, axis, np.mean)
+    return _reduction(rt, "mean", xs, axis, np.mean)
 
 
-def _extreme(rt: Runtime, name: str, values: tuple[Any, ...], axis: int | None, of_two: Any, of_all: Any) -> Any:
-    """``min`` and ``max``: of one sequence, of several numbers, or item by item of arrays."""
+def _extreme(rt: Runtime, name: str, values: tuple[Any, ...], axis: int | None, binary: Any, reduction: Any) -> Any:
+    """Return the minimum or maximum of one sequence, of several numbers, or elementwise of arrays."""
     if len(values) == 1:
-        only = values[0]
-        if is_array(only) or axis is not None:
-            return _reduced(rt, name, only, axis, of_all)
-        if type(only) is int or type(only) is float:
-            return only
-        values = tuple(items(rt, only, name, ordered=False))
+        argument = values[0]
+        if is_array(argument) or axis is not None:
+            return _reduction(rt, name, argument, axis, reduction)
+        if type(argument) is int or type(argument) is float:
+            return argument
+        values = tuple(items(rt, argument, name, ordered=False))
         rt.charge(len(values) >> 4)
         if not values:
             raise empty_sequence(name)
     for value in values:
         if type(value) is str:
-            raise wrong_type(name, "numbers", value, f"`{name}-of` takes strings and lists")
+            raise wrong_type(name, "numbers", value, f"for strings and lists, use `{name}-of`")
         check_operand(name, value)
     if any(is_array(value) for value in values):
         arrays = [to_numpy(rt, value, name) for value in values]
@@ -308,55 +312,55 @@ def _extreme(rt: Runtime, name: str, values: tuple[Any, ...], axis: int | None, 
         result = arrays[0]
         for other in arrays[1:]:
             rt.charge(1 + (other.size >> 6))
-            result = of_two(result, other)
+            result = binary(result, other)
         return from_numpy(result)
     rt.charge(len(values) >> 3)
     return min(values) if name == "min" else max(values)
 
 
 @registry.define("min", "values::Any more::Any ... [:axis::Integer]", "Any",
-                 "The smallest of several numbers, or of the numbers of one sequence; of an array also along `:axis`, "
-                 "of several arrays item by item. `min-of` takes anything that has an order.",
+                 "Return the smallest of several numbers, or of the numbers of one sequence; of an array also along "
+                 "`:axis`, of several arrays elementwise. `min-of` takes any values that have an order.",
                  ("(list (min 3 1 2) (min '(5 4)) (min [[1 2] [3 0]] :axis 0))", "(1 4 [1 0])"))  # fmt: skip
 def min_(rt: Runtime, *values: Any, axis: int | None = None) -> Any:
     return _extreme(rt, "min", values, axis, np.minimum, np.min)
 
 
 @registry.define("max", "values::Any more::Any ... [:axis::Integer]", "Any",
-                 "The largest of several numbers, or of the numbers of one sequence; of an array also along `:axis`, "
-                 "of several arrays item by item. `max-of` takes anything that has an order.",
+                 "Return the largest of several numbers, or of the numbers of one sequence; of an array also along "
+                 "`:axis`, of several arrays elementwise. `max-of` takes any values that have an order.",
                  ("(list (max 3 1 2) (max '(5 4)) (max [1 5] [3 2]))", "(3 5 [3 5])"))  # fmt: skip
 def max_(rt: Runtime, *values: Any, axis: int | None = None) -> Any:
     return _extreme(rt, "max", values, axis, np.maximum, np.max)
 
 
 @registry.define("argmin", "xs::Any [:axis::Integer]", "Any",
-                 "The index of the smallest number, or the indices along `:axis`.",
+                 "Return the index of the smallest number, or the indices along `:axis`.",
                  ("(argmin '(3 1 2))", "1"))  # fmt: skip
 def argmin(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
-    return _reduced(rt, "argmin", xs, axis, np.argmin)
+    return _reduction(rt, "argmin", xs, axis, np.argmin)
 
 
 @registry.define("argmax", "xs::Any [:axis::Integer]", "Any",
-                 "The index of the largest number, or the indices along `:axis`.",
+                 "Return the index of the largest number, or the indices along `:axis`.",
                  ("(argmax [3 1 2])", "0"))  # fmt: skip
 def argmax(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
-    return _reduced(rt, "argmax", xs, axis, np.argmax)
+    return _reduction(rt, "argmax", xs, axis, np.argmax)
 
 
 @registry.define("cumsum", "xs::Any [:axis::Integer]", "Array",
-                 "The sums up to every item: of all numbers in a row, or along `:axis`.",
+                 "Return the cumulative sums, of all numbers or along `:axis`.",
                  ("(cumsum '(1 2 3))", "[1 3 6]"))  # fmt: skip
 def cumsum(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
     data = to_numpy(rt, xs, "cumsum")
-    return from_numpy(data) if data.size == 0 else _reduced(rt, "cumsum", xs, axis, np.cumsum)
+    return from_numpy(data) if data.size == 0 else _reduction(rt, "cumsum", xs, axis, np.cumsum)
 
 
-# --- item by item ----------------------------------------------------------------------------------------------
+# --- elementwise -----------------------------------------------------------------------------------------------
 
 
 @registry.define("clip", "x::Any low::Any high::Any", "Any",
-                 "The numbers of an array, but not below `low` and not above `high`.",
+                 "Limit the numbers of an array to the range from `low` to `high`.",
                  ("(clip [-1 5 12] 0 10)", "[0 5 10]"))  # fmt: skip
 def clip(rt: Runtime, x: Any, low: Any, high: Any) -> Any:
     arrays = [to_numpy(rt, value, "clip") for value in (x, low, high)]
@@ -365,8 +369,9 @@ def clip(rt: Runtime, x: Any, low: Any, high: Any) -> Any:
 
 
 @registry.define("array-map", "f::Function array::Any more::Any ...", "Array",
-                 "The array of what `f` makes of every number of an array, or of several of one shape (a number goes "
-                 "with all); #t counts as 1 and #f as 0, so that a test gives a mask for `where`.",
+                 "Return the array of the results of `f` for every number of an array, or for the numbers of several "
+                 "arrays of one shape (single numbers are broadcast); #t is 1 and #f is 0, so that a predicate makes "
+                 "a mask for `where`.",
                  ("(list (array-map square [1 2 3]) (array-map > [1 5 3] 2))", "([1 4 9] [0 1 1])"))  # fmt: skip
 def array_map(rt: Runtime, f: Any, array: Any, *more: Any) -> Any:
     arrays = [to_numpy(rt, value, "array-map") for value in (array, *more)]
@@ -378,28 +383,29 @@ def array_map(rt: Runtime, f: Any, array: Any, *more: Any) -> Any:
 
 
 def _number(value: Any) -> Any:
-    """A result of ``array-map`` as a number."""
+    """Return a result of the function of ``array-map`` as a number."""
     if type(value) is bool:
         return int(value)
     if type(value) is int or type(value) is float:
         return value
-    raise wrong_type("array-map", "a number or a Boolean from its function", value)
+    raise wrong_type("array-map", "a function that returns a number or a Boolean", value)
 
 
 @registry.define("interp", "x::Any xs::Any ys::Any", "Any",
-                 "The value at `x` of the line through the points (xs, ys); `xs` must rise. Outside it stays level.",
+                 "Interpolate linearly at `x` between the points (xs, ys); `xs` must increase. Outside the range the "
+                 "first or last value is returned.",
                  ("(interp 1.5 '(1 2 3) '(10 20 40))", "15.0"))  # fmt: skip
 def interp(rt: Runtime, x: Any, xs: Any, ys: Any) -> Any:
-    at, known, values = (to_numpy(rt, value, "interp") for value in (x, xs, ys))
-    if known.ndim != 1 or known.shape != values.shape or not known.size:
-        raise SceneError("value", "`interp` wants as many xs as ys, at least one of each")
-    if not (np.diff(known) >= 0).all():
-        raise SceneError("value", "`interp` wants xs that rise")
-    return from_numpy(np.interp(at, known, values))
+    points, positions, values = (to_numpy(rt, value, "interp") for value in (x, xs, ys))
+    if positions.ndim != 1 or positions.shape != values.shape or not positions.size:
+        raise SceneError("value", "`interp` expects equal numbers of xs and ys, at least one of each")
+    if not (np.diff(positions) >= 0).all():
+        raise SceneError("value", "`interp` expects xs in ascending order")
+    return from_numpy(np.interp(points, positions, values))
 
 
 def _mask(rt: Runtime, condition: Any, depth: int = 0) -> Any:
-    """Nested lists of booleans as nested Python lists."""
+    """Return nested lists of booleans as nested Python lists."""
     if type(condition) is bool or condition is None:
         return bool(condition)
     if isinstance(condition, _CONTAINERS) and depth < 8:
@@ -411,14 +417,14 @@ def _mask(rt: Runtime, condition: Any, depth: int = 0) -> Any:
 
 
 @registry.define("where", "condition::Any a::Any b::Any", "Any",
-                 "The array with the numbers of `a` where the condition is true, else of `b`. The condition is a list "
-                 "of booleans, or an array that is not 0 where true.",
+                 "Return the array with the numbers of `a` where the condition is true, and of `b` elsewhere. The "
+                 "condition is a list of booleans, or an array in which 0 is false.",
                  ("(let ((v [-1 5 -3])) (where (map positive? v) v 0))", "[0 5 0]"))  # fmt: skip
 def where(rt: Runtime, condition: Any, a: Any, b: Any) -> Any:
     try:
         mask = np.array(_mask(rt, condition), dtype=bool)
     except ValueError:
-        raise SceneError("value", "`where` wants a condition whose rows have one length") from None
+        raise SceneError("value", "`where` expects a condition with rows of equal length") from None
     left, right = to_numpy(rt, a, "where"), to_numpy(rt, b, "where")
     common_shape(rt, "where", mask, left, right)
     return from_numpy(np.where(mask, left, right))
@@ -430,31 +436,33 @@ def where(rt: Runtime, condition: Any, a: Any, b: Any) -> Any:
 def _coordinate(rt: Runtime, name: str, point: Any, index: int) -> Any:
     if type(point) is not Vector:
         if type(point) is Matrix or (type(point) is MutableArray and point.data.ndim != 1):
-            raise wrong_type(name, "a vector", point, "the position in a pose is `(@ pose [0 0 0])`")
+            raise wrong_type(name, "a vector", point, "for the position of a pose, write `(@ pose [0 0 0])`")
         point = items(rt, point, name)
     if len(point) <= index:
-        raise SceneError("index", f"`{name}` wants a vector of length {index + 1} at least, got one of {len(point)}")
+        raise SceneError("index", f"`{name}` expects a vector of length {index + 1} or more, got length {len(point)}")
     return point[index]
 
 
-@registry.define("x-of", "point::Sequence", "Number", "The first coordinate, to the right.", ("(x-of [5 6 7])", "5"))
+@registry.define(
+    "x-of", "point::Sequence", "Number", "Return the first coordinate, to the right.", ("(x-of [5 6 7])", "5")
+)
 def x_of(rt: Runtime, point: Any) -> Any:
     return _coordinate(rt, "x-of", point, 0)
 
 
-@registry.define("y-of", "point::Sequence", "Number", "The second coordinate, upwards.", ("(y-of [5 6 7])", "6"))
+@registry.define("y-of", "point::Sequence", "Number", "Return the second coordinate, upwards.", ("(y-of [5 6 7])", "6"))
 def y_of(rt: Runtime, point: Any) -> Any:
     return _coordinate(rt, "y-of", point, 1)
 
 
 @registry.define(
-    "z-of", "point::Sequence", "Number", "The third coordinate, towards the viewer.", ("(z-of [5 6 7])", "7")
+    "z-of", "point::Sequence", "Number", "Return the third coordinate, towards the viewer.", ("(z-of [5 6 7])", "7")
 )
 def z_of(rt: Runtime, point: Any) -> Any:
     return _coordinate(rt, "z-of", point, 2)
 
 
-# Linear algebra: products, lengths, inverses.
+# --- linear algebra --------------------------------------------------------------------------------------------
 
 
 def _shape(data: Numpy) -> str:
@@ -462,7 +470,7 @@ def _shape(data: Numpy) -> str:
 
 
 def matrix_product(rt: Runtime, a: Any, b: Any, name: str = "@") -> Any:
-    """The product of two matrices or vectors; a pose moves a point."""
+    """Return the product of two matrices or vectors; a pose transforms a point."""
     if type(a) is Matrix:
         if type(b) is Matrix:
             return pose.compose(a, b)
@@ -478,13 +486,13 @@ def matrix_product(rt: Runtime, a: Any, b: Any, name: str = "@") -> Any:
 
 def _numpy_product(rt: Runtime, name: str, multiply: Callable[..., Any], left: Numpy, right: Numpy) -> Any:
     if not left.ndim or not right.ndim:
-        raise SceneError(
-            "type", f"`{name}` wants arrays, got a number", hint="a number times an array is `(* x array)`"
-        )
+        hint = "to multiply an array by a number, write `(* x array)`"
+        raise SceneError("type", f"`{name}` expects arrays, got a number", hint=hint)
     inner = left.shape[-1]
     if inner != right.shape[-2 if right.ndim > 1 else 0]:
         message = f"`{name}` cannot multiply arrays of the shapes {_shape(left)} and {_shape(right)}"
-        raise SceneError("value", message, hint="the first needs as many columns as the second has rows")
+        hint = "the number of columns of the first must be the number of rows of the second"
+        raise SceneError("value", message, hint=hint)
     size = max(1, left.size // max(1, inner)) * max(1, right.size // max(1, inner))
     rt.meter.check_size(size, "an array")
     rt.charge(size * inner >> (6 if left.dtype.kind == right.dtype.kind == "f" else 4))
@@ -499,8 +507,8 @@ def _numpy_product(rt: Runtime, name: str, multiply: Callable[..., Any], left: N
 
 
 @registry.define("@", "a::Any more::Any ...", "Any",
-                 "The matrix product, of any number of matrices: `(@ A B)` as a pose applies B first. A pose moves a "
-                 "point: `(@ pose [x y z])`.",
+                 "Return the matrix product of any number of matrices: the pose `(@ A B)` applies B first. A pose "
+                 "transforms a point: `(@ pose [x y z])`.",
                  ("(list (@ (translate [1 0 0]) [5 6 7]) (@ [[1 2] [3 4]] [1 1]))", "([6.0 6.0 7.0] [3 7])"),
                  "matmul")  # fmt: skip
 def matmul(rt: Runtime, a: Any, *more: Any) -> Any:
@@ -511,7 +519,8 @@ def matmul(rt: Runtime, a: Any, *more: Any) -> Any:
     return a
 
 
-@registry.define("dot", "a::Any b::Any", "Any", "The dot product of two vectors; of matrices, their product.",
+@registry.define("dot", "a::Any b::Any", "Any",
+                 "Return the dot product of two vectors, or the product of two matrices.",
                  ("(dot [1 2 3] [4 5 6])", "32"))  # fmt: skip
 def dot(rt: Runtime, a: Any, b: Any) -> Any:
     if type(a) is Vector and type(b) is Vector and len(a) == len(b) == 3:
@@ -520,11 +529,11 @@ def dot(rt: Runtime, a: Any, b: Any) -> Any:
 
 
 @registry.define("cross", "a::Vector b::Vector", "Vector",
-                 "The cross product: at right angles to both, by the right-hand rule.",
+                 "Return the cross product, perpendicular to both vectors by the right-hand rule.",
                  ("(cross [1 0 0] [0 1 0])", "[0 0 1]"))  # fmt: skip
 def cross(rt: Runtime, a: Vector, b: Vector) -> Any:
     if len(a) != 3 or len(b) != 3:
-        raise SceneError("value", f"`cross` wants two vectors of length 3, got lengths {len(a)} and {len(b)}")
+        raise SceneError("value", f"`cross` expects two vectors of length 3, got lengths {len(a)} and {len(b)}")
     (ax, ay, az), (bx, by, bz) = a, b
     return from_numpy(to_numpy(rt, Vector((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))))
 
@@ -543,28 +552,28 @@ def _length(numbers: list[float]) -> float:
     return math.sqrt(total) if 1e-300 < total < math.inf else math.hypot(*numbers)
 
 
-@registry.define("norm", "v::Any", "Float", "The length of a vector: the root of the sum of squares.",
+@registry.define("norm", "v::Any", "Float", "Return the length of a vector: the square root of the sum of squares.",
                  ("(norm [3 4])", "5.0"))  # fmt: skip
 def norm(rt: Runtime, v: Any) -> float:
     return _length(_flat(rt, "norm", v))
 
 
-@registry.define("normalize", "v::Vector", "Vector", "The vector of length 1 in the same direction.",
+@registry.define("normalize", "v::Vector", "Vector", "Return the vector of length 1 in the same direction.",
                  ("(normalize [0 3 4])", "[0.0 0.6 0.8]"))  # fmt: skip
 def normalize(rt: Runtime, v: Vector) -> Any:
     length = norm(rt, v)
     if length == 0.0:
-        raise SceneError("domain", "a vector of length 0 has no direction, so it cannot be normalized")
+        raise SceneError("domain", "`normalize` expects a vector of nonzero length")
     rt.charge(len(v) >> 4)
     return Vector([x / length for x in v])
 
 
-@registry.define("distance", "a::Any b::Any", "Float", "The distance between two points.",
+@registry.define("distance", "a::Any b::Any", "Float", "Return the distance between two points.",
                  ("(distance [1 1 0] [4 5 0])", "5.0"))  # fmt: skip
 def distance(rt: Runtime, a: Any, b: Any) -> float:
     left, right = _flat(rt, "distance", a), _flat(rt, "distance", b)
     if len(left) != len(right):
-        message = f"`distance` wants points of as many coordinates, got {len(left)} and {len(right)}"
+        message = f"`distance` expects points with equal numbers of coordinates, got {len(left)} and {len(right)}"
         raise SceneError("value", message)
     return _length([x - y for x, y in zip(left, right)])
 
@@ -581,10 +590,11 @@ def _square(rt: Runtime, name: str, value: Any) -> Numpy:
 
 
 def _singular(name: str) -> SceneError:
-    return SceneError("domain", f"`{name}` got a matrix without an inverse: it flattens space")
+    return SceneError("domain", f"`{name}` expects an invertible matrix, got a singular one")
 
 
-@registry.define("inverse", "matrix::Any", "Array", "The inverse of a square matrix; of a pose, what undoes it.",
+@registry.define("inverse", "matrix::Any", "Array",
+                 "Return the inverse of a square matrix; of a pose, the inverse pose.",
                  ("(@ (inverse (translate [1 2 3])) [1 2 3])", "[0.0 0.0 0.0]"))  # fmt: skip
 def inverse(rt: Runtime, matrix: Any) -> Any:
     data = _square(rt, "inverse", matrix)
@@ -598,26 +608,26 @@ def inverse(rt: Runtime, matrix: Any) -> Any:
 
 
 @registry.define("determinant", "matrix::Any", "Float",
-                 "The determinant: the factor by which a matrix scales volumes, negative when it mirrors.",
+                 "Return the determinant: the factor by which a matrix scales volumes, negative for a reflection.",
                  ("(determinant [[2 0] [0 3]])", "6.0"))  # fmt: skip
 def determinant(rt: Runtime, matrix: Any) -> Any:
     return float(np.linalg.det(_square(rt, "determinant", matrix)))
 
 
-@registry.define("solve", "matrix::Any right::Any", "Array", "The vector x with `(@ matrix x)` equal to `right`.",
+@registry.define("solve", "matrix::Any right::Any", "Array",
+                 "Return the vector x with `(@ matrix x)` equal to `right`.",
                  ("(solve [[2 0] [0 4]] [2 2])", "[1.0 0.5]"))  # fmt: skip
 def solve(rt: Runtime, matrix: Any, right: Any) -> Any:
-    data, wanted = _square(rt, "solve", matrix), to_numpy(rt, right, "solve")
-    if not wanted.ndim or wanted.shape[0] != data.shape[0]:
-        raise SceneError("value", f"`solve` wants {data.shape[0]} numbers on the right, got the shape {_shape(wanted)}")
+    data, values = _square(rt, "solve", matrix), to_numpy(rt, right, "solve")
+    if not values.ndim or values.shape[0] != data.shape[0]:
+        message = f"`solve` expects {data.shape[0]} numbers on the right, got the shape {_shape(values)}"
+        raise SceneError("value", message)
     try:
-        return from_numpy(np.linalg.solve(data, wanted))
+        return from_numpy(np.linalg.solve(data, values))
     except np.linalg.LinAlgError:
         raise _singular("solve") from None
 
 
-@registry.define(
-    "identity-pose", "", "Matrix", "The pose that moves nothing.", ("(equal? (identity-pose) (eye 4))", "#t")
-)
+@registry.define("identity-pose", "", "Matrix", "Return the identity pose.", ("(equal? (identity-pose) (eye 4))", "#t"))
 def identity_pose(rt: Runtime) -> Any:
     return IDENTITY

@@ -1,4 +1,4 @@
-"""Colours as people write them, converted to the linear sRGB that scenes use."""
+"""Colours from CSS names, hexadecimal digits, RGB and HSV, converted to the linear sRGB of scenes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scenelang.stdlib.operands import wrong_type
 
 registry = Registry("colors")
 
-# The named colours of CSS.
+# The named colours of CSS (CSS Color Module Level 4, section 6.1).
 _NAMES = """
 aliceblue:f0f8ff antiquewhite:faebd7 aqua:00ffff aquamarine:7fffd4 azure:f0ffff beige:f5f5dc bisque:ffe4c4
 black:000000 blanchedalmond:ffebcd blue:0000ff blueviolet:8a2be2 brown:a52a2a burlywood:deb887 cadetblue:5f9ea0
@@ -44,12 +44,12 @@ violet:ee82ee wheat:f5deb3 white:ffffff whitesmoke:f5f5f5 yellow:ffff00 yellowgr
 
 @cache
 def named_colors() -> dict[str, str]:
-    """Hexadecimal digits by name."""
+    """Return the hexadecimal digits of the named colours, by name."""
     return dict(entry.split(":") for entry in _NAMES.split())
 
 
 def linear(encoded: float) -> float:
-    """An sRGB component, 0 to 1, as linear light."""
+    """Return the linear light of an sRGB component from 0 to 1 (IEC 61966-2-1)."""
     return encoded / 12.92 if encoded <= 0.04045 else float(((encoded + 0.055) / 1.055) ** 2.4)
 
 
@@ -71,7 +71,7 @@ def _from_hex(text: str) -> Vector | None:
     "color",
     "name::String",
     "Vector",
-    "The colour `#rrggbb`, `#rgb` or of a CSS name, as the linear sRGB that `:color` takes.",
+    "Return the colour `#rrggbb`, `#rgb` or with a CSS name, as the linear sRGB that `:color` expects.",
     ('(list (color "#f00") (color "white"))', "([1.0 0.0 0.0] [1.0 1.0 1.0])"),
 )
 def color(rt: Runtime, name: str) -> Vector:
@@ -80,13 +80,13 @@ def color(rt: Runtime, name: str) -> Vector:
 
 
 def color_of(name: str) -> Vector:
-    """The linear sRGB of a colour as it is written; raises SceneError where there is none of this name."""
+    """Return the linear sRGB of a colour given as text; an unknown colour is a SceneError."""
     text = name.strip().lower()
     if not text.startswith("#"):
         digits = named_colors().get(text.replace(" ", ""))
         if digits is None:
-            hint = suggest(text, named_colors()) or 'a colour is written "#c08040" or named as in CSS'
-            raise SceneError("value", f"no colour has the name {show(name, 40)}", hint=hint)
+            hint = suggest(text, named_colors()) or 'write a CSS name, "#c08040" or "#c84"'
+            raise SceneError("value", f"unknown colour {show(name, 40)}", hint=hint)
         text = "#" + digits
     vector = _from_hex(text)
     if vector is None:
@@ -98,13 +98,13 @@ def color_of(name: str) -> Vector:
     "rgb",
     "red::Number green::Number blue::Number",
     "Vector",
-    "The colour with sRGB components from 0 to 255, as the linear sRGB that `:color` takes.",
+    "Return the colour with sRGB components from 0 to 255, as the linear sRGB that `:color` expects.",
     ("(rgb 255 0 0)", "[1.0 0.0 0.0]"),
 )
 def rgb(rt: Runtime, *components: Any) -> Vector:
     for component in components:
         if not 0 <= component <= 255:
-            raise SceneError("value", f"a component of `rgb` goes from 0 to 255, got {show(component, 30)}")
+            raise SceneError("value", f"`rgb` expects components from 0 to 255, got {show(component, 30)}")
     return Vector([linear(component / 255) for component in components])
 
 
@@ -112,8 +112,8 @@ def rgb(rt: Runtime, *components: Any) -> Vector:
     "hsv",
     "hue::Number saturation::Number value::Number",
     "Vector",
-    "The colour of a hue on the circle 0 to 1 (0 red, 1/3 green, 2/3 blue), with saturation and value from 0 to 1. "
-    "The components are taken as linear, as Python's `colorsys` gives them.",
+    "Return the colour with a hue from 0 to 1 (0 red, 1/3 green, 2/3 blue) and saturation and value from 0 to 1, "
+    "converted as by Python's `colorsys`. The components are taken as linear.",
     ("(hsv 0 1 .5)", "[0.5 0.0 0.0]"),
 )
 def hsv(rt: Runtime, hue: Any, saturation: Any, value: Any) -> Vector:

@@ -1,4 +1,4 @@
-"""Errors as data, printing, and other things that are done rather than computed."""
+"""Builtins for higher-order functions, errors as values, and output."""
 
 from __future__ import annotations
 
@@ -13,16 +13,14 @@ from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import make_list
 from scenelang.stdlib.operands import is_true, items, iterate, wrong_type
 
-# Functions that take functions: map, filter, fold and their kin.
-
-
+# Higher-order functions: map, filter, fold and related ones (R7RS, section 6.10; SRFI 1).
 calling = Registry("sequences")
 
 _NOTHING = object()
 
 
 def map_items(rt: Runtime, name: str, f: Any, sequences: tuple[Any, ...]) -> list[Any]:
-    """The results of ``f`` on the items of one sequence, or side by side on several."""
+    """Return the results of ``f`` for the items of one sequence, or for the items of several in parallel."""
     if len(sequences) == 1:
         call = rt.call1
         return [call(f, item) for item in iterate(rt, sequences[0], name)]
@@ -33,15 +31,15 @@ def map_items(rt: Runtime, name: str, f: Any, sequences: tuple[Any, ...]) -> lis
 
 
 @calling.define("map", "f::Function xs::Sequence more::Sequence ...", "List",
-                 "The list of the results of `f` on every item. With several sequences `f` gets an item of each, as "
-                 "far as the shortest goes.",
+                 "Return the list of the results of `f` for every item. With several sequences, `f` is called with an "
+                 "item of each, up to the length of the shortest.",
                  ("(list (map square '(1 2 3)) (map + '(1 2) [10 20]))", "((1 4 9) (11 22))"))  # fmt: skip
 def map_(rt: Runtime, f: Any, xs: Any, *more: Any) -> Any:
     return make_list(map_items(rt, "map", f, (xs, *more)))
 
 
 @calling.define("for-each", "f::Function xs::Sequence more::Sequence ...", "Any",
-                 "Calls `f` on every item, in order, for what it does; gives none.",
+                 "Call `f` on every item, in order, for its effects; return none.",
                  ("(let ((out (mutable-list))) (for-each (lambda (x) (push! out (* x x))) '(1 2 3)) out)",
                   "(mutable-list 1 4 9)"))  # fmt: skip
 def for_each(rt: Runtime, f: Any, xs: Any, *more: Any) -> None:
@@ -53,39 +51,39 @@ def for_each(rt: Runtime, f: Any, xs: Any, *more: Any) -> None:
 
 
 @calling.define("append-map", "f::Function xs::Sequence more::Sequence ...", "List",
-                 "The results of `f`, which are lists, appended.",
+                 "Concatenate the results of `f`, which are lists.",
                  ("(append-map (lambda (x) (list x x)) '(1 2))", "(1 1 2 2)"))  # fmt: skip
 def append_map(rt: Runtime, f: Any, xs: Any, *more: Any) -> Any:
     out: list[Any] = []
     for result in map_items(rt, "append-map", f, (xs, *more)):
         if type(result) is str:
-            raise wrong_type("append-map", "a function that gives lists", result)
+            raise wrong_type("append-map", "a function that returns lists", result)
         out.extend(items(rt, result, "append-map"))
         rt.meter.check_size(len(out), "a list")
     return make_list(out)
 
 
 @calling.define("filter-map", "f::Function xs::Sequence more::Sequence ...", "List",
-                 "The results of `f` that are neither #f nor none.",
+                 "Return the results of `f` that are neither #f nor none.",
                  ("(filter-map (lambda (x) (and (odd? x) (* x x))) '(1 2 3))", "(1 9)"))  # fmt: skip
 def filter_map(rt: Runtime, f: Any, xs: Any, *more: Any) -> Any:
     return make_list([result for result in map_items(rt, "filter-map", f, (xs, *more)) if is_true(result)])
 
 
-@calling.define("filter", "f::Function xs::Sequence", "List", "The items that `f` accepts.",
+@calling.define("filter", "f::Function xs::Sequence", "List", "Return the items for which `f` is true.",
                  ("(filter odd? '(1 2 3))", "(1 3)"))  # fmt: skip
 def filter_(rt: Runtime, f: Any, xs: Any) -> Any:
     return make_list([item for item in iterate(rt, xs, "filter") if is_true(rt.call1(f, item))])
 
 
-@calling.define("remove", "f::Function xs::Sequence", "List", "The items that `f` does not accept.",
+@calling.define("remove", "f::Function xs::Sequence", "List", "Return the items for which `f` is false.",
                  ("(remove odd? '(1 2 3))", "(2)"))  # fmt: skip
 def remove(rt: Runtime, f: Any, xs: Any) -> Any:
     return make_list([item for item in iterate(rt, xs, "remove") if not is_true(rt.call1(f, item))])
 
 
 @calling.define("partition", "f::Function xs::Sequence", "List",
-                 "The list of two lists: the items that `f` accepts, and the others.",
+                 "Return the list of two lists: the items for which `f` is true, and the others.",
                  ("(partition odd? '(1 2 3))", "((1 3) (2))"))  # fmt: skip
 def partition(rt: Runtime, f: Any, xs: Any) -> Any:
     accepted: list[Any] = []
@@ -95,7 +93,7 @@ def partition(rt: Runtime, f: Any, xs: Any) -> Any:
     return make_list((make_list(accepted), make_list(others)))
 
 
-@calling.define("find", "f::Function xs::Sequence", "Any", "The first item that `f` accepts, or #f.",
+@calling.define("find", "f::Function xs::Sequence", "Any", "Return the first item for which `f` is true, or #f.",
                  ("(find even? '(1 4 6))", "4"))  # fmt: skip
 def find(rt: Runtime, f: Any, xs: Any) -> Any:
     for item in iterate(rt, xs, "find"):
@@ -105,7 +103,7 @@ def find(rt: Runtime, f: Any, xs: Any) -> Any:
 
 
 @calling.define("list-index", "f::Function xs::Sequence", "Any",
-                 "The index of the first item that `f` accepts, or #f. `index-of` looks for a value.",
+                 "Return the index of the first item for which `f` is true, or #f. `index-of` searches for a value.",
                  ("(list-index even? '(1 4 6))", "1"))  # fmt: skip
 def list_index(rt: Runtime, f: Any, xs: Any) -> Any:
     for index, item in enumerate(iterate(rt, xs, "list-index")):
@@ -115,7 +113,7 @@ def list_index(rt: Runtime, f: Any, xs: Any) -> Any:
 
 
 def _rows(rt: Runtime, name: str, sequences: tuple[Any, ...]) -> Any:
-    """The argument lists for a function that is called along one or several sequences."""
+    """Return the argument lists for calls along one or several sequences."""
     if len(sequences) == 1:
         return ((item,) for item in iterate(rt, sequences[0], name))
     return zip(*[items(rt, xs, name) for xs in sequences])
@@ -133,7 +131,7 @@ def any_(rt: Runtime, f: Any, xs: Any, *more: Any) -> Any:
 
 
 @calling.define("every", "f::Function xs::Sequence more::Sequence ...", "Any",
-                 "#f at the first item that `f` does not accept, else the last result (#t for no items).",
+                 "Return #f at the first item for which `f` is false, otherwise the last result (#t for no items).",
                  ("(every odd? '(1 3))", "#t"))  # fmt: skip
 def every(rt: Runtime, f: Any, xs: Any, *more: Any) -> Any:
     result: Any = True
@@ -148,7 +146,7 @@ def every(rt: Runtime, f: Any, xs: Any, *more: Any) -> Any:
 
 
 @calling.define("fold", "f::Function start::Any xs::Sequence more::Sequence ...", "Any",
-                 "Goes through the items from the left: each value is `(f item value)`, the first value is `start`.",
+                 "Fold the items from the left: each accumulated value is `(f item value)`, the first one is `start`.",
                  ("(fold cons '() '(1 2 3))", "(3 2 1)"))  # fmt: skip
 def fold(rt: Runtime, f: Any, start: Any, xs: Any, *more: Any) -> Any:
     value = start
@@ -162,7 +160,7 @@ def fold(rt: Runtime, f: Any, start: Any, xs: Any, *more: Any) -> Any:
 
 
 @calling.define("fold-left", "f::Function start::Any xs::Sequence more::Sequence ...", "Any",
-                 "Goes through the items from the left: each value is `(f value item)`, the first value is `start`.",
+                 "Fold the items from the left: each accumulated value is `(f value item)`, the first one is `start`.",
                  ("(fold-left - 10 '(1 2 3))", "4"))  # fmt: skip
 def fold_left(rt: Runtime, f: Any, start: Any, xs: Any, *more: Any) -> Any:
     value = start
@@ -172,7 +170,7 @@ def fold_left(rt: Runtime, f: Any, start: Any, xs: Any, *more: Any) -> Any:
 
 
 @calling.define("fold-right", "f::Function start::Any xs::Sequence more::Sequence ...", "Any",
-                 "Goes through the items from the right: each value is `(f item value)`, the first value is `start`.",
+                 "Fold the items from the right: each accumulated value is `(f item value)`, the first one is `start`.",
                  ("(fold-right cons '() '(1 2 3))", "(1 2 3)"))  # fmt: skip
 def fold_right(rt: Runtime, f: Any, start: Any, xs: Any, *more: Any) -> Any:
     value = start
@@ -182,23 +180,24 @@ def fold_right(rt: Runtime, f: Any, start: Any, xs: Any, *more: Any) -> Any:
 
 
 @calling.define("reduce", "f::Function start::Any [xs::Sequence]", "Any",
-                 "Like `fold`, but begins with the first item: `start` is only the value for no items. `(reduce f xs)` "
-                 "wants at least one item.",
+                 "The same as `fold`, but starting with the first item: `start` is only the result for no items. "
+                 "`(reduce f xs)` needs at least one item.",
                  ("(list (reduce max 0 '(3 8 5)) (reduce + '(1 2 3)))", "(8 6)"))  # fmt: skip
-def reduce(rt: Runtime, f: Any, start: Any, *given: Any) -> Any:
-    members = iter(iterate(rt, given[0] if given else start, "reduce"))
+def reduce(rt: Runtime, f: Any, start: Any, *start_and_items: Any) -> Any:
+    members = iter(iterate(rt, start_and_items[0] if start_and_items else start, "reduce"))
     value = next(members, _NOTHING)
     if value is _NOTHING:
-        if given:
+        if start_and_items:
             return start
-        raise SceneError("value", "`reduce` of no items needs a start: `(reduce f start xs)`")
+        hint = "to define the result for no items, write `(reduce f start xs)`"
+        raise SceneError("value", "`reduce` expects at least one item, got an empty sequence", hint=hint)
     for item in members:
         value = rt.call2(f, item, value)
     return value
 
 
 @calling.define("apply", "f::Function argument::Any more::Any ...", "Any",
-                 "Calls `f` with the items of the last argument, a list; arguments before it come first.",
+                 "Call `f` with the items of the last argument, a list; other arguments come before them.",
                  ("(apply + 1 2 '(3 4))", "10"))  # fmt: skip
 def apply(rt: Runtime, f: Any, *arguments: Any) -> Any:
     last = arguments[-1]
@@ -209,32 +208,32 @@ def apply(rt: Runtime, f: Any, *arguments: Any) -> Any:
 
 registry = Registry("control")
 
-_MOST_TEXTS = 100  # of an error's message and what it is about
-_TOLD = ("user", "assert")  # errors that a program made itself: what their messages show was read then
+_MAX_TEXTS = 100  # of the message and the irritants of an error
+_USER_ERRORS = ("user", "assert")  # raised by the program itself: the values in their messages were read then
 
 
 @registry.define("error", "message::Any irritants::Any ...", "Any",
-                 "Raises an error with a message, followed by the values that it is about.",
+                 "Raise an error with a message, followed by the values that it refers to.",
                  ('(guard (e (#t (error-message e))) (error "no such leg:" 5))', '"no such leg: 5"'))  # fmt: skip
 def error(rt: Runtime, message: Any, *irritants: Any) -> Any:
     texts = [_message(rt, message)]
     for irritant in irritants:
         texts.append(rt.show(irritant, 200))
-        if len(texts) > _MOST_TEXTS:
+        if len(texts) > _MAX_TEXTS:
             texts.append("...")
             break
     raise SceneError("user", " ".join(texts))
 
 
 def _message(rt: Runtime, value: Any) -> str:
-    """The value that an error has for its message, as text that is not too long for one."""
+    """Return the text of the message of an error, truncated to the maximum length."""
     if type(value) is not str:
         return rt.show(value, 1000)
     return value if len(value) <= MAX_LENGTH else value[: MAX_LENGTH - 3] + "..."
 
 
 @registry.define("raise", "value::Any", "Any",
-                 "Raises any value, which `guard` gets; an error that was caught is raised again as it was.",
+                 "Raise any value, to be caught by `guard`; a caught error is raised again unchanged.",
                  ("(guard (e (#t (+ e 1))) (raise 41))", "42"))  # fmt: skip
 def raise_(rt: Runtime, value: Any) -> Any:
     if type(value) is Condition:
@@ -243,7 +242,7 @@ def raise_(rt: Runtime, value: Any) -> Any:
 
 
 @registry.define("gensym", "[prefix::String]", "Symbol",
-                 "A symbol that no program writes and no other call gives, for the names that a macro makes.",
+                 "Return a unique symbol, for the names in the expansion of a macro.",
                  ("(eq? (gensym) (gensym))", "#f"))  # fmt: skip
 def gensym(rt: Runtime, prefix: str = "g") -> Symbol:
     rt.charge(len(prefix) >> 8)
@@ -251,25 +250,27 @@ def gensym(rt: Runtime, prefix: str = "g") -> Symbol:
     return Symbol(f"{prefix}|{rt.generated_symbols}|")
 
 
-@registry.define("assertion-failed", "message::Any", "Any", "Raises the error of `assert`, which calls this.",
+@registry.define("assertion-failed", "message::Any", "Any", "Raise the error of a failed `assert`.",
                  ('(guard (e ((error-is? e "assert") (error-message e))) (assert (= 1 2) "no"))', '"no"'))  # fmt: skip
 def assertion_failed(rt: Runtime, message: Any) -> Any:
     raise SceneError("assert", _message(rt, message))
 
 
-@registry.define("error?", "value::Any", "Boolean", "True for an error that `guard` caught; false for a raised value.",
+@registry.define("error?", "value::Any", "Boolean",
+                 "Return whether a value is an error caught by `guard`; false for a raised value.",
                  ("(guard (e (#t (error? e))) (car '()))", "#t"))  # fmt: skip
 def is_error(rt: Runtime, value: Any) -> bool:
     return type(value) is Condition
 
 
-@registry.define("error-message", "error::Any", "String", "The message of an error; of a raised value, its text.",
+@registry.define("error-message", "error::Any", "String",
+                 "Return the message of an error; of a raised value, its text.",
                  ("(guard (e (#t (error-message e))) (ref '(1 2) 5))",
                   '"index 5 is outside the list of length 2"'))  # fmt: skip
 def error_message(rt: Runtime, caught: Any) -> str:
     if type(caught) is Condition:
         error: SceneError = caught.error
-        if error.name not in _TOLD:
+        if error.name not in _USER_ERRORS:
             rt.read_error()
         return error.message
     return rt.display(caught)
@@ -277,19 +278,19 @@ def error_message(rt: Runtime, caught: Any) -> str:
 
 def _condition(name: str, value: Any) -> SceneError:
     if type(value) is not Condition:
-        raise wrong_type(name, "an error that `guard` caught", value)
+        raise wrong_type(name, "an error caught by `guard`", value)
     found: SceneError = value.error
     return found
 
 
-@registry.define("error-code", "error::Any", "String", "The stable code of an error, such as E405.",
+@registry.define("error-code", "error::Any", "String", "Return the stable code of an error, such as E405.",
                  ("(guard (e (#t (error-code e))) (ref '(1 2) 5))", '"E405"'))  # fmt: skip
 def error_code(rt: Runtime, caught: Any) -> str:
     return CODES[_condition("error-code", caught).name].code
 
 
 @registry.define("error-place", "error::Any", "Any",
-                 "Where an error happened, a string `file:line:column`; none where that is not known.",
+                 "Return the location of an error as a string `file:line:column`, or none if it is not known.",
                  ("(guard (e (#t (string? (error-place e)))) (car '()))", "#t"))  # fmt: skip
 def error_place(rt: Runtime, caught: Any) -> str | None:
     span = _condition("error-place", caught).span
@@ -300,19 +301,19 @@ def error_place(rt: Runtime, caught: Any) -> str | None:
 
 
 @registry.define("error-is?", "error::Any name::String", "Boolean",
-                 "True for an error of this name, such as \"index\", \"key\", \"type\" or \"user\".",
+                 'Return whether an error has this name, such as "index", "key", "type" or "user".',
                  ("(guard (e ((error-is? e \"zero-division\") 0)) (/ 1 0))", "0"))  # fmt: skip
 def error_is(rt: Runtime, caught: Any, name: str) -> bool:
     if name not in CODES:
-        hint = suggest(name, CODES) or 'such as "index", "key", "type", "value" or "user"'
-        raise SceneError("value", f"no error has the name {show(name, 40)}", hint=hint)
+        hint = suggest(name, CODES) or 'use a name such as "index", "key", "type", "value" or "user"'
+        raise SceneError("value", f"unknown error name {show(name, 40)}", hint=hint)
     if type(caught) is Condition:
         return bool(caught.error.name == name)
     return name == "user"
 
 
 @registry.define("print", "values::Any ...", "Any",
-                 "Writes the values into the log, with blanks between them; gives none.",
+                 "Write the values to the log, separated by spaces; return none.",
                  ('(print "legs:" 4)', "none"))  # fmt: skip
 def print_(rt: Runtime, *values: Any) -> None:
     texts = [rt.display(value) for value in values]
@@ -320,11 +321,11 @@ def print_(rt: Runtime, *values: Any) -> None:
     rt.print(" ".join(texts))
 
 
-@registry.define("void", "values::Any ...", "Any", "Gives none, whatever the arguments.", ("(void 1 2)", "none"))
+@registry.define("void", "values::Any ...", "Any", "Return none for any arguments.", ("(void 1 2)", "none"))
 def void(rt: Runtime, *values: Any) -> None:
     return None
 
 
-@registry.define("identity", "value::Any", "Any", "Gives its argument.", ("(map identity '(1 2))", "(1 2)"))
+@registry.define("identity", "value::Any", "Any", "Return the argument.", ("(map identity '(1 2))", "(1 2)"))
 def identity(rt: Runtime, value: Any) -> Any:
     return value

@@ -1,4 +1,4 @@
-"""Entities and embeddings: making calls, looking into entities (paper, appendix A; docs/language.md, section 4)."""
+"""Entities, embeddings and poses (paper, appendix A; docs/language.md, chapter "Entities and embeddings")."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from scenelang.interpreter.scene import parts, pose
 from scenelang.interpreter.scene.bounds import UNIT_BOX, parts_box
 from scenelang.interpreter.scene.entity import Entity, Frames, contains_blocks
 
-# Poses: the matrices of the paper's table (docs/language.md, section 6: right-handed, +y up, radians).
+# Poses: the matrices of the paper's table (docs/language.md, chapter "Geometry"): right-handed, +y up, in radians.
 
 
 poses = Registry("poses")
 _ORIGIN = (0.0, 0.0, 0.0)
-_EXACT = 1 << 53
+_EXACT = 1 << 53  # integers below are exact as floats
 
 
-def _point(name: str, what: str, value: Vector) -> Vector:
+def _point(name: str, role: str, value: Vector) -> Vector:
     if len(value) != 3:
-        raise SceneError("value", f"`{name}` wants three numbers for {what}, got {len(value)}: {show(value, 60)}")
+        raise SceneError("value", f"`{name}` expects three numbers for {role}, got {len(value)}: {show(value, 60)}")
     return value
 
 
@@ -36,12 +36,12 @@ def _finite(name: str, make: Callable[[], Matrix]) -> Matrix:
     except ValueError as error:
         raise SceneError("value", f"`{name}`: {error}") from None
     if not pose.is_finite(matrix):
-        raise SceneError("pose", f"`{name}` was given nan, inf or a number too large, so its matrix is not finite")
+        raise SceneError("pose", f"the matrix of `{name}` is not finite: an argument is nan, inf or too large")
     return matrix
 
 
 @poses.define(
-    "translate", "offset::Vector", "Matrix", "The pose that moves by `offset`.",
+    "translate", "offset::Vector", "Matrix", "Return the pose that translates by `offset`.",
     ("(@ (translate [1 2 3]) [0 0 0])", "[1.0 2.0 3.0]"),
 )  # fmt: skip
 def translate(rt: Runtime, offset: Vector) -> Matrix:
@@ -57,7 +57,7 @@ def translate(rt: Runtime, offset: Vector) -> Matrix:
 
 @poses.define(
     "rotate", "angle::Float axis::Vector [point::Vector]", "Matrix",
-    "The right-hand rotation by `angle` radians about `axis` through `point` (the origin when left out).",
+    "Return the right-handed rotation by `angle` radians about `axis` through `point` (by default the origin).",
     ("(round (@ (rotate (/ pi 2) [0 1 0]) [1 0 0]) 6)", "[0.0 0.0 -1.0]"),
 )  # fmt: skip
 def rotate(rt: Runtime, angle: Any, axis: Vector, point: Any = _ORIGIN) -> Matrix:
@@ -69,7 +69,7 @@ def rotate(rt: Runtime, angle: Any, axis: Vector, point: Any = _ORIGIN) -> Matri
 
 @poses.define(
     "scale", "factors [origin::Vector]", "Matrix",
-    "The pose that scales by a number, or by three factors along x, y and z, about `origin`.",
+    "Return the pose that scales about `origin` by one factor, or by three factors along x, y and z.",
     ("(@ (scale [2 1 1]) [1 1 1])", "[2.0 1.0 1.0]"),
 )  # fmt: skip
 def scale(rt: Runtime, factors: Any, origin: Any = _ORIGIN) -> Matrix:
@@ -79,19 +79,19 @@ def scale(rt: Runtime, factors: Any, origin: Any = _ORIGIN) -> Matrix:
         return _finite("scale", lambda: pose.scaling(factors, factors, factors, origin))
     numbers = numbers_of(factors, rt)
     if numbers is None:
-        message = f"`scale` wants a number or three of them, got {type_name(factors)}: {show(factors, 60)}"
-        raise SceneError("type", message, "its signature is (scale factors [origin])")
+        message = f"`scale` expects one or three numbers, got {type_name(factors)}: {show(factors, 60)}"
+        raise SceneError("type", message, "write `(scale factor)` or `(scale [x y z])`")
     try:
         x, y, z = _point("scale", "`factors`", vector_of(numbers))
     except Mismatch:
-        raise SceneError("pose", "`scale` was given a number too large") from None
+        raise SceneError("pose", "a factor of `scale` is too large") from None
     return _finite("scale", lambda: pose.scaling(x, y, z, origin))
 
 
 @poses.define(
     "reflect", "first::Vector [normal::Vector]", "Matrix",
-    "The mirror image in the plane through a point with a normal, `(reflect point normal)`; "
-    "`(reflect normal)` for a plane through the origin.",
+    "Return the reflection in a plane given by a point and a normal, `(reflect point normal)`; `(reflect normal)` for "
+    "a plane through the origin.",
     ("(@ (reflect [1 0 0]) [1 2 3])", "[-1.0 2.0 3.0]"),
 )  # fmt: skip
 def reflect(rt: Runtime, first: Vector, normal: Vector | None = None) -> Matrix:
@@ -106,7 +106,7 @@ def reflect(rt: Runtime, first: Vector, normal: Vector | None = None) -> Matrix:
 
 
 @poses.define(
-    "pose", "matrix", "Matrix", "The finite pose that a 4x4 array, mutable array or nested list is.",
+    "pose", "matrix", "Matrix", "Convert a finite 4x4 array, mutable array or nested list to a pose.",
     ("(pose [[1 0 0 5] [0 1 0 0] [0 0 1 0] [0 0 0 1]])",
      "[[1.0 0.0 0.0 5.0] [0.0 1.0 0.0 0.0] [0.0 0.0 1.0 0.0] [0.0 0.0 0.0 1.0]]"),
 )  # fmt: skip
@@ -133,7 +133,7 @@ def retrieve(rt: Runtime, word: str) -> Any:
     "no-entities",
     "arguments ...",
     "List",
-    "The function of an unbound word: no sub-entities.",
+    "The entity function of an unbound word: return no sub-entities.",
     ("(no-entities 1)", "()"),
 )
 def no_entities(rt: Runtime, *arguments: Any) -> Any:
@@ -141,7 +141,11 @@ def no_entities(rt: Runtime, *arguments: Any) -> Any:
 
 
 @define(
-    "bound?", "word::Word", "Boolean", "Whether an entity function is bound to `word`.", ('(bound? "unknown")', "#f")
+    "bound?",
+    "word::Word",
+    "Boolean",
+    "Return whether an entity function is bound to `word`.",
+    ('(bound? "unknown")', "#f"),
 )
 def is_bound(rt: Runtime, word: str) -> bool:
     return rt.word_cell(word).function is not None
@@ -151,7 +155,8 @@ def is_bound(rt: Runtime, word: str) -> bool:
     "call-embeddings",
     "word::Word arguments::List",
     "List[Embedding]",
-    "The embeddings among the arguments of a `call`; `:name value` pairs join the first, anonymous if none is given.",
+    "Return the embeddings among the arguments of a `call`; `:name value` pairs are added to the first, a new one if "
+    "none is given.",
     ('(call-embeddings "tree" (list :height 3))', "((embedding :height 3))"),
 )
 def call_embeddings(rt: Runtime, word: str, arguments: Any) -> Any:
@@ -172,7 +177,10 @@ def apply_entity_function(rt: Runtime, function: Procedure, z: Embedding, rest: 
 
 
 @define(
-    "make-entity", "word::Word embedding::Embedding parts::Parts", "Entity", "An entity with these parts as children."
+    "make-entity",
+    "word::Word embedding::Embedding parts::Parts",
+    "Entity",
+    "Return an entity with these parts as its children.",
 )
 def make_entity(rt: Runtime, word: str, embedding: Embedding, children: Any) -> Entity:
     return rt.make_entity(word, embedding, parts.parts_of(rt, children, word))
@@ -182,7 +190,8 @@ def make_entity(rt: Runtime, word: str, embedding: Embedding, children: Any) -> 
     "primitive",
     "word::Word arguments ...",
     "Entity",
-    'A primitive, also where `word` is bound: a program may bind its own "cube" on top of the real one.',
+    'Return a primitive even if `word` is bound, so that a program can bind its own "cube" and still use the built-in '
+    "one.",
     ('(primitive "cube" :color [1 0 0])', '<entity "cube">'),
 )
 def primitive(rt: Runtime, word: str, *arguments: Any) -> Entity:
@@ -194,7 +203,7 @@ def primitive(rt: Runtime, word: str, *arguments: Any) -> Entity:
     "parts",
     "x",
     "List[Tuple[Entity, Matrix]]",
-    "The flat list of parts that an entity, a pair (entity . matrix), or a list of these to any depth is.",
+    "Return the flat list of the parts of an entity, a pair (entity . matrix), or a list of these nested to any depth.",
     ('(length (parts (list (call "cube") (list (call "cone")))))', "2"),
 )
 def parts_list(rt: Runtime, x: Any) -> Any:
@@ -205,7 +214,8 @@ def parts_list(rt: Runtime, x: Any) -> Any:
     "primitives",
     "x",
     "List[Tuple[Entity, Matrix]]",
-    "The primitives of an entity, pair or parts, depth first, each under its pose; `parts` goes one level deep only.",
+    "Return the primitives of an entity, pair or parts in depth-first order, each with its pose; `parts` descends one "
+    "level only.",
     ('(length (primitives (union (call "cube") (call "cone"))))', "2"),
 )
 def primitive_list(rt: Runtime, x: Any) -> Any:
@@ -216,7 +226,8 @@ def primitive_list(rt: Runtime, x: Any) -> Any:
     "map-parts",
     "function::Function x",
     "Any",
-    "`(function x)` for a pair (entity . matrix); a list of the function's values for the parts of anything else.",
+    "Return `(function x)` for a pair (entity . matrix); otherwise the list of the results of the function for each "
+    "part.",
     ('(length (map-parts (lambda (p) p) (list (call "cube"))))', "1"),
 )
 def map_parts(rt: Runtime, function: Procedure, x: Any) -> Any:
@@ -230,12 +241,13 @@ def map_parts(rt: Runtime, function: Procedure, x: Any) -> Any:
     "frames",
     "list::Sequence",
     "Frames",
-    "A 4D scene: the members, entities or parts, are its frames. Only the root's value.",
+    "Return a 4D scene whose frames are the items of the list, entities or parts. Allowed only as the value of the "
+    "root.",
 )
 def frames(rt: Runtime, sequence: Any) -> Frames:
     members = items_of(rt, sequence)
     if not members:
-        raise SceneError("frames", "`frames` needs at least one frame")
+        raise SceneError("frames", "`frames` expects at least one frame, got an empty list")
     return Frames(tuple(parts.parts_of(rt, member, "frames") for member in members))
 
 
@@ -243,7 +255,7 @@ def frames(rt: Runtime, sequence: Any) -> Frames:
     "embedding",
     "parts ...",
     "Embedding",
-    "An embedding from a handle, a text and `:name value` attributes, each optional.",
+    "Return an embedding made of a handle, a text and `:name value` attributes, each optional.",
     ('(embedding "ivory" :scale 2)', '(embedding "ivory" :scale 2)'),
 )
 def embedding(rt: Runtime, *arguments: Any) -> Embedding:
@@ -256,7 +268,7 @@ def embedding(rt: Runtime, *arguments: Any) -> Embedding:
             try:
                 attributes[str(argument)] = next(pending)
             except StopIteration:
-                raise SceneError("keyword", f"`:{argument}` is followed by no value") from None
+                raise SceneError("keyword", f"`:{argument}` has no value") from None
         elif type(argument) is str:
             text = argument
         elif type(argument) is Embedding:
@@ -264,15 +276,14 @@ def embedding(rt: Runtime, *arguments: Any) -> Embedding:
             rt.charge((len(argument.attributes) + len(attributes)) >> 4)
             attributes = {**argument.attributes, **attributes}
         else:
-            hint = "attributes are named: `(embedding :name value)`"
-            raise SceneError(
-                "type", f"an embedding is made of handle, text and attributes, got {type_name(argument)}", hint
-            )
+            hint = "write attributes as `(embedding :name value)`"
+            message = f"`embedding` expects a handle, a text or attributes, got {type_name(argument)}"
+            raise SceneError("type", message, hint)
     return parts.with_attributes(rt, Embedding(handle, text), attributes)
 
 
 @define(
-    "embedding-text", "z::Embedding", "String", "The text of an embedding, `none` without one.",
+    "embedding-text", "z::Embedding", "String", "Return the text of an embedding, or `none`.",
     ('(embedding-text (embedding "ivory"))', '"ivory"'),
 )  # fmt: skip
 def embedding_text(rt: Runtime, z: Embedding) -> Any:
@@ -280,7 +291,7 @@ def embedding_text(rt: Runtime, z: Embedding) -> Any:
 
 
 @define(
-    "embedding-handle", "z::Embedding", "String", "The name of an embedding's handle, `none` without one.",
+    "embedding-handle", "z::Embedding", "String", "Return the name of the handle of an embedding, or `none`.",
     ("(embedding-handle <z3>)", '"z3"'),
 )  # fmt: skip
 def embedding_handle(rt: Runtime, z: Embedding) -> Any:
@@ -288,20 +299,22 @@ def embedding_handle(rt: Runtime, z: Embedding) -> Any:
 
 
 @define(
-    "embedding-attributes", "z::Embedding", "Table", "The attributes of an embedding, by name.",
+    "embedding-attributes", "z::Embedding", "Table", "Return the table of the attributes of an embedding, by name.",
     ("(embedding-attributes (embedding :scale 2))", '(table "scale" 2)'),
 )  # fmt: skip
 def embedding_attributes(rt: Runtime, z: Embedding) -> Any:
     return parts.attribute_table(rt, z.attributes)
 
 
-@define("entity-word", "entity::Entity", "Word", "The word of an entity.", ('(entity-word (call "cube"))', '"cube"'))
+@define(
+    "entity-word", "entity::Entity", "Word", "Return the word of an entity.", ('(entity-word (call "cube"))', '"cube"')
+)
 def entity_word(rt: Runtime, entity: Entity) -> str:
     return entity.word
 
 
 @define(
-    "entity-embedding", "entity::Entity", "Embedding", "The embedding of an entity.",
+    "entity-embedding", "entity::Entity", "Embedding", "Return the embedding of an entity.",
     ('(entity-embedding (call "cube" :scale 2))', "(embedding :scale 2)"),
 )  # fmt: skip
 def entity_embedding(rt: Runtime, entity: Entity) -> Embedding:
@@ -309,7 +322,7 @@ def entity_embedding(rt: Runtime, entity: Entity) -> Embedding:
 
 
 @define(
-    "entity-children", "entity::Entity", "List[Tuple[Entity, Matrix]]", "The parts of an entity.",
+    "entity-children", "entity::Entity", "List[Tuple[Entity, Matrix]]", "Return the parts of an entity.",
     ('(entity-children (call "cube"))', "()"),
 )  # fmt: skip
 def entity_children(rt: Runtime, entity: Entity) -> Any:
@@ -318,7 +331,7 @@ def entity_children(rt: Runtime, entity: Entity) -> Any:
 
 
 @define(
-    "primitive?", "x", "Boolean", "Whether `x` is a primitive entity, one made without an entity function.",
+    "primitive?", "x", "Boolean", "Return whether `x` is a primitive entity, one made without an entity function.",
     ('(primitive? (call "cube"))', "#t"),
 )  # fmt: skip
 def is_primitive(rt: Runtime, x: Any) -> bool:
@@ -327,7 +340,7 @@ def is_primitive(rt: Runtime, x: Any) -> bool:
 
 @define(
     "blocks?", "x::Parts", "Boolean",
-    "Whether Minecraft blocks are among the parts. Combinators then place things at whole cells.",
+    "Return whether the parts contain Minecraft blocks. Combinators place objects of blocks at whole cells.",
     ('(blocks? (call "set-cuboid" :block-type "stone"))', "#t"),
 )  # fmt: skip
 def has_blocks(rt: Runtime, x: Any) -> bool:
@@ -337,7 +350,7 @@ def has_blocks(rt: Runtime, x: Any) -> bool:
 
 
 def box_of(rt: Runtime, x: Any) -> tuple[float, ...]:
-    """The exact box of what a program measures; the unit box, with a warning, when it has no geometry."""
+    """Return the exact box of ``x`` for a measurement; the unit box, with a warning, if it has no geometry."""
     box = parts_box(parts.parts_of(rt, x), rt.charge)
     if box is None:
         rt.warn("empty-box", "the bounding box of nothing is [-.5, .5] on each axis")
@@ -346,7 +359,7 @@ def box_of(rt: Runtime, x: Any) -> tuple[float, ...]:
 
 
 @define(
-    "compute-shape-min", "x::Parts", "Vector", "The minimum corner of the bounding box of an entity or parts.",
+    "compute-shape-min", "x::Parts", "Vector", "Return the minimum corner of the bounding box of an entity or parts.",
     ('(compute-shape-min (call "cube" :scale [1 2 1]))', "[-0.5 -1.0 -0.5]"),
 )  # fmt: skip
 def shape_min(rt: Runtime, x: Any) -> Vector:
@@ -354,7 +367,7 @@ def shape_min(rt: Runtime, x: Any) -> Vector:
 
 
 @define(
-    "compute-shape-max", "x::Parts", "Vector", "The maximum corner of the bounding box of an entity or parts.",
+    "compute-shape-max", "x::Parts", "Vector", "Return the maximum corner of the bounding box of an entity or parts.",
     ('(compute-shape-max (call "cylinder"))', "[1.0 1.0 1.0]"),
 )  # fmt: skip
 def shape_max(rt: Runtime, x: Any) -> Vector:
@@ -362,7 +375,7 @@ def shape_max(rt: Runtime, x: Any) -> Vector:
 
 
 @define(
-    "compute-shape-center", "x::Parts", "Vector", "The centre of the bounding box of an entity or parts.",
+    "compute-shape-center", "x::Parts", "Vector", "Return the centre of the bounding box of an entity or parts.",
     ('(compute-shape-center (call "cylinder"))', "[0.0 0.5 0.0]"),
 )  # fmt: skip
 def shape_center(rt: Runtime, x: Any) -> Vector:
@@ -371,7 +384,7 @@ def shape_center(rt: Runtime, x: Any) -> Vector:
 
 
 @define(
-    "compute-shape-sizes", "x::Parts", "Vector", "The sizes of the bounding box of an entity or parts.",
+    "compute-shape-sizes", "x::Parts", "Vector", "Return the sizes of the bounding box of an entity or parts.",
     ('(compute-shape-sizes (call "sphere"))', "[2.0 2.0 2.0]"),
 )  # fmt: skip
 def shape_sizes(rt: Runtime, x: Any) -> Vector:

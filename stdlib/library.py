@@ -1,4 +1,4 @@
-"""The standard library as the interpreter takes it: all builtins, the constants, and modules in the language."""
+"""The standard library for the interpreter: all builtins, the constants, and modules written in the language."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ TOPICS: tuple[Registry, ...] = (
     colors.registry,
 )
 
-# What comes with an import only: `(import "std/python.scene")` brings the names of that registry.
+# Registries whose names must be imported: `(import "std/python.scene")`.
 IMPORTED: dict[str, Registry] = {"python.scene": python.registry}
 
 PRELUDE = ("prelude.scene", "combinators.scene")
 
 
 def _collect(topics: tuple[Registry, ...]) -> dict[str, Builtin]:
-    """The entries of all topics by name; no two topics, nor a topic and what is imported, share one."""
+    """Return the entries of all topics by name; a name in two topics is an error."""
     builtins: dict[str, Builtin] = {}
     for registry in topics:
         for name, entry in registry.entries.items():
@@ -57,15 +57,15 @@ def _collect(topics: tuple[Registry, ...]) -> dict[str, Builtin]:
 
 
 def _modules() -> dict[str, str]:
-    """The source of every module in the language that comes with the package, by file name."""
+    """Return the source of every module of the package that is written in the language, by file name."""
     found = sorted(Path(__file__).parent.glob("*.scene"))
     return {path.name: path.read_text("utf-8") for path in found}
 
 
 @cache
 def build_library() -> Library:
-    """The standard library; made once, as nothing changes it."""
-    _collect((*TOPICS, *IMPORTED.values()))  # refuses a name that stands twice
+    """Return the standard library; cached, since it is immutable."""
+    _collect((*TOPICS, *IMPORTED.values()))  # check that no topic shares a name with an imported module
     return Library(
         builtins=_collect(TOPICS),
         constants={name: value for name, (value, _) in CONSTANTS.items()},

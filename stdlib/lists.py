@@ -1,4 +1,4 @@
-"""Pairs and lists: making them, and taking them apart from the front."""
+"""Builtins for pairs and lists: construction, access from the front, and association lists."""
 
 from __future__ import annotations
 
@@ -15,20 +15,14 @@ from scenelang.stdlib.operands import (
     bad_index,
     blocks,
     empty_sequence,
-    endless,
     identical,
+    infinite_error,
     items,
     length,
     same_value,
     wrong_type,
 )
 from scenelang.stdlib.predicates import equal
-
-# The errors that several topics raise, in one wording.
-
-
-# Taking any sequence of the language apart, and putting one of the same kind together.
-
 
 registry = Registry("lists")
 
@@ -37,7 +31,7 @@ registry = Registry("lists")
 
 
 def car_of(rt: Runtime, value: Any, name: str = "car") -> Any:
-    """The first item of whatever serves as a pair."""
+    """Return the first item of a pair, an Entity, the list of handles or a mutable list."""
     kind = type(value)
     if kind is Pair:
         return value.car
@@ -49,11 +43,11 @@ def car_of(rt: Runtime, value: Any, name: str = "car") -> Any:
         rt.read(value)
         if value.items:
             return value.items[0]
-    raise _no_pair(name, value)
+    raise _not_a_pair(name, value)
 
 
 def cdr_of(rt: Runtime, value: Any, name: str = "cdr") -> Any:
-    """What follows the first item of whatever serves as a pair."""
+    """Return the rest after the first item of a pair, an Entity, the list of handles or a mutable list."""
     kind = type(value)
     if kind is Pair:
         return value.cdr
@@ -67,16 +61,17 @@ def cdr_of(rt: Runtime, value: Any, name: str = "cdr") -> Any:
         if value.items:
             rt.charge(len(value.items) >> 2)
             return make_list(value.items[1:])
-    raise _no_pair(name, value)
+    raise _not_a_pair(name, value)
 
 
-def _no_pair(name: str, value: Any) -> SceneError:
+def _not_a_pair(name: str, value: Any) -> SceneError:
     if value is NIL or type(value) is MutableList:
         return empty_sequence(name, "list")
     return wrong_type(name, "a pair or a list", value)
 
 
-@registry.define("cons", "first::Any rest::Any", "Pair", "The pair of two values; in front of a list, a longer list.",
+@registry.define("cons", "first::Any rest::Any", "Pair",
+                 "Return the pair of two values; if the second is a list, the longer list.",
                  ("(list (cons 1 2) (cons 1 '(2 3)))", "((1 . 2) (1 2 3))"), "cons")  # fmt: skip
 def cons(rt: Runtime, first: Any, rest: Any) -> Any:
     if type(rest) is MutableList:
@@ -85,14 +80,15 @@ def cons(rt: Runtime, first: Any, rest: Any) -> Any:
 
 
 @registry.define("car", "pair::Any", "Any",
-                 "The first part of a pair, the first item of a list. Of an Entity: the pair (word . embedding).",
+                 "Return the first part of a pair, or the first item of a list. Of an Entity: the pair (word . "
+                 "embedding).",
                  ("(car '(1 2 3))", "1"), "car")  # fmt: skip
 def car(rt: Runtime, pair: Any) -> Any:
     return car_of(rt, pair)
 
 
 @registry.define("cdr", "pair::Any", "Any",
-                 "The second part of a pair, a list without its first item. Of an Entity: the list of its "
+                 "Return the second part of a pair, or a list without its first item. Of an Entity: the list of its "
                  "(Entity . Matrix) pairs.",
                  ("(cdr '(1 2 3))", "(2 3)"), "cdr")  # fmt: skip
 def cdr(rt: Runtime, pair: Any) -> Any:
@@ -100,7 +96,7 @@ def cdr(rt: Runtime, pair: Any) -> Any:
 
 
 def _define_chain(letters: str) -> None:
-    """``cadr`` and its kin: ``letters`` are applied from the right."""
+    """Register ``cadr`` and related functions; ``letters`` are applied from right to left."""
     name = f"c{letters}r"
     steps = [car_of if letter == "a" else cdr_of for letter in reversed(letters)]
     written = "".join(f"(c{letter}r " for letter in letters) + "pair" + ")" * len(letters)
@@ -114,7 +110,7 @@ def _define_chain(letters: str) -> None:
 
 
 def _chain_example(letters: str) -> tuple[str, str]:
-    """A list that the chain can walk, and what it finds there: the symbol ``x``."""
+    """Return a list in which the chain reaches the symbol ``x``, and the text of this symbol."""
     text = "x"
     for letter in letters:
         text = f"({text})" if letter == "a" else f"(_ . {text})"
@@ -129,18 +125,21 @@ for _count in (2, 3, 4):
 # --- making lists ----------------------------------------------------------------------------------------------
 
 
-@registry.define("list", "items::Any ...", "List", "The list of the arguments.", ('(list 1 "a" \'())', '(1 "a" ())'))
+@registry.define(
+    "list", "items::Any ...", "List", "Return the list of the arguments.", ('(list 1 "a" \'())', '(1 "a" ())')
+)
 def list_(rt: Runtime, *members: Any) -> Any:
     return make_list(members)
 
 
-@registry.define("values", "items::Any ...", "List", "The same as `list`: several results are a list.",
+@registry.define("values", "items::Any ...", "List", "The same as `list`: multiple results are a list.",
                  ("(let-values (((q r) (floor/ 7 2))) (values r q))", "(1 3)"))  # fmt: skip
 def values(rt: Runtime, *members: Any) -> Any:
     return make_list(members)
 
 
-@registry.define("list*", "item::Any more::Any ...", "Any", "The arguments in front of the last one, which is a list.",
+@registry.define("list*", "item::Any more::Any ...", "Any",
+                 "Return the last argument, a list, with the other arguments in front of it.",
                  ("(list* 1 2 '(3 4))", "(1 2 3 4)"))  # fmt: skip
 def list_star(rt: Runtime, *members: Any) -> Any:
     tail = members[-1]
@@ -149,21 +148,22 @@ def list_star(rt: Runtime, *members: Any) -> Any:
     return make_list(members[:-1], tail)
 
 
-@registry.define("make-list", "count::Integer [fill::Any]", "List", "A list of `count` times `fill` (none by default).",
+@registry.define("make-list", "count::Integer [fill::Any]", "List",
+                 "Return a list of `count` times `fill` (default: none).",
                  ("(make-list 3 0)", "(0 0 0)"))  # fmt: skip
 def make_list_(rt: Runtime, count: int, fill: Any = None) -> Any:
     if count < 0:
-        raise SceneError("value", f"`make-list` wants a count that is not negative, got {count}")
+        raise SceneError("value", f"`make-list` expects a count that is not negative, got {count}")
     rt.meter.check_size(count, "a list")
     return make_list([fill] * count)
 
 
 @registry.define("iota", "count::Integer [start::Number] [step::Number]", "List",
-                 "`count` numbers from `start` (0) in steps of `step` (1).",
+                 "Return `count` numbers from `start` (default 0) in steps of `step` (default 1).",
                  ("(list (iota 3) (iota 3 10 .5))", "((0 1 2) (10 10.5 11.0))"))  # fmt: skip
 def iota(rt: Runtime, count: int, start: Any = 0, step: Any = 1) -> Any:
     if count < 0:
-        raise SceneError("value", f"`iota` wants a count that is not negative, got {count}")
+        raise SceneError("value", f"`iota` expects a count that is not negative, got {count}")
     rt.meter.check_size(count, "a list")
     if type(start) is int and type(step) is int:
         return make_list(_progression(rt, count, start, step))
@@ -172,41 +172,40 @@ def iota(rt: Runtime, count: int, start: Any = 0, step: Any = 1) -> Any:
 
 
 def _progression(rt: Runtime, count: int, start: int, step: int) -> list[int]:
-    """``count`` integers from ``start`` in steps of ``step``; long ones take memory of their own."""
+    """Return ``count`` integers from ``start`` in steps of ``step``; charge the memory of long integers."""
     bits = max(start.bit_length(), (step * count).bit_length())
     if bits > 64:
         rt.meter.reserve(count * (bits >> 3))
-    turns = range(count)
     out: list[int] = []
-    for block in blocks(rt, turns):
+    for block in blocks(rt, range(count)):
         rt.charge(len(block) * bits >> 12)
         out += [start + step * i for i in block]
     return out
 
 
 @registry.define("range", "start::Integer [end::Integer] [step::Integer]", "List",
-                 "The Integers from `start` up to `end`, which is left out, in steps of `step`; `(range n)` counts "
-                 "from 0. For fractions there are `arange` and `linspace`.",
+                 "Return the Integers from `start` up to but excluding `end`, in steps of `step`; `(range n)` starts "
+                 "at 0. For fractions there are `arange` and `linspace`.",
                  ("(list (range 4) (range 2 5) (range 5 0 -2))", "((0 1 2 3) (2 3 4) (5 3 1))"))  # fmt: skip
 def range_(rt: Runtime, start: int, end: int | None = None, step: int = 1) -> Any:
     if end is None:
         start, end = 0, start
     if step == 0:
-        raise SceneError("value", "`range` wants a step that is not 0")
+        raise SceneError("value", "`range` expects a step that is not 0")
     count = max(0, -((start - end) // step))
     rt.meter.check_size(count, "a list")
     return make_list(_progression(rt, count, start, step))
 
 
 @registry.define("append", "lists::Any ...", "List",
-                 "One list of the items of all lists, in order; a last argument that is no list ends a dotted one.",
+                 "Concatenate lists; a last argument that is not a list becomes the tail of a dotted list.",
                  ("(append '(1 2) '(3) '())", "(1 2 3)"))  # fmt: skip
 def append(rt: Runtime, *lists: Any) -> Any:
     if not lists:
         return NIL
-    for one in lists:
-        if type(one) is str:
-            raise wrong_type("append", "lists", one, "strings are joined by `string-append`")
+    for xs in lists:
+        if type(xs) is str:
+            raise wrong_type("append", "lists", xs, "to concatenate strings, write `(string-append a b)`")
     total = 0
     result = lists[-1]
     if type(result) is Pair:
@@ -214,15 +213,15 @@ def append(rt: Runtime, *lists: Any) -> Any:
     elif type(result) in (MutableList, Vector, Nil):
         members = items(rt, result, "append")
         total, result = len(members), make_list(members)
-    for one in reversed(lists[:-1]):
-        members = items(rt, one, "append")
+    for xs in reversed(lists[:-1]):
+        members = items(rt, xs, "append")
         total += len(members)
         rt.meter.check_size(total, "a list")
         result = make_list(members, result)
     return result
 
 
-@registry.define("list-copy", "xs::List", "List", "A list of the same items, also of a mutable list.",
+@registry.define("list-copy", "xs::List", "List", "Return a copy of a list, also of a mutable one.",
                  ("(list-copy '(1 2))", "(1 2)"))  # fmt: skip
 def list_copy(rt: Runtime, xs: Any) -> Any:
     return make_list(items(rt, xs, "list-copy"))
@@ -232,12 +231,12 @@ def list_copy(rt: Runtime, xs: Any) -> Any:
 
 
 def drop_front(rt: Runtime, xs: Any, count: int, name: str) -> Any:
-    """What a list is after its first ``count`` items; shares the list."""
+    """Return a list without its first ``count`` items; the result shares the rest."""
     if type(xs) is MutableList:
         xs = make_list(items(rt, xs, name))
     if type(xs) is HandleList:
         if count < 0:
-            raise endless(name)
+            raise infinite_error(name)
         return HandleList(xs.start + count)
     if count < 0:
         raise bad_index(count, length(rt, xs, name), "list")
@@ -251,7 +250,7 @@ def drop_front(rt: Runtime, xs: Any, count: int, name: str) -> Any:
 
 
 def take_front(rt: Runtime, xs: Any, count: int, name: str) -> list[Any]:
-    """The first ``count`` items of a list."""
+    """Return the first ``count`` items of a list."""
     if type(xs) is MutableList:
         xs = make_list(items(rt, xs, name))
     if count < 0:
@@ -271,20 +270,20 @@ def take_front(rt: Runtime, xs: Any, count: int, name: str) -> list[Any]:
     return members
 
 
-@registry.define("list-head", "xs::List count::Integer", "List", "The first `count` items of a list.",
+@registry.define("list-head", "xs::List count::Integer", "List", "Return the first `count` items of a list.",
                  ("(list-head '(a b c) 2)", "(a b)"))  # fmt: skip
 def list_head(rt: Runtime, xs: Any, count: int) -> Any:
     return make_list(take_front(rt, xs, count, "list-head"))
 
 
-@registry.define("list-tail", "xs::List count::Integer", "List", "A list without its first `count` items.",
+@registry.define("list-tail", "xs::List count::Integer", "List", "Return a list without its first `count` items.",
                  ("(list-tail '(a b c) 2)", "(c)"))  # fmt: skip
 def list_tail(rt: Runtime, xs: Any, count: int) -> Any:
     return drop_front(rt, xs, count, "list-tail")
 
 
 @registry.define("list-ref", "xs::List index::Integer", "Any",
-                 "The item at an index, the first at 0. `ref` does the same for every sequence.",
+                 "Return the item at an index, starting at 0. `ref` works on every sequence.",
                  ("(list-ref '(a b c) 1)", "b"))  # fmt: skip
 def list_ref(rt: Runtime, xs: Any, index: int) -> Any:
     rest = drop_front(rt, xs, index, "list-ref")
@@ -295,17 +294,17 @@ def list_ref(rt: Runtime, xs: Any, index: int) -> Any:
     return rest.car
 
 
-# --- looking things up -----------------------------------------------------------------------------------------
+# --- search ----------------------------------------------------------------------------------------------------
 
 Same = Callable[[Runtime, Any, Any], bool]
 
 
-def _same_by(same: Any) -> Same:
-    """Equality by value, or by a function of the program."""
+def _equality(same: Any) -> Same:
+    """Return equality by value, or by a function of the program."""
     if same is None:
         return same_value
     if type(same) is Builtin and same.function is equal:
-        return _same_in_type
+        return _same_typed
 
     def by_function(rt: Runtime, a: Any, b: Any) -> bool:
         result = rt.call2(same, a, b)
@@ -314,8 +313,8 @@ def _same_by(same: Any) -> Same:
     return by_function
 
 
-def _same_in_type(rt: Runtime, a: Any, b: Any) -> bool:
-    """``equal?``, which ``case`` compares by."""
+def _same_typed(rt: Runtime, a: Any, b: Any) -> bool:
+    """Return whether two values are ``equal?``, the equality of ``case``."""
     kind = type(a)
     if kind is int or kind is str or kind is Symbol:
         return type(b) is kind and bool(a == b)
@@ -339,11 +338,11 @@ def _tail_from(rt: Runtime, x: Any, xs: Any, same: Same, name: str) -> Any:
 
 
 @registry.define("member", "x::Any xs::Sequence [same::Function]", "Any",
-                 "The rest of a list from the first item equal to `x` on, or #f. Numbers compare by value. "
-                 "`contains?` gives a Boolean.",
+                 "Return the rest of a list from the first item equal to `x`, or #f. Numbers compare by value. "
+                 "`contains?` returns a Boolean.",
                  ("(list (member 2 '(1 2 3)) (member 9 '(1 2 3)))", "((2 3) #f)"))  # fmt: skip
 def member(rt: Runtime, x: Any, xs: Any, same: Any = None) -> Any:
-    return _tail_from(rt, x, xs, _same_by(same), "member")
+    return _tail_from(rt, x, xs, _equality(same), "member")
 
 
 @registry.define("memq", "x::Any xs::List", "Any", "The same as `member`, but compares by `eq?`.",
@@ -361,17 +360,17 @@ def _entry_of(rt: Runtime, key: Any, entries: Any, same: Same, name: str) -> Any
     for entry in items(rt, entries, name):
         rt.charge(1)
         if type(entry) is not Pair and type(entry) is not MutableList:
-            raise wrong_type(name, "a list of pairs", entry, 'such as \'(("a" . 1) ("b" . 2))')
+            raise wrong_type(name, "a list of pairs", entry, 'write pairs as in `\'(("a" . 1) ("b" . 2))`')
         if same(rt, key, car_of(rt, entry, name)):
             return entry
     return False
 
 
 @registry.define("assoc", "key::Any pairs::List [same::Function]", "Any",
-                 "The first pair of a list of pairs whose first part equals `key`, or #f.",
+                 "Return the first pair in a list of pairs whose first part equals `key`, or #f.",
                  ("(assoc \"b\" '((\"a\" 1) (\"b\" 2)))", '("b" 2)'))  # fmt: skip
 def assoc(rt: Runtime, key: Any, pairs: Any, same: Any = None) -> Any:
-    return _entry_of(rt, key, pairs, _same_by(same), "assoc")
+    return _entry_of(rt, key, pairs, _equality(same), "assoc")
 
 
 @registry.define("assq", "key::Any pairs::List", "Any", "The same as `assoc`, but compares by `eq?`.",

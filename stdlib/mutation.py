@@ -1,4 +1,4 @@
-"""Changing mutable lists, arrays, tables and sets in place."""
+"""Builtins that modify mutable lists, arrays, tables and sets in place, and builtins for tables and sets."""
 
 from __future__ import annotations
 
@@ -34,11 +34,19 @@ from scenelang.stdlib.operands import (
     to_numpy,
     wrong_type,
 )
-from scenelang.stdlib.sequences import axis_selection, check_index, missing_key, position_of, ref, sorted_items, whole
+from scenelang.stdlib.sequences import (
+    axis_selection,
+    check_index,
+    missing_key,
+    position_of,
+    ref,
+    sorted_items,
+    to_index,
+)
 
 registry = Registry("changes")
 
-_LONG = 1 << 16  # items
+_LONG = 1 << 16  # items: the reallocation of longer lists is charged
 
 
 def _writable_list(rt: Runtime, name: str, value: Any) -> list[Any]:
@@ -59,90 +67,92 @@ def _writable_table(rt: Runtime, name: str, value: Any) -> dict[Any, tuple[Any, 
 
 def _check_growth(rt: Runtime, count: int) -> None:
     if count > _LONG:
-        rt.charge(count >> 16)  # now and then a long list moves to where it has room
+        rt.charge(count >> 16)  # the amortized cost of reallocation
     if count >= rt.limits.size:
         rt.meter.check_size(count + 1, "a list")
 
 
-# --- setting ---------------------------------------------------------------------------------------------------
+# --- assignment ------------------------------------------------------------------------------------------------
 
 
 def set_entry(rt: Runtime, entries: dict[Any, tuple[Any, Any]], key: Any, value: Any) -> None:
-    """Put ``value`` under ``key``; a key that is there stays as it was written first."""
+    """Set the value of ``key``; the spelling of an existing key is preserved."""
     canonical = table_key(key, rt.charge)
     old = entries.get(canonical)
     entries[canonical] = (key if old is None else old[0], value)
 
 
 def set_array(rt: Runtime, array: MutableArray, keys: tuple[Any, ...], value: Any) -> None:
-    """Put a number or an array into the place that ``keys`` select."""
+    """Assign a number or an array to the selection of ``keys``."""
     data = array.data
-    place = axis_selection(data.shape, keys, "set-ref!")
-    filling = to_numpy(rt, value, "set-ref!")
-    if data.dtype.kind == "i" and filling.dtype.kind == "f":
-        rt.charge(filling.size >> 4)
-        if not all(number.is_integer() and abs(number) < INT64 for number in filling.ravel().tolist()):
-            hint = "make it of Floats: `(mutable (* 1. array))`"
-            raise SceneError("type", f"this array holds Integers, not {show(value, 60)}", hint=hint)
+    selection = axis_selection(data.shape, keys, "set-ref!")
+    new = to_numpy(rt, value, "set-ref!")
+    if data.dtype.kind == "i" and new.dtype.kind == "f":
+        rt.charge(new.size >> 4)
+        if not all(number.is_integer() and abs(number) < INT64 for number in new.ravel().tolist()):
+            hint = "to store Floats, create the array with `(mutable (* 1. array))`"
+            raise SceneError("type", f"`set-ref!` expects Integers for this array, got {show(value, 60)}", hint=hint)
     rt.write(array)
-    rt.charge(filling.size >> 2)
+    rt.charge(new.size >> 2)
     try:
-        data[place] = filling
+        data[selection] = new
     except ValueError:
-        raise SceneError("value", f"`set-ref!` got {show(value, 60)}, which does not fit into its place") from None
+        message = f"the shape of {show(value, 60)} does not match the selection of `set-ref!`"
+        raise SceneError("value", message) from None
 
 
 @registry.define(
     "set-ref!",
-    "thing::Any key::Any more::Any ...",
+    "collection::Any key::Any more::Any ...",
     "Any",
-    "`(set-ref! xs i value)` puts a value into a mutable list, a mutable array or a table. An array takes an index, "
-    "`:all` or '(start end) per axis; further indices of a list go deeper.",
+    "`(set-ref! xs i value)`: assign an item of a mutable list, a mutable array or a table. An array takes an index, "
+    "`:all` or '(start end) for each axis; further indices of a list select in the item.",
     (
         '(let ((xs (mutable \'(1 2 3))) (t (table))) (set-ref! xs -1 9) (set-ref! t "a" 5) (list xs t))',
         '((mutable-list 1 2 9) (table "a" 5))',
     ),
 )
-def set_ref(rt: Runtime, thing: Any, key: Any, *more: Any) -> None:
+def set_ref(rt: Runtime, collection: Any, key: Any, *more: Any) -> None:
     if not more:
-        raise SceneError("arity", "`set-ref!` wants a value after the index", hint="`(set-ref! xs index value)`")
+        hint = "write `(set-ref! xs index value)`"
+        raise SceneError("arity", "`set-ref!` expects a value after the index", hint=hint)
     value = more[-1]
-    if type(thing) is MutableArray:
-        set_array(rt, thing, (key, *more[:-1]), value)
+    if type(collection) is MutableArray:
+        set_array(rt, collection, (key, *more[:-1]), value)
         return
-    for deeper in more[:-1]:
-        thing, key = ref(rt, thing, key), deeper
-        if type(thing) is MutableArray:
-            hint = "an item of a mutable array is set by `(set-ref! array i j value)`"
-            raise SceneError("value", "`set-ref!` goes deeper only through lists and tables", hint=hint)
-    if type(thing) is Table:
-        rt.write(thing)
-        set_entry(rt, thing.entries, key, value)
-        _check_growth(rt, len(thing.entries))
+    for next_key in more[:-1]:
+        collection, key = ref(rt, collection, key), next_key
+        if type(collection) is MutableArray:
+            hint = "to assign an item of a mutable array, write `(set-ref! array i j value)`"
+            raise SceneError("value", "`set-ref!` follows indices only through lists and tables", hint=hint)
+    if type(collection) is Table:
+        rt.write(collection)
+        set_entry(rt, collection.entries, key, value)
+        _check_growth(rt, len(collection.entries))
     else:
-        members = _writable_list(rt, "set-ref!", thing)
-        members[check_index(whole(key, "set-ref!"), len(members), thing)] = value
+        members = _writable_list(rt, "set-ref!", collection)
+        members[check_index(to_index(key, "set-ref!"), len(members), collection)] = value
 
 
 @registry.define(
     "update!",
-    "thing::Any key::Any [f::Function] [default::Any]",
+    "collection::Any key::Any [f::Function] [default::Any]",
     "Any",
-    "`(update! xs key f)` replaces the value at an index or key by `(f value)`; for a table, `default` stands for a "
-    "value that is missing. `(update! table other)` adds all entries of another table.",
+    "`(update! xs key f)`: replace the value at an index or key by `(f value)`; for a table, `default` is used for a "
+    "missing key. `(update! table other)` adds all entries of another table.",
     (
         '(let ((t (table "a" 1))) (update! t "a" (lambda (n) (+ n 1))) (update! t "b" - 5) t)',
         '(table "a" 2 "b" -5)',
     ),
 )
-def update(rt: Runtime, thing: Any, key: Any, f: Any = None, *default: Any) -> None:
+def update(rt: Runtime, collection: Any, key: Any, f: Any = None, *default: Any) -> None:
     if f is None:
-        extend(rt, thing, key)
+        extend(rt, collection, key)
         return
-    if not isinstance(thing, Mutable):
-        raise cannot_change("update!", thing, "a mutable list, a mutable array or a table")
-    old = ref(rt, thing, key, *default) if type(thing) is Table else ref(rt, thing, key)
-    set_ref(rt, thing, key, rt.call1(f, old))
+    if not isinstance(collection, Mutable):
+        raise cannot_change("update!", collection, "a mutable list, a mutable array or a table")
+    old = ref(rt, collection, key, *default) if type(collection) is Table else ref(rt, collection, key)
+    set_ref(rt, collection, key, rt.call1(f, old))
 
 
 # --- growing and shrinking -------------------------------------------------------------------------------------
@@ -152,7 +162,7 @@ def update(rt: Runtime, thing: Any, key: Any, f: Any = None, *default: Any) -> N
     "push!",
     "xs::Any value::Any",
     "Any",
-    "Appends a value to a mutable list.",
+    "Append a value to a mutable list.",
     ("(let ((xs (mutable-list 1))) (push! xs 2) xs)", "(mutable-list 1 2)"),
 )
 def push(rt: Runtime, xs: Any, value: Any) -> None:
@@ -165,39 +175,39 @@ def push(rt: Runtime, xs: Any, value: Any) -> None:
     "pop!",
     "xs::Any [key::Any] [default::Any]",
     "Any",
-    "Removes the last item of a mutable list, or the one at an index, and gives it; of a table, the value under a key, "
-    "or the default where there is none.",
+    "Remove and return the last item of a mutable list, or the one at an index; of a table, the value of a key, or "
+    "the default if the key is missing.",
     ("(let ((xs (mutable-list 1 2 3))) (list (pop! xs) (pop! xs 0) xs))", "(3 1 (mutable-list 2))"),
 )
-def pop(rt: Runtime, xs: Any, *given: Any) -> Any:
+def pop(rt: Runtime, xs: Any, *key_and_default: Any) -> Any:
     if type(xs) is Table:
-        return _pop_entry(rt, xs, given)
+        return _pop_entry(rt, xs, key_and_default)
     members = _writable_list(rt, "pop!", xs)
     if not members:
         raise empty_sequence("pop!", "mutable list")
-    if not given:
+    if not key_and_default:
         return members.pop()
     rt.charge(len(members) >> 4)
-    return members.pop(check_index(whole(given[0], "pop!"), len(members), xs))
+    return members.pop(check_index(to_index(key_and_default[0], "pop!"), len(members), xs))
 
 
-def _pop_entry(rt: Runtime, table: Table, given: tuple[Any, ...]) -> Any:
-    if not given:
-        raise SceneError("arity", "`pop!` of a table wants a key", hint="`(pop! table key default)`")
+def _pop_entry(rt: Runtime, table: Table, key_and_default: tuple[Any, ...]) -> Any:
+    if not key_and_default:
+        raise SceneError("arity", "`pop!` of a table expects a key", hint="write `(pop! table key)`")
     entries = _writable_table(rt, "pop!", table)
-    key = table_key(given[0], rt.charge)
+    key = table_key(key_and_default[0], rt.charge)
     if key in entries:
         return entries.pop(key)[1]
-    if len(given) == 2:
-        return given[1]
-    raise missing_key("table", given[0], (name for name, _ in entries.values()))
+    if len(key_and_default) == 2:
+        return key_and_default[1]
+    raise missing_key("table", key_and_default[0], (name for name, _ in entries.values()))
 
 
 @registry.define(
     "insert!",
     "xs::Any index::Integer value::Any",
     "Any",
-    "Puts a value into a mutable list in front of the item at `index`; the length itself is the end.",
+    "Insert a value into a mutable list before the item at `index`; the length itself is the end.",
     ("(let ((xs (mutable-list 1 3))) (insert! xs 1 2) xs)", "(mutable-list 1 2 3)"),
 )
 def insert(rt: Runtime, xs: Any, index: int, value: Any) -> None:
@@ -213,7 +223,7 @@ def insert(rt: Runtime, xs: Any, index: int, value: Any) -> None:
     "extend!",
     "xs::Any more::Sequence",
     "Any",
-    "Appends all items to a mutable list; adds all entries of a table to a table, all members to a set.",
+    "Append all items to a mutable list, add all entries of a table to a table, or all members to a set.",
     ("(let ((xs (mutable-list 1))) (extend! xs '(2 3)) xs)", "(mutable-list 1 2 3)"),
 )
 def extend(rt: Runtime, xs: Any, more: Any) -> None:
@@ -242,7 +252,7 @@ def extend(rt: Runtime, xs: Any, more: Any) -> None:
     "add!",
     "set::Any member::Any",
     "Any",
-    "Adds a member to a set; one that is there stays.",
+    "Add a member to a set, if it is not yet there.",
     ("(let ((s (set 1))) (add! s 2) (add! s 1.) s)", "(set 1 2)"),
 )
 def add(rt: Runtime, target: Any, member: Any) -> None:
@@ -258,7 +268,7 @@ def add(rt: Runtime, target: Any, member: Any) -> None:
     "remove!",
     "xs::Any value::Any",
     "Any",
-    "Removes the first item equal to `value` from a mutable list, or a member from a set; it must be there.",
+    "Remove the first item equal to `value` from a mutable list, or a member from a set; a missing one is an error.",
     ("(let ((xs (mutable-list 1 2 1))) (remove! xs 1) xs)", "(mutable-list 2 1)"),
 )
 def remove(rt: Runtime, xs: Any, value: Any) -> None:
@@ -274,7 +284,7 @@ def remove(rt: Runtime, xs: Any, value: Any) -> None:
     members = _writable_list(rt, "remove!", xs)
     index = position_of(rt, xs, value, "remove!")
     if index is None:
-        raise SceneError("value", f"the list does not hold {show(value, 60)}, so it cannot be removed")
+        raise SceneError("value", f"the list does not contain {show(value, 60)}")
     rt.charge(len(members) >> 4)
     del members[index]
 
@@ -283,7 +293,7 @@ def remove(rt: Runtime, xs: Any, value: Any) -> None:
     "remove-at!",
     "xs::Any index::Integer",
     "Any",
-    "Removes the item at an index from a mutable list.",
+    "Remove the item at an index from a mutable list.",
     ("(let ((xs (mutable-list 1 2 3))) (remove-at! xs 0) xs)", "(mutable-list 2 3)"),
 )
 def remove_at(rt: Runtime, xs: Any, index: int) -> None:
@@ -296,12 +306,12 @@ def remove_at(rt: Runtime, xs: Any, index: int) -> None:
     "splice!",
     "xs::Any start::Any end::Any new::Sequence",
     "Any",
-    "Puts other items into the place of those from `start` up to `end` of a mutable list; none stands for its ends.",
+    "Replace the items from `start` up to but excluding `end` of a mutable list by others; none omits a bound.",
     ("(let ((xs (mutable-list 1 2 3 4))) (splice! xs 1 3 '(a b c)) xs)", "(mutable-list 1 a b c 4)"),
 )
 def splice(rt: Runtime, xs: Any, start: Any, end: Any, new: Any) -> None:
     members = _writable_list(rt, "splice!", xs)
-    bounds = [None if bound is None else whole(bound, "splice!") for bound in (start, end)]
+    bounds = [None if bound is None else to_index(bound, "splice!") for bound in (start, end)]
     rt.charge(len(members) >> 7)
     members[slice(*bounds)] = list(items(rt, new))
     rt.meter.check_size(len(members), "a list")
@@ -311,7 +321,7 @@ def splice(rt: Runtime, xs: Any, start: Any, end: Any, new: Any) -> None:
     "remove-key!",
     "table::Any key::Any",
     "Any",
-    "Removes the entry under a key, which must be there, from a table.",
+    "Remove the entry of a key from a table; a missing key is an error.",
     ('(let ((t (table "a" 1 "b" 2))) (remove-key! t "a") t)', '(table "b" 2)'),
 )
 def remove_key(rt: Runtime, table: Any, key: Any) -> None:
@@ -326,7 +336,7 @@ def remove_key(rt: Runtime, table: Any, key: Any) -> None:
     "clear!",
     "xs::Any",
     "Any",
-    "Removes everything from a mutable list, a table or a set.",
+    "Remove all items from a mutable list, a table or a set.",
     ("(let ((xs (mutable-list 1 2))) (clear! xs) xs)", "(mutable-list)"),
 )
 def clear(rt: Runtime, xs: Any) -> None:
@@ -347,7 +357,7 @@ def clear(rt: Runtime, xs: Any) -> None:
     "sort!",
     "xs::Any [less::Function] [:key::Function] [:reverse::Boolean]",
     "Any",
-    "Sorts a mutable list or a mutable array in place, as `sort` does.",
+    "Sort a mutable list or a mutable array in place; see `sort`.",
     ("(let ((xs (mutable-list 3 1 2))) (sort! xs) xs)", "(mutable-list 1 2 3)"),
 )
 def sort_in_place(rt: Runtime, xs: Any, less: Any = None, *, key: Any = None, reverse: bool = False) -> None:
@@ -358,14 +368,11 @@ def sort_in_place(rt: Runtime, xs: Any, less: Any = None, *, key: Any = None, re
     "reverse!",
     "xs::Any",
     "Any",
-    "Reverses a mutable list or a mutable array in place.",
+    "Reverse a mutable list or a mutable array in place.",
     ("(let ((xs (mutable-list 1 2 3))) (reverse! xs) xs)", "(mutable-list 3 2 1)"),
 )
 def reverse_in_place(rt: Runtime, xs: Any) -> None:
     reorder(rt, "reverse!", xs, lambda members: members[::-1])
-
-
-# Tables and sets: making them, and asking them.
 
 
 tables = Registry("tables")
@@ -377,14 +384,14 @@ Entries = dict[Any, tuple[Any, Any]]
 
 
 @tables.define("table", "keys-and-values::Any ...", "Table",
-                 "A table from keys to values, written one after the other. Keys compare by value; the order of "
-                 "insertion is kept.",
+                 "Return a table from alternating keys and values. Keys compare by value; the insertion order is "
+                 "preserved.",
                  ('(ref (table "oak" 3 "ash" 5) "ash")', "5"))  # fmt: skip
 def table(rt: Runtime, *keys_and_values: Any) -> Any:
     if len(keys_and_values) % 2:
         count = len(keys_and_values)
-        message = f"`table` wants a value after every key, got {count} argument{'s' if count > 1 else ''}"
-        raise SceneError("arity", message, hint='`(table "a" 1 "b" 2)`')
+        message = f"`table` expects a value after every key, got {count} argument{'s' if count > 1 else ''}"
+        raise SceneError("arity", message, hint='write keys and values as in `(table "a" 1 "b" 2)`')
     entries: Entries = {}
     for index in range(0, len(keys_and_values), 2):
         set_entry(rt, entries, keys_and_values[index], keys_and_values[index + 1])
@@ -392,7 +399,7 @@ def table(rt: Runtime, *keys_and_values: Any) -> Any:
 
 
 @tables.define("list->table", "pairs::Sequence", "Table",
-                 "A table from a list of pairs (key . value) or of lists (key value).",
+                 "Return a table from a list of pairs (key . value) or lists (key value).",
                  ("(list->table '((\"a\" . 1) (\"b\" 2)))", '(table "a" 1 "b" 2)'))  # fmt: skip
 def list_to_table(rt: Runtime, pairs: Any) -> Any:
     entries: Entries = {}
@@ -411,19 +418,19 @@ def _key_and_value(rt: Runtime, pair: Any) -> tuple[Any, Any]:
     return members[0], members[1]
 
 
-@tables.define("table-keys", "table::Table", "List", "The keys, in order of insertion.",
+@tables.define("table-keys", "table::Table", "List", "Return the keys, in insertion order.",
                  ('(table-keys (table "a" 1 "b" 2))', '("a" "b")'))  # fmt: skip
 def table_keys(rt: Runtime, table: Table) -> Any:
     return make_list(items(rt, table))
 
 
-@tables.define("table-values", "table::Table", "List", "The values, in order of insertion.",
+@tables.define("table-values", "table::Table", "List", "Return the values, in insertion order.",
                  ('(table-values (table "a" 1 "b" 2))', "(1 2)"))  # fmt: skip
 def table_values(rt: Runtime, table: Table) -> Any:
     return make_list([value for _, value in _entries(rt, table)])
 
 
-@tables.define("table-items", "table::Table", "List", "The lists (key value), in order of insertion.",
+@tables.define("table-items", "table::Table", "List", "Return the lists (key value), in insertion order.",
                  ('(table-items (table "a" 1 "b" 2))', '(("a" 1) ("b" 2))'))  # fmt: skip
 def table_items(rt: Runtime, table: Table) -> Any:
     entries = _entries(rt, table)
@@ -437,37 +444,37 @@ def _entries(rt: Runtime, table: Table) -> list[tuple[Any, Any]]:
 
 
 @tables.define("table-merge", "table::Table more::Table ...", "Table",
-                 "A new table with the entries of all; later tables win.",
+                 "Return a new table with the entries of all; the values of later tables take precedence.",
                  ('(table-merge (table "a" 1 "b" 2) (table "b" 3))', '(table "a" 1 "b" 3)'))  # fmt: skip
 def table_merge(rt: Runtime, *tables: Table) -> Any:
     entries: Entries = {}
-    for one in tables:
-        for block in blocks(rt, _entries(rt, one)):
+    for table in tables:
+        for block in blocks(rt, _entries(rt, table)):
             for key, value in block:
                 set_entry(rt, entries, key, value)
     return rt.table_of(entries)
 
 
-@tables.define("has-key?", "thing::Any key::Any", "Boolean",
-                 "True when a table holds the key, or an embedding the attribute.",
+@tables.define("has-key?", "collection::Any key::Any", "Boolean",
+                 "Return whether a table has the key, or an embedding the attribute.",
                  ('(has-key? (table "a" none) "a")', "#t"))  # fmt: skip
-def has_key(rt: Runtime, thing: Any, key: Any) -> bool:
-    if type(thing) is Table:
-        rt.read(thing)
-        return table_key(key, rt.charge) in thing.entries
-    if type(thing) is not Embedding:
-        raise wrong_type("has-key?", "a table or an embedding", thing)
-    return isinstance(key, str) and str(key) in thing.attributes
+def has_key(rt: Runtime, collection: Any, key: Any) -> bool:
+    if type(collection) is Table:
+        rt.read(collection)
+        return table_key(key, rt.charge) in collection.entries
+    if type(collection) is not Embedding:
+        raise wrong_type("has-key?", "a table or an embedding", collection)
+    return isinstance(key, str) and str(key) in collection.attributes
 
 
 @tables.define("keywords", "table::Table", "List",
-                 "The entries as keyword arguments, for `apply`: the list (:key value ...).",
+                 "Return the entries as keyword arguments for `apply`: the list (:key value ...).",
                  ('(keywords (table "width" 2 "depth" 1))', "(:width 2 :depth 1)"))  # fmt: skip
 def keywords(rt: Runtime, table: Table) -> Any:
     out: list[Any] = []
     for key, value in _entries(rt, table):
         if type(key) not in (str, Symbol, Keyword):
-            raise SceneError("type", f"`keywords` wants names for keys, got {type_name(key)}")
+            raise SceneError("type", f"`keywords` expects names as keys, got {type_name(key)}")
         out += (Keyword(key), value)
     return make_list(out)
 
@@ -480,7 +487,7 @@ def _set_of(rt: Runtime, members: list[Any]) -> Any:
 
 
 def _by_key(rt: Runtime, members: list[Any]) -> dict[Any, Any]:
-    """The first of all equal members, by canonical key."""
+    """Return the first of all equal members, by canonical key."""
     entries: dict[Any, Any] = {}
     for block in blocks(rt, members):
         for member in block:
@@ -489,20 +496,20 @@ def _by_key(rt: Runtime, members: list[Any]) -> dict[Any, Any]:
 
 
 @tables.define("set", "members::Any ...", "Set",
-                 "A set of the arguments; members compare by value, the order of insertion is kept.",
+                 "Return a set of the arguments; members compare by value, the insertion order is preserved.",
                  ("(set 1 2 1.)", "(set 1 2)"))  # fmt: skip
 def set_(rt: Runtime, *members: Any) -> Any:
     return _set_of(rt, list(members))
 
 
-@tables.define("list->set", "xs::Sequence", "Set", "The set of the items of a sequence.",
+@tables.define("list->set", "xs::Sequence", "Set", "Return the set of the items of a sequence.",
                  ("(list->set '(3 1 3))", "(set 3 1)"))  # fmt: skip
 def list_to_set(rt: Runtime, xs: Any) -> Any:
     return _set_of(rt, items(rt, xs, "list->set", ordered=False))
 
 
 def _entry_map(rt: Runtime, name: str, value: Any) -> dict[Any, Any]:
-    """Members of a set, or of any sequence, by canonical key."""
+    """Return the members of a set, or of any sequence, by canonical key."""
     if type(value) is Set:
         rt.read(value)
         rt.charge(len(value.entries) >> 2)
@@ -510,7 +517,7 @@ def _entry_map(rt: Runtime, name: str, value: Any) -> dict[Any, Any]:
     return _by_key(rt, items(rt, value, name, ordered=False))
 
 
-@tables.define("set-union", "set::Set more::Sequence ...", "Set", "A new set of the members of all.",
+@tables.define("set-union", "set::Set more::Sequence ...", "Set", "Return a new set of the members of all.",
                  ("(set-union (set 1 2) (set 2 3))", "(set 1 2 3)"))  # fmt: skip
 def set_union(rt: Runtime, first: Any, *more: Any) -> Any:
     entries = _entry_map(rt, "set-union", first)
@@ -521,30 +528,31 @@ def set_union(rt: Runtime, first: Any, *more: Any) -> Any:
     return rt.set_of(entries)
 
 
-@tables.define("set-intersection", "set::Set more::Sequence ...", "Set", "A new set of the members that all have.",
+@tables.define("set-intersection", "set::Set more::Sequence ...", "Set",
+                 "Return a new set of the members that all have in common.",
                  ("(set-intersection (set 1 2 3) (set 2 3 4))", "(set 2 3)"))  # fmt: skip
 def set_intersection(rt: Runtime, first: Any, *more: Any) -> Any:
     entries = _entry_map(rt, "set-intersection", first)
     for other in more:
-        kept = _entry_map(rt, "set-intersection", other)
+        common = _entry_map(rt, "set-intersection", other)
         rt.charge(len(entries) >> 4)
-        entries = {key: member for key, member in entries.items() if key in kept}
+        entries = {key: member for key, member in entries.items() if key in common}
     return rt.set_of(entries)
 
 
 @tables.define("set-difference", "set::Set more::Sequence ...", "Set",
-                 "A new set of the members of the first that no other has.",
+                 "Return a new set of the members of the first that are in no other.",
                  ("(set-difference (set 1 2 3) (set 2))", "(set 1 3)"))  # fmt: skip
 def set_difference(rt: Runtime, first: Any, *more: Any) -> Any:
     entries = _entry_map(rt, "set-difference", first)
     for other in more:
-        dropped = _entry_map(rt, "set-difference", other)
+        excluded = _entry_map(rt, "set-difference", other)
         rt.charge(len(entries) >> 4)
-        entries = {key: member for key, member in entries.items() if key not in dropped}
+        entries = {key: member for key, member in entries.items() if key not in excluded}
     return rt.set_of(entries)
 
 
-@tables.define("subset?", "a::Set b::Sequence", "Boolean", "True when `b` has all members of `a`.",
+@tables.define("subset?", "a::Set b::Sequence", "Boolean", "Return whether all members of `a` are in `b`.",
                  ("(subset? (set 1) (set 1 2))", "#t"))  # fmt: skip
 def is_subset(rt: Runtime, a: Any, b: Any) -> bool:
     return length(rt, a) == 0 or _entry_map(rt, "subset?", a).keys() <= _entry_map(rt, "subset?", b).keys()

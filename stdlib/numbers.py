@@ -1,4 +1,4 @@
-"""Functions of numbers: rounding, division of integers, roots, logarithms, angles, predicates, text."""
+"""Builtins for numbers: arithmetic, comparison, rounding, integer division, logarithms, angles, predicates and text."""
 
 from __future__ import annotations
 
@@ -32,47 +32,45 @@ from scenelang.stdlib.operands import (
     wrong_type,
 )
 
-# Arithmetic on numbers, and item by item on arrays; comparisons of numbers.
-
-
 registry = Registry("numbers")
 
-# Python refuses to print integers of more than 4,300 digits and multiplies long ones slowly: integers stay below that.
-MOST_DIGITS = 4_000
-_MOST_BITS = int(MOST_DIGITS / 0.30103)
-_LARGE = 1 << _MOST_BITS
-_SHORT_ARRAY = 64  # up to so many items, plain Python beats numpy
+# Python refuses to print integers of more than 4,300 digits (`sys.set_int_max_str_digits`), and its multiplication
+# takes more than linear time, so larger integers are errors.
+MAX_DIGITS = 4_000
+_MAX_BITS = int(MAX_DIGITS / 0.30103)  # log10(2) digits per bit
+_BOUND = 1 << _MAX_BITS
+_SHORT_ARRAY = 64  # up to this number of items, plain Python is faster than numpy
 
 Operation = Callable[[Any, Any], Any]
 
 
 def too_large(bits: int) -> LimitError:
-    """The error for an integer of ``bits``."""
+    """Return the error for an integer of ``bits`` bits."""
     digits = f"about {bits * 30103 // 100_000 + 1:,}" if bits < INT64 else "far too many"
-    return LimitError("size", f"an integer of {digits} digits is larger than the limit of {MOST_DIGITS:,}")
+    return LimitError("size", f"an integer of {digits} digits is larger than the limit of {MAX_DIGITS:,}")
 
 
 def bounded(number: Any) -> Any:
-    """``number``, or an error when it is an integer of too many digits."""
-    if type(number) is int and not -_LARGE < number < _LARGE:
+    """Return ``number``; an integer with too many digits is an error."""
+    if type(number) is int and not -_BOUND < number < _BOUND:
         raise too_large(number.bit_length())
     return number
 
 
 def operand_error(name: str, value: Any) -> SceneError:
-    """``value`` is no number and no array."""
+    """Return the error for an operand that is neither a number nor an array."""
     hint = None
     if type(value) is Pair or value is NIL or type(value) is MutableList:
-        hint = "lists have no arithmetic; an array has, item by item: `(vector ...)`"
+        hint = "to calculate elementwise, use an array: `(vector ...)`"
         if name == "+":
-            hint += "; `append` joins lists"
+            hint += "; to concatenate lists, write `(append a b)`"
     elif type(value) is str and name == "+":
-        hint = "`string-append` joins strings"
+        hint = "to concatenate strings, write `(string-append a b)`"
     return wrong_type(name, "numbers or arrays", value, hint)
 
 
 def charge_digits(rt: Runtime, *numbers: Any) -> None:
-    """Charge for work on long integers that grows faster than their length."""
+    """Charge for work on long integers that is more than linear in their length."""
     for number in numbers:
         if type(number) is int and not -INT64 < number < INT64:
             rt.charge(number.bit_length() >> 8)
@@ -84,7 +82,7 @@ def check_operand(name: str, value: Any) -> None:
 
 
 def elementwise(rt: Runtime, name: str, operation: Operation, a: Any, b: Any) -> Any:
-    """``operation`` on two numbers or arrays, at least one of them an array."""
+    """Apply ``operation`` to two numbers or arrays, at least one of them an array."""
     check_operand(name, a)
     check_operand(name, b)
     if type(a) is Vector and len(a) <= _SHORT_ARRAY:
@@ -99,12 +97,12 @@ def elementwise(rt: Runtime, name: str, operation: Operation, a: Any, b: Any) ->
 
 def _short_vector(name: str, numbers: list[Any]) -> Vector:
     if numbers and type(numbers[0]) is int and (max(numbers) >= INT64 or min(numbers) < -INT64):
-        raise _wrapped(name)
+        raise overflow_error(name)
     return vector_of(numbers)
 
 
 def itemwise(rt: Runtime, name: str, operation: Operation, a: Any, b: Any) -> Any:
-    """``operation``, a plain Python function of two numbers, on all items of two numbers or arrays."""
+    """Apply ``operation``, a plain Python function of two numbers, to each pair of items of two numbers or arrays."""
     check_operand(name, a)
     check_operand(name, b)
     left, right = to_numpy(rt, a, name), to_numpy(rt, b, name)
@@ -122,7 +120,7 @@ def itemwise(rt: Runtime, name: str, operation: Operation, a: Any, b: Any) -> An
 
 
 def _broadcast(rt: Runtime, name: str, operation: Operation, a: Numpy, b: Numpy) -> Any:
-    """``operation`` with numpy, whose integers must not wrap around."""
+    """Apply ``operation`` with numpy; an overflow of its integers is an error."""
     common_shape(rt, name, a, b)
     if a.dtype.kind == b.dtype.kind == "i":
         _check_integers(name, a, b)
@@ -139,15 +137,15 @@ def _check_integers(name: str, a: Numpy, b: Numpy) -> None:
     elif name == "*":
         bound = largest(a) * largest(b)
     if bound >= INT64:
-        raise _wrapped(name)
+        raise overflow_error(name)
 
 
-def _wrapped(name: str) -> SceneError:
-    return SceneError("domain", f"`{name}` would make integers that are too large for an array")
+def overflow_error(name: str) -> SceneError:
+    return SceneError("domain", f"the integers of the result of `{name}` are too large for an array")
 
 
 def add(rt: Runtime, a: Any, b: Any) -> Any:
-    """``a + b`` for numbers and arrays."""
+    """Return ``a + b`` for numbers and arrays."""
     if type(a) in (int, float) and type(b) in (int, float):
         return bounded(a + b)
     return elementwise(rt, "+", operator.add, a, b)
@@ -161,7 +159,7 @@ def subtract(rt: Runtime, a: Any, b: Any) -> Any:
 
 def multiply(rt: Runtime, a: Any, b: Any) -> Any:
     if type(a) in (int, float) and type(b) in (int, float):
-        if type(a) is int and type(b) is int and a.bit_length() + b.bit_length() > _MOST_BITS:
+        if type(a) is int and type(b) is int and a.bit_length() + b.bit_length() > _MAX_BITS:
             raise too_large(a.bit_length() + b.bit_length())
         return a * b
     return elementwise(rt, "*", operator.mul, a, b)
@@ -194,11 +192,11 @@ def power(rt: Runtime, a: Any, b: Any) -> Any:
 def _power(a: Any, b: Any) -> Any:
     if type(a) is int and type(b) is int and b > 1 and (a > 1 or a < -1):
         bits = (a.bit_length() - 1) * b
-        if bits > _MOST_BITS:
+        if bits > _MAX_BITS:
             raise too_large(bits)
     result = a**b
     if type(result) is complex:
-        raise SceneError("domain", f"`expt` of {show(a, 30)} to the power {show(b, 30)} is not a real number")
+        raise SceneError("domain", f"{show(a, 30)} to the power {show(b, 30)} is not a real number")
     return result
 
 
@@ -211,7 +209,7 @@ def _single(name: str, value: Any) -> Any:
     "+",
     "numbers::Any ...",
     "Number",
-    "The sum of numbers; of arrays item by item. Without arguments 0.",
+    "Return the sum of numbers, elementwise for arrays; 0 without arguments.",
     ("(+ 1 2 .5)", "3.5"),
     "add",
 )
@@ -228,7 +226,7 @@ def plus(rt: Runtime, *numbers: Any) -> Any:
     "-",
     "number::Any more::Any ...",
     "Number",
-    "The first number less all others; of one number its negative. Item by item on arrays.",
+    "Subtract all others from the first number; negate a single number. Elementwise on arrays.",
     ("(- [5 5] 2)", "[3 3]"),
     "sub",
 )
@@ -244,7 +242,7 @@ def minus(rt: Runtime, number: Any, *more: Any) -> Any:
     "*",
     "numbers::Any ...",
     "Number",
-    "The product of numbers; of arrays item by item (the matrix product is `@`). Without arguments 1.",
+    "Return the product of numbers, elementwise for arrays (the matrix product is `@`); 1 without arguments.",
     ("(* 2 [1 2 3])", "[2 4 6]"),
     "mul",
 )
@@ -261,7 +259,8 @@ def times(rt: Runtime, *numbers: Any) -> Any:
     "/",
     "number::Any more::Any ...",
     "Number",
-    "The first number divided by all others, as a Float; of one number its reciprocal. Item by item on arrays.",
+    "Divide the first number by all others, as a Float; return the reciprocal of a single number. Elementwise on "
+    "arrays.",
     ("(/ 7 2)", "3.5"),
     "div",
 )
@@ -277,7 +276,7 @@ def over(rt: Runtime, number: Any, *more: Any) -> Any:
     "//",
     "number::Any divisor::Any more::Any ...",
     "Number",
-    "Division rounded down; whole numbers give a whole number. Item by item on arrays.",
+    "Divide and round down (floor division); the quotient of Integers is an Integer. Elementwise on arrays.",
     ("(// -7 2)", "-4"),
     "floordiv",
 )
@@ -292,7 +291,7 @@ def floor_over(rt: Runtime, number: Any, divisor: Any, *more: Any) -> Any:
     "%",
     "number::Any divisor::Any",
     "Number",
-    "The remainder of `//`; it has the sign of the divisor. Item by item on arrays.",
+    "Return the remainder of `//`, with the sign of the divisor. Elementwise on arrays.",
     ("(% -1 12)", "11"),
     "mod",
 )
@@ -315,7 +314,7 @@ def modulo_scheme(rt: Runtime, number: Any, divisor: Any) -> Any:
     "expt",
     "base::Any exponent::Any",
     "Number",
-    "`base` to the power `exponent`. Whole numbers give an Integer unless the exponent is negative. Item by item on "
+    "Return `base` to the power `exponent`: an Integer for Integers unless the exponent is negative. Elementwise on "
     "arrays.",
     ("(expt 2 10)", "1024"),
 )
@@ -327,7 +326,7 @@ def expt(rt: Runtime, base: Any, exponent: Any) -> Any:
     "square",
     "number::Any",
     "Number",
-    "The number times itself. Item by item on arrays.",
+    "Return the number times itself. Elementwise on arrays.",
     ("(square [1 2 3])", "[1 4 9]"),
 )
 def square(rt: Runtime, number: Any) -> Any:
@@ -342,16 +341,16 @@ def _comparable(name: str, value: Any) -> None:
         return
     hint = None
     if is_array(value) or type(value) is Pair:
-        hint = "`equal?` compares whole values; numbers inside are compared with `map` or `every`"
+        hint = "to compare whole values, use `equal?`; to compare their items, use `map` or `every`"
     elif name == "=":
-        hint = "`equal?` compares any values"
+        hint = "to compare values of any type, write `(equal? a b)`"
     elif type(value) is str:
-        hint = f"strings are compared with `string{name}?`"
+        hint = f"to compare strings, write `(string{name}? a b)`"
     raise wrong_type(name, "numbers", value, hint)
 
 
 def _chain(name: str, holds: Callable[[Any, Any], bool], numbers: tuple[Any, ...]) -> bool:
-    """Whether ``holds`` is true of all neighbours."""
+    """Return whether ``holds`` is true for all pairs of neighbours."""
     for number in numbers:
         _comparable(name, number)
     return all(holds(a, b) for a, b in pairwise(numbers))
@@ -361,7 +360,7 @@ def _chain(name: str, holds: Callable[[Any, Any], bool], numbers: tuple[Any, ...
     "=",
     "number::Any more::Any ...",
     "Boolean",
-    "True when all numbers are equal; 1 and 1.0 are.",
+    "Return whether all numbers are equal; 1 and 1.0 are.",
     ("(= 1 1.)", "#t"),
     "eq",
 )
@@ -373,7 +372,7 @@ def equals(rt: Runtime, *numbers: Any) -> bool:
     "<",
     "number::Any more::Any ...",
     "Boolean",
-    "True when every number is smaller than the next.",
+    "Return whether every number is less than the next.",
     ("(< 1 2 3)", "#t"),
     "lt",
 )
@@ -385,7 +384,7 @@ def less(rt: Runtime, *numbers: Any) -> bool:
     ">",
     "number::Any more::Any ...",
     "Boolean",
-    "True when every number is greater than the next.",
+    "Return whether every number is greater than the next.",
     ("(> 3 2 2)", "#f"),
     "gt",
 )
@@ -397,7 +396,7 @@ def greater(rt: Runtime, *numbers: Any) -> bool:
     "<=",
     "number::Any more::Any ...",
     "Boolean",
-    "True when no number is greater than the next.",
+    "Return whether every number is less than or equal to the next.",
     ("(<= 1 1 2)", "#t"),
     "le",
 )
@@ -409,7 +408,7 @@ def at_most(rt: Runtime, *numbers: Any) -> bool:
     ">=",
     "number::Any more::Any ...",
     "Boolean",
-    "True when no number is smaller than the next.",
+    "Return whether every number is greater than or equal to the next.",
     ("(>= 3 2 2)", "#t"),
     "ge",
 )
@@ -421,11 +420,11 @@ Unary = Callable[[Any], Any]
 
 
 def domain_error(name: str, value: Any) -> SceneError:
-    return SceneError("domain", f"`{name}` of {show(value, 40)} is not a number")
+    return SceneError("domain", f"`{name}` is not defined for {show(value, 40)}")
 
 
 def unary(rt: Runtime, name: str, function: Unary, value: Any) -> Any:
-    """``function`` of a number, or of each item of an array; ValueError is an error of the domain."""
+    """Apply ``function`` to a number, or to each item of an array; a ValueError becomes a domain error."""
     if type(value) is int or type(value) is float:
         try:
             return function(value)
@@ -445,9 +444,9 @@ def unary(rt: Runtime, name: str, function: Unary, value: Any) -> Any:
 
 
 def _define_unary(name: str, function: Unary, doc: str, example: tuple[str, str]) -> None:
-    """Register a function of one number that also works item by item on arrays."""
+    """Register a function of one number that also works elementwise on arrays."""
 
-    @registry.define(name, "x::Any", "Number", doc + " Item by item on arrays.", example)
+    @registry.define(name, "x::Any", "Number", doc + " Elementwise on arrays.", example)
     def entry(rt: Runtime, x: Any) -> Any:
         return unary(rt, name, function, x)
 
@@ -456,60 +455,67 @@ def _log10(x: float) -> float:
     return math.log10(x)
 
 
-_define_unary("abs", abs, "The number without its sign.", ("(abs -2.5)", "2.5"))
-_define_unary("floor", math.floor, "The largest Integer that is not above `x`.", ("(floor -2.5)", "-3"))
-_define_unary("ceiling", math.ceil, "The smallest Integer that is not below `x`.", ("(ceiling 2.1)", "3"))
-_define_unary("truncate", math.trunc, "The Integer towards zero: `x` without its fraction.", ("(truncate -2.7)", "-2"))
-_define_unary("inexact", float, "The number as a Float.", ("(inexact 3)", "3.0"))
-_define_unary("exact->inexact", float, "The same as `inexact`: the number as a Float.", ("(exact->inexact 3)", "3.0"))
-_define_unary("sqrt", math.sqrt, "The square root, as a Float.", ("(sqrt 16)", "4.0"))
-_define_unary("exp", math.exp, "The number e to the power `x`.", ("(exp 0)", "1.0"))
-_define_unary("log10", _log10, "The logarithm to base 10.", ("(log10 1000)", "3.0"))
-_define_unary("log2", math.log2, "The logarithm to base 2.", ("(log2 8)", "3.0"))
-_define_unary("sin", math.sin, "The sine of an angle in radians.", ("(sin (/ pi 2))", "1.0"))
-_define_unary("cos", math.cos, "The cosine of an angle in radians.", ("(cos 0)", "1.0"))
-_define_unary("tan", math.tan, "The tangent of an angle in radians.", ("(tan 0)", "0.0"))
+_define_unary("abs", abs, "Return the absolute value.", ("(abs -2.5)", "2.5"))
+_define_unary("floor", math.floor, "Return the largest Integer not greater than `x`.", ("(floor -2.5)", "-3"))
+_define_unary("ceiling", math.ceil, "Return the smallest Integer not less than `x`.", ("(ceiling 2.1)", "3"))
+_define_unary("truncate", math.trunc, "Round towards zero to an Integer.", ("(truncate -2.7)", "-2"))
+_define_unary("inexact", float, "Convert a number to a Float.", ("(inexact 3)", "3.0"))
 _define_unary(
-    "asin", math.asin, "The angle in radians, -pi/2 to pi/2, whose sine is `x`.", ("(asin 1)", "1.5707963267948966")
+    "exact->inexact", float, "The same as `inexact`: convert a number to a Float.", ("(exact->inexact 3)", "3.0")
 )
-_define_unary("acos", math.acos, "The angle in radians, 0 to pi, whose cosine is `x`.", ("(acos 1)", "0.0"))
-_define_unary("sinh", math.sinh, "The hyperbolic sine.", ("(sinh 0)", "0.0"))
-_define_unary("cosh", math.cosh, "The hyperbolic cosine.", ("(cosh 0)", "1.0"))
-_define_unary("tanh", math.tanh, "The hyperbolic tangent.", ("(tanh 0)", "0.0"))
-_define_unary("degrees", math.degrees, "An angle in radians as degrees.", ("(degrees pi)", "180.0"))
-_define_unary("radians", math.radians, "An angle in degrees as radians.", ("(radians 180)", "3.141592653589793"))
+_define_unary("sqrt", math.sqrt, "Return the square root, as a Float.", ("(sqrt 16)", "4.0"))
+_define_unary("exp", math.exp, "Return e to the power `x`.", ("(exp 0)", "1.0"))
+_define_unary("log10", _log10, "Return the logarithm to base 10.", ("(log10 1000)", "3.0"))
+_define_unary("log2", math.log2, "Return the logarithm to base 2.", ("(log2 8)", "3.0"))
+_define_unary("sin", math.sin, "Return the sine of an angle in radians.", ("(sin (/ pi 2))", "1.0"))
+_define_unary("cos", math.cos, "Return the cosine of an angle in radians.", ("(cos 0)", "1.0"))
+_define_unary("tan", math.tan, "Return the tangent of an angle in radians.", ("(tan 0)", "0.0"))
+_define_unary(
+    "asin", math.asin, "Return the arc sine of `x` in radians, from -pi/2 to pi/2.", ("(asin 1)", "1.5707963267948966")
+)
+_define_unary("acos", math.acos, "Return the arc cosine of `x` in radians, from 0 to pi.", ("(acos 1)", "0.0"))
+_define_unary("sinh", math.sinh, "Return the hyperbolic sine.", ("(sinh 0)", "0.0"))
+_define_unary("cosh", math.cosh, "Return the hyperbolic cosine.", ("(cosh 0)", "1.0"))
+_define_unary("tanh", math.tanh, "Return the hyperbolic tangent.", ("(tanh 0)", "0.0"))
+_define_unary("degrees", math.degrees, "Convert an angle from radians to degrees.", ("(degrees pi)", "180.0"))
+_define_unary(
+    "radians", math.radians, "Convert an angle from degrees to radians.", ("(radians 180)", "3.141592653589793")
+)
 
 
 def _sign(x: Any) -> Any:
     return (x > 0) - (x < 0)
 
 
-_define_unary("sign", _sign, "-1, 0 or 1, as `x` is negative, zero or positive.", ("(sign -2.5)", "-1"))
+_define_unary(
+    "sign", _sign, "Return -1, 0 or 1 for a negative number, zero or a positive number.", ("(sign -2.5)", "-1")
+)
 
 
 @registry.define(
     "exact",
     "x::Any",
     "Integer",
-    "A whole number as an Integer; other numbers are an error: there are no rationals. Elementwise on arrays.",
+    "Convert a whole number to an Integer; other numbers are an error, as there are no rationals. Elementwise on "
+    "arrays.",
     ("(exact 3.)", "3"),
 )
 def exact(rt: Runtime, x: Any) -> Any:
-    def whole(number: Any) -> int:
+    def to_integer(number: Any) -> int:
         if number != math.floor(number):
-            hint = "`round`, `floor`, `ceiling` and `truncate` give Integers"
-            raise SceneError("domain", f"{show(number)} is not whole, so it is no Integer", hint=hint)
+            hint = "to convert it, use `round`, `floor`, `ceiling` or `truncate`"
+            raise SceneError("domain", f"`exact` expects a whole number, got {show(number)}", hint=hint)
         return int(number)
 
-    return unary(rt, "exact", whole, x)
+    return unary(rt, "exact", to_integer, x)
 
 
 @registry.define(
     "round",
     "x::Any [digits::Integer]",
     "Number",
-    "The nearest Integer, halves to the even one. With `digits`, rounded to that many decimal places, as Python "
-    "rounds. Item by item on arrays.",
+    "Round to the nearest Integer, halves to even; with `digits`, to that many decimal places, as Python does. "
+    "Elementwise on arrays.",
     ("(list (round 2.5) (round 3.14159 2))", "(2 3.14)"),
 )
 def round_(rt: Runtime, x: Any, digits: int | None = None) -> Any:
@@ -520,17 +526,17 @@ def round_(rt: Runtime, x: Any, digits: int | None = None) -> Any:
 
 
 def _rounded(number: Any, places: int) -> Any:
-    """``round(number, places)``, where Python would compute a power of ten that is larger than any number."""
+    """Return ``round(number, places)``, with bounds on ``places`` so that Python computes no huge power of ten."""
     if type(number) is int and -places > number.bit_length() // 3 + 2:
         return 0
-    return round(number, max(places, -2 * MOST_DIGITS))
+    return round(number, max(places, -2 * MAX_DIGITS))
 
 
 @registry.define(
     "log",
     "x::Any [base::Number]",
     "Number",
-    "The natural logarithm, or the one to `base`. Item by item on arrays.",
+    "Return the natural logarithm, or the logarithm to `base`. Elementwise on arrays.",
     ("(log 8 2)", "3.0"),
 )
 def log(rt: Runtime, x: Any, base: Any = None) -> Any:
@@ -545,7 +551,8 @@ def log(rt: Runtime, x: Any, base: Any = None) -> Any:
     "atan",
     "y::Any [x::Any]",
     "Number",
-    "The angle in radians whose tangent is `y`; with `x`, the angle of the point (x, y) from the x axis, -pi to pi.",
+    "Return the arc tangent of `y` in radians; with `x`, the angle of the point (x, y) from the x axis, from -pi to "
+    "pi.",
     ("(degrees (atan 1 -1))", "135.0"),
 )
 def atan(rt: Runtime, y: Any, x: Any = None) -> Any:
@@ -560,7 +567,7 @@ def atan(rt: Runtime, y: Any, x: Any = None) -> Any:
     "hypot",
     "numbers::Number ...",
     "Float",
-    "The square root of the sum of the squares: the length of the vector with these coordinates.",
+    "Return the square root of the sum of squares: the length of the vector with these coordinates.",
     ("(hypot 3 4)", "5.0"),
 )
 def hypot(rt: Runtime, *numbers: Any) -> float:
@@ -571,7 +578,7 @@ def hypot(rt: Runtime, *numbers: Any) -> float:
     "clamp",
     "x::Number low::Number high::Number",
     "Number",
-    "`x`, but not below `low` and not above `high`. For arrays there is `clip`.",
+    "Limit `x` to the range from `low` to `high`. For arrays there is `clip`.",
     ("(clamp 12 0 10)", "10"),
 )
 def clamp(rt: Runtime, x: Any, low: Any, high: Any) -> Any:
@@ -582,7 +589,7 @@ def clamp(rt: Runtime, x: Any, low: Any, high: Any) -> Any:
     "lerp",
     "a::Any b::Any t::Number",
     "Number",
-    "What lies between `a` (at `t` = 0) and `b` (at `t` = 1); numbers or arrays.",
+    "Interpolate linearly between `a` (at `t` = 0) and `b` (at `t` = 1), numbers or arrays.",
     ("(lerp [0 0 0] [2 4 8] .5)", "[1.0 2.0 4.0]"),
 )
 def lerp(rt: Runtime, a: Any, b: Any, t: Any) -> Any:
@@ -608,7 +615,7 @@ def _remainder(a: Any, b: Any) -> Any:
 
 
 @registry.define(
-    "quotient", "a::Number b::Number", "Number", "Division rounded towards zero.", ("(quotient -7 2)", "-3")
+    "quotient", "a::Number b::Number", "Number", "Divide and round towards zero.", ("(quotient -7 2)", "-3")
 )
 def quotient(rt: Runtime, a: Any, b: Any) -> Any:
     return unary(rt, "quotient", lambda number: _quotient(number, b), a)
@@ -618,7 +625,7 @@ def quotient(rt: Runtime, a: Any, b: Any) -> Any:
     "remainder",
     "a::Number b::Number",
     "Number",
-    "The remainder of `quotient`; it has the sign of `a`.",
+    "Return the remainder of `quotient`, with the sign of `a`.",
     ("(remainder -7 2)", "-1"),
 )
 def remainder(rt: Runtime, a: Any, b: Any) -> Any:
@@ -629,7 +636,7 @@ def remainder(rt: Runtime, a: Any, b: Any) -> Any:
     "floor/",
     "a::Number b::Number",
     "List",
-    "The list of `(// a b)` and `(% a b)`.",
+    "Return the list of `(// a b)` and `(% a b)`.",
     ("(floor/ -7 2)", "(-4 1)"),
 )
 def floor_both(rt: Runtime, a: Any, b: Any) -> Any:
@@ -640,7 +647,7 @@ def floor_both(rt: Runtime, a: Any, b: Any) -> Any:
     "truncate/",
     "a::Number b::Number",
     "List",
-    "The list of the quotient and the remainder.",
+    "Return the list of the quotient and the remainder.",
     ("(truncate/ -7 2)", "(-3 -1)"),
 )
 def truncate_both(rt: Runtime, a: Any, b: Any) -> Any:
@@ -648,21 +655,33 @@ def truncate_both(rt: Runtime, a: Any, b: Any) -> Any:
 
 
 @registry.define(
-    "bitwise-and", "integers::Integer ...", "Integer", "The bits that all have.", ("(bitwise-and 12 10)", "8")
+    "bitwise-and",
+    "integers::Integer ...",
+    "Integer",
+    "Return the bits that are set in all integers.",
+    ("(bitwise-and 12 10)", "8"),
 )
 def bitwise_and(rt: Runtime, *integers: int) -> int:
     return reduce(operator.and_, integers, -1)
 
 
 @registry.define(
-    "bitwise-or", "integers::Integer ...", "Integer", "The bits that any has.", ("(bitwise-or 12 10)", "14")
+    "bitwise-or",
+    "integers::Integer ...",
+    "Integer",
+    "Return the bits that are set in any of the integers.",
+    ("(bitwise-or 12 10)", "14"),
 )
 def bitwise_or(rt: Runtime, *integers: int) -> int:
     return reduce(operator.or_, integers, 0)
 
 
 @registry.define(
-    "bitwise-xor", "integers::Integer ...", "Integer", "The bits that an odd number has.", ("(bitwise-xor 12 10)", "6")
+    "bitwise-xor",
+    "integers::Integer ...",
+    "Integer",
+    "Return the bits that are set in an odd number of the integers.",
+    ("(bitwise-xor 12 10)", "6"),
 )
 def bitwise_xor(rt: Runtime, *integers: int) -> int:
     return reduce(operator.xor, integers, 0)
@@ -672,7 +691,7 @@ def bitwise_xor(rt: Runtime, *integers: int) -> int:
     "arithmetic-shift",
     "n::Integer count::Integer",
     "Integer",
-    "The bits moved `count` places to the left, or to the right where it is negative.",
+    "Shift the bits left by `count` places, or right if `count` is negative.",
     ("(list (arithmetic-shift 5 2) (arithmetic-shift 5 -1))", "(20 2)"),
 )
 def arithmetic_shift(rt: Runtime, n: int, count: int) -> Any:
@@ -682,7 +701,11 @@ def arithmetic_shift(rt: Runtime, n: int, count: int) -> Any:
 
 
 @registry.define(
-    "gcd", "integers::Integer ...", "Integer", "The greatest common divisor, never negative.", ("(gcd 12 18)", "6")
+    "gcd",
+    "integers::Integer ...",
+    "Integer",
+    "Return the greatest common divisor, never negative.",
+    ("(gcd 12 18)", "6"),
 )
 def gcd(rt: Runtime, *integers: int) -> int:
     charge_digits(rt, *integers)
@@ -690,7 +713,7 @@ def gcd(rt: Runtime, *integers: int) -> int:
 
 
 @registry.define(
-    "lcm", "integers::Integer ...", "Integer", "The least common multiple, never negative.", ("(lcm 4 6)", "12")
+    "lcm", "integers::Integer ...", "Integer", "Return the least common multiple, never negative.", ("(lcm 4 6)", "12")
 )
 def lcm(rt: Runtime, *integers: int) -> Any:
     result = 1
@@ -715,23 +738,32 @@ def _define_predicate(name: str, holds: Callable[[Any], bool], doc: str, example
         return holds(_number(name, x))
 
 
-_define_predicate("zero?", lambda x: x == 0, "True for 0 and 0.0.", ("(zero? 0.)", "#t"))
-_define_predicate("positive?", lambda x: x > 0, "True for numbers above zero.", ("(positive? 0)", "#f"))
-_define_predicate("negative?", lambda x: x < 0, "True for numbers below zero.", ("(negative? -1)", "#t"))
-_define_predicate("nan?", lambda x: x != x, "True for `nan`, the result of a sum without sense.", ("(nan? nan)", "#t"))
+_define_predicate("zero?", lambda x: x == 0, "Return whether a number is 0 or 0.0.", ("(zero? 0.)", "#t"))
 _define_predicate(
-    "finite?", math.isfinite, "True for all numbers but `inf`, `-inf` and `nan`.", ("(finite? inf)", "#f")
+    "positive?", lambda x: x > 0, "Return whether a number is greater than zero.", ("(positive? 0)", "#f")
 )
-_define_predicate("infinite?", math.isinf, "True for `inf` and `-inf`.", ("(infinite? (- inf))", "#t"))
+_define_predicate("negative?", lambda x: x < 0, "Return whether a number is less than zero.", ("(negative? -1)", "#t"))
+_define_predicate(
+    "nan?",
+    lambda x: x != x,
+    "Return whether a number is `nan`, the result of an undefined operation.",
+    ("(nan? nan)", "#t"),
+)
+_define_predicate(
+    "finite?", math.isfinite, "Return whether a number is neither `inf`, `-inf` nor `nan`.", ("(finite? inf)", "#f")
+)
+_define_predicate("infinite?", math.isinf, "Return whether a number is `inf` or `-inf`.", ("(infinite? (- inf))", "#t"))
 
 
-@registry.define("even?", "n::Integer", "Boolean", "True for a multiple of two.", ("(even? 4)", "#t"))
+@registry.define(
+    "even?", "n::Integer", "Boolean", "Return whether an Integer is a multiple of two.", ("(even? 4)", "#t")
+)
 def is_even(rt: Runtime, n: int) -> bool:
     return n % 2 == 0
 
 
 @registry.define(
-    "odd?", "n::Integer", "Boolean", "True for an Integer that is not a multiple of two.", ("(odd? -3)", "#t")
+    "odd?", "n::Integer", "Boolean", "Return whether an Integer is not a multiple of two.", ("(odd? -3)", "#t")
 )
 def is_odd(rt: Runtime, n: int) -> bool:
     return n % 2 == 1
@@ -746,14 +778,14 @@ _DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\Z", re.ASCII)
 
 def _check_radix(name: str, radix: int) -> None:
     if not 2 <= radix <= 36:
-        raise SceneError("value", f"`{name}` wants a radix from 2 to 36, got {show(radix, 20)}")
+        raise SceneError("value", f"`{name}` expects a radix from 2 to 36, got {show(radix, 20)}")
 
 
 @registry.define(
     "number->string",
     "x::Number [radix::Integer]",
     "String",
-    "The number as text, as it prints; an Integer in any `radix` from 2 to 36.",
+    "Convert a number to text, as it prints; an Integer in any `radix` from 2 to 36.",
     ("(list (number->string 1.5) (number->string 255 16))", '("1.5" "ff")'),
 )
 def number_to_string(rt: Runtime, x: Any, radix: int = 10) -> str:
@@ -762,12 +794,17 @@ def number_to_string(rt: Runtime, x: Any, radix: int = 10) -> str:
     if radix == 10:
         return number_text(x)
     if type(x) is not int:
-        raise SceneError("value", f"only an Integer has a text in radix {radix}, got {show(x, 30)}")
+        raise SceneError("value", f"`number->string` expects an Integer for radix {radix}, got {show(x, 30)}")
     return ("-" if x < 0 else "") + (_digits_of(abs(x), radix).lstrip("0") or "0")
 
 
 def _digits_of(number: int, radix: int) -> str:
-    """The digits of ``number``, with zeros in front of them. A long one is halved, so that no step is quadratic."""
+    """Return the digits of ``number`` with leading zeros.
+
+    Divide and conquer: a long number is split in two halves, so that the divisions of all digits are not quadratic
+    (Knuth,
+    The Art of Computer Programming, volume 2, section 4.4).
+    """
     count = 1
     while radix**count <= number:
         count *= 2
@@ -785,12 +822,12 @@ def _digits_of(number: int, radix: int) -> str:
     "string->number",
     "text::String [radix::Integer]",
     "Any",
-    "Parse a string as a number; #f if it is not one.",
+    "Parse a string as a number; return #f if it is not one.",
     ('(list (string->number "2.5") (string->number "ff" 16) (string->number "three"))', "(2.5 255 #f)"),
 )
 def string_to_number(rt: Runtime, text: str, radix: int = 10) -> Any:
     _check_radix("string->number", radix)
-    if len(text) > MOST_DIGITS:
+    if len(text) > MAX_DIGITS:
         return False
     rt.charge(len(text) >> 6)
     if radix != 10:
@@ -807,13 +844,12 @@ def string_to_number(rt: Runtime, text: str, radix: int = 10) -> Any:
         return float(text)
 
 
-# Numbers that have names.
-
+# --- constants -------------------------------------------------------------------------------------------------
 
 CONSTANTS: dict[str, tuple[float, str]] = {
     "pi": (math.pi, "Half the circumference of the unit circle; half a turn in radians."),
     "tau": (math.tau, "The circumference of the unit circle; a full turn in radians."),
     "e": (math.e, "The base of the natural logarithm."),
-    "inf": (math.inf, "Infinity; poses and the attributes of primitives refuse it."),
-    "nan": (math.nan, "Not a number, as `(- inf inf)`; it equals nothing, not even itself."),
+    "inf": (math.inf, "Infinity; poses and the attributes of primitives must be finite."),
+    "nan": (math.nan, "Not a number, such as `(- inf inf)`; it is not equal to any number, not even to itself."),
 }

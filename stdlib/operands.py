@@ -1,4 +1,4 @@
-"""What the builtins do with their operands: arrays from numbers, the items of sequences, equality, shared errors."""
+"""Helpers that the builtins share: conversion to arrays, the items of sequences, equality and common errors."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ if TYPE_CHECKING:
 Numpy: TypeAlias = "npt.NDArray[Any]"
 ARRAYS = (Vector, Matrix, Array, MutableArray)
 INT64 = 1 << 63
-_DEEPEST = 32
-_FEW = 32  # items that are not charged
+_MAX_DEPTH = 32  # of nested lists, and dimensions of an array
+_FREE_ITEMS = 32  # up to this number of items, a vector is read without charge
 
 
 def is_array(value: Any) -> bool:
@@ -53,12 +53,12 @@ def is_array(value: Any) -> bool:
 
 
 def to_numpy(rt: Runtime, value: Any, name: str = "array") -> Numpy:
-    """A number, an array or a nested list of numbers as a numpy array, never one that can still change."""
+    """Convert a number, an array or a nested list of numbers to a numpy array that cannot change later."""
     kind = type(value)
     if kind is int or kind is float:
         return numbers_to_numpy(value)
     if kind is Vector:
-        if len(value) > _FEW:
+        if len(value) > _FREE_ITEMS:
             rt.charge(len(value) >> 5)
         return numbers_to_numpy(list(value))
     if kind is Matrix:
@@ -77,7 +77,7 @@ def to_numpy(rt: Runtime, value: Any, name: str = "array") -> Numpy:
 
 
 def not_numeric(name: str, value: Any) -> SceneError:
-    message = f"`{name}` wants numbers or arrays, got {type_name(value)}: {show(value, 60)}"
+    message = f"`{name}` expects numbers or arrays, got {type_name(value)}: {show(value, 60)}"
     return SceneError("type", message)
 
 
@@ -86,17 +86,17 @@ def _from_list(rt: Runtime, value: Any, name: str) -> Numpy:
     try:
         return numbers_to_numpy(nested)
     except ValueError:
-        raise SceneError("value", f"`{name}` wants rows of one length, got {show(value, 60)}") from None
+        raise SceneError("value", f"`{name}` expects rows of equal length, got {show(value, 60)}") from None
 
 
 def _nested(rt: Runtime, value: Any, name: str, depth: int) -> Any:
-    """Lists and arrays as Python lists; the depth is bounded, so recursion is safe."""
+    """Return lists and arrays as Python lists; recursive, with a bounded depth."""
     kind = type(value)
     if kind is int or kind is float:
         return value
     if kind is Pair or value is NIL or kind is MutableList:
-        if depth == _DEEPEST:
-            raise SceneError("value", f"`{name}` got a list that is nested deeper than {_DEEPEST} levels")
+        if depth == _MAX_DEPTH:
+            raise SceneError("value", f"`{name}` expects a list of at most {_MAX_DEPTH} levels, got a deeper one")
         if kind is MutableList:
             rt.read(value)
         members = value.items if kind is MutableList else list_items(value)
@@ -113,14 +113,14 @@ def _nested(rt: Runtime, value: Any, name: str, depth: int) -> Any:
 
 
 def from_flat(flat: list[Any], shape: tuple[int, ...]) -> Any:
-    """The array of ``shape`` that holds the Python numbers ``flat``, row by row."""
+    """Return the array of ``shape`` of the Python numbers ``flat``, in row-major order."""
     if len(shape) == 1:
         return vector_of(flat)
     return from_numpy(numbers_to_numpy(flat).reshape(shape))
 
 
 def shape_of(value: Any) -> tuple[int, ...]:
-    """The shape of a number or an array."""
+    """Return the shape of a number or an array."""
     kind = type(value)
     if kind is Vector:
         return (len(value),)
@@ -133,7 +133,7 @@ def shape_of(value: Any) -> tuple[int, ...]:
 
 
 def flat_items(rt: Runtime, value: Any) -> list[Any]:
-    """All numbers of an array as Python numbers, row by row."""
+    """Return all numbers of an array as Python numbers, in row-major order."""
     if type(value) is Vector:
         return list(value)
     data = to_numpy(rt, value)
@@ -142,20 +142,20 @@ def flat_items(rt: Runtime, value: Any) -> list[Any]:
 
 
 def check_shape(rt: Runtime, shape: Sequence[int], name: str) -> tuple[int, ...]:
-    """``shape`` when an array of it may be made; refuses negative sides and too many items."""
-    if len(shape) > _DEEPEST:
-        raise SceneError("value", f"`{name}` makes arrays of at most {_DEEPEST} dimensions, got {len(shape)}")
+    """Return ``shape``; negative sides, too many dimensions and too many items are errors."""
+    if len(shape) > _MAX_DEPTH:
+        raise SceneError("value", f"`{name}` supports at most {_MAX_DEPTH} dimensions, got {len(shape)}")
     size = 1
     for side in shape:
         if side < 0:
-            raise SceneError("value", f"`{name}` got the shape {_shape_text(shape)}; a side cannot be negative")
+            raise SceneError("value", f"`{name}` expects a shape without negative sides, got {_shape_text(shape)}")
         size *= side
     rt.meter.check_size(max(size, *shape) if shape else 1, "an array")
     return tuple(shape)
 
 
 def shape_argument(rt: Runtime, value: Any, name: str) -> tuple[int, ...]:
-    """A shape written as a count, or as a list or vector of counts."""
+    """Return a shape given as a count, or as a list or vector of counts."""
     if type(value) in (int, float):
         sides = [value]
     elif type(value) is MutableList:
@@ -169,10 +169,10 @@ def shape_argument(rt: Runtime, value: Any, name: str) -> tuple[int, ...]:
         if type(side) is float and side.is_integer():
             side = int(side)
         if type(side) is not int:
-            raise SceneError("type", f"`{name}` wants a shape, whole numbers, got {show(value, 60)}")
+            raise SceneError("type", f"`{name}` expects a shape of whole numbers, got {show(value, 60)}")
         counts.append(side)
     if not counts and value is not NIL:
-        raise SceneError("type", f"`{name}` wants a shape such as 3 or '(2 3), got {show(value, 60)}")
+        raise SceneError("type", f"`{name}` expects a shape such as 3 or '(2 3), got {show(value, 60)}")
     return check_shape(rt, counts, name)
 
 
@@ -181,58 +181,59 @@ def _shape_text(shape: Sequence[int]) -> str:
 
 
 def common_shape(rt: Runtime, name: str, *arrays: Numpy) -> tuple[int, ...]:
-    """The shape of an element-wise result; refuses shapes that do not broadcast."""
+    """Return the shape of an elementwise result; shapes that cannot be broadcast are an error."""
     try:
         shape = np.broadcast_shapes(*(array.shape for array in arrays))
     except ValueError:
         shapes = " and ".join(_shape_text(array.shape) for array in arrays)
-        raise SceneError("value", f"`{name}` got arrays whose shapes do not fit together: {shapes}") from None
+        raise SceneError("value", f"`{name}` cannot broadcast arrays of the shapes {shapes}") from None
     return check_shape(rt, shape, name)
 
 
 def largest(data: Numpy) -> int:
-    """The largest absolute value in an integer array, as a Python integer."""
+    """Return the largest absolute value in an integer array, as a Python integer."""
     if data.size == 0:
         return 0
     return max(abs(int(data.min())), abs(int(data.max())))
 
 
 def without_overflow(data: Numpy, growth: int) -> Numpy:
-    """``data``, as floats when integer results ``growth`` times as large would not fit."""
+    """Return ``data``, as floats if integers ``growth`` times as large would overflow."""
     if data.dtype.kind == "i" and largest(data) * growth >= INT64:
         return data.astype(np.float64)
     return data
 
 
-def wrong_type(name: str, wanted: str, value: Any, hint: str | None = None) -> SceneError:
-    """``value`` is not what the function ``name`` wants."""
-    return SceneError("type", f"`{name}` wants {wanted}, got {type_name(value)}: {show(value, 60)}", hint=hint)
+def wrong_type(name: str, expected: str, value: Any, hint: str | None = None) -> SceneError:
+    """Return the error for an argument ``value`` of the function ``name`` that is not ``expected``."""
+    return SceneError("type", f"`{name}` expects {expected}, got {type_name(value)}: {show(value, 60)}", hint=hint)
 
 
 def not_a_sequence(name: str, value: Any) -> SceneError:
-    """``value`` cannot be taken apart into items."""
+    """Return the error for a ``value`` that is not a sequence."""
     if type(value) is HandleList:
-        return endless(name)
-    hint = "the list of its parts is `(cdr entity)`" if type(value) is Entity else None
+        return infinite_error(name)
+    hint = "to get the list of its parts, write `(cdr entity)`" if type(value) is Entity else None
     return wrong_type(name, "a list or another sequence", value, hint)
 
 
-def endless(name: str) -> SceneError:
-    message = f"`{name}` would need the end of the root's list of handles, which has none"
-    return SceneError("endless", message, hint="take as many as you need: `(list-head gamma n)`")
+def infinite_error(name: str) -> SceneError:
+    """Return the error for the unbounded list of the root's handles."""
+    message = f"`{name}` needs the whole list, but the root's list of handles is infinite"
+    return SceneError("endless", message, hint="to use the first n handles, write `(list-head gamma n)`")
 
 
 def improper(name: str, tail: Any) -> SceneError:
-    """A chain of pairs does not end in the empty list."""
+    """Return the error for a chain of pairs that does not end in the empty list."""
     if type(tail) is Matrix:
-        hint = "a pair `(entity . matrix)` is not a list: wrap it with `(list pair)` or `(union pair)`"
+        hint = "a pair `(entity . matrix)` is not a list: write `(list pair)` or `(union pair)`"
     else:
-        hint = "only a chain of pairs that ends in '() is a list"
-    return SceneError("type", f"`{name}` wants a proper list, but this one ends in {show(tail, 40)}", hint=hint)
+        hint = "only a chain of pairs that ends in '() is a proper list"
+    return SceneError("type", f"`{name}` expects a proper list, got one that ends in {show(tail, 40)}", hint=hint)
 
 
 def kind_of(value: Any) -> str:
-    """What an index error calls a sequence."""
+    """Return the word for a sequence in index errors."""
     if type(value) is str:
         return "string"
     if type(value) is Pair or value is NIL or type(value) is MutableList:
@@ -242,23 +243,24 @@ def kind_of(value: Any) -> str:
     return "array"
 
 
-def bad_index(index: Any, length: int, what: str) -> SceneError:
-    """``index`` is outside a sequence of ``length``."""
+def bad_index(index: Any, length: int, kind: str) -> SceneError:
+    """Return the error for an ``index`` outside a sequence of ``length``."""
     hint = None
     if length and index == length:
-        hint = f"the first index is 0, the last {length - 1}"
-    return SceneError("index", f"index {show(index, 20)} is outside the {what} of length {length}", hint=hint)
+        hint = f"indices start at 0, so the last one is {length - 1}"
+    return SceneError("index", f"index {show(index, 20)} is outside the {kind} of length {length}", hint=hint)
 
 
-def empty_sequence(name: str, what: str = "sequence") -> SceneError:
-    return SceneError("index", f"`{name}` wants a {what} with at least one item, but this one has length 0")
+def empty_sequence(name: str, kind: str = "sequence") -> SceneError:
+    return SceneError("index", f"`{name}` expects a {kind} with at least one item, got an empty one")
 
 
-_BLOCK = 4096  # items between two checks
+_BLOCK = 4096  # items between two checks of the limits
 
 
 def items(rt: Runtime, value: Any, name: str = "a sequence", ordered: bool = True) -> list[Any]:
-    """The items of any sequence as a new Python list; ``ordered``: whether their order shows in the result."""
+    """Return the items of any sequence as a new Python list; ``ordered`` says whether the result depends on their
+    order."""
     kind = type(value)
     if kind is Pair or value is NIL:
         out = []
@@ -298,7 +300,7 @@ def _other_items(rt: Runtime, value: Any, name: str, ordered: bool) -> list[Any]
 
 
 def rows(rt: Runtime, value: Any) -> list[Any]:
-    """The items of an array along its first axis."""
+    """Return the items of an array along its first axis."""
     data = to_numpy(rt, value)
     if data.ndim == 0:
         raise not_a_sequence("a sequence", value)
@@ -306,24 +308,25 @@ def rows(rt: Runtime, value: Any) -> list[Any]:
 
 
 def iterate(rt: Runtime, value: Any, name: str = "a sequence") -> Iterable[Any]:
-    """``items`` for loops that call the program's functions: a table or set must not change meanwhile."""
+    """Return ``items`` for a loop that calls functions of the program: a change of a table or set in between is an
+    error."""
     if type(value) is Table or type(value) is Set:
-        return _watched(value, items(rt, value, name))
+        return _checked_members(value, items(rt, value, name))
     return items(rt, value, name)
 
 
-def _watched(collection: Table | Set, members: list[Any]) -> Iterator[Any]:
+def _checked_members(collection: Table | Set, members: list[Any]) -> Iterator[Any]:
     count = len(members)
     for member in members:
         yield member
         if len(collection.entries) != count:
-            what = "table" if type(collection) is Table else "set"
-            hint = "go through a copy: `(->list ...)`"
-            raise SceneError("changed", f"the {what} was changed while it was being iterated", hint=hint)
+            kind = "table" if type(collection) is Table else "set"
+            hint = "to modify it, iterate over a copy: `(->list ...)`"
+            raise SceneError("changed", f"the {kind} was changed while it was being iterated", hint=hint)
 
 
 def blocks(rt: Runtime, members: Sequence[Any]) -> Iterator[Sequence[Any]]:
-    """``members`` in pieces, each charged before it is given, for a loop that makes something of every item."""
+    """Yield ``members`` in blocks, each charged in advance, for a loop that creates a value for every item."""
     for start in range(0, len(members), _BLOCK):
         block = members[start : start + _BLOCK]
         rt.charge(1 + (len(block) >> 3))
@@ -331,7 +334,7 @@ def blocks(rt: Runtime, members: Sequence[Any]) -> Iterator[Sequence[Any]]:
 
 
 def length(rt: Runtime, value: Any, name: str = "length") -> int:
-    """The number of items of any sequence."""
+    """Return the number of items of any sequence."""
     kind = type(value)
     if kind is Pair:
         count = 0
@@ -363,7 +366,7 @@ def length(rt: Runtime, value: Any, name: str = "length") -> int:
 
 
 def rebuild(rt: Runtime, original: Any, members: list[Any]) -> Any:
-    """``members`` as an immutable sequence of the kind that ``original`` is: string, array or list."""
+    """Return ``members`` as an immutable sequence of the kind of ``original``: string, array or list."""
     kind = type(original)
     rt.charge(len(members) >> 5)
     if kind is str:
@@ -373,12 +376,12 @@ def rebuild(rt: Runtime, original: Any, members: list[Any]) -> Any:
     if kind in (Matrix, Array, MutableArray):
         if not members:
             return from_numpy(to_numpy(rt, original)[:0])
-        return from_numpy(_joined_rows(rt, members))
+        return from_numpy(_stack_rows(rt, members))
     return make_list(members)
 
 
-def _joined_rows(rt: Runtime, members: list[Any]) -> Numpy:
-    """The array whose items along the first axis are ``members``, all of one shape."""
+def _stack_rows(rt: Runtime, members: list[Any]) -> Numpy:
+    """Return the array whose items along the first axis are ``members``, all of one shape."""
     first = to_numpy(rt, members[0])
     rt.meter.check_size(first.size * len(members), "an array")
     out = np.empty((len(members), *first.shape), first.dtype)
@@ -389,16 +392,16 @@ def _joined_rows(rt: Runtime, members: list[Any]) -> Numpy:
     return out
 
 
-def note_read(rt: Runtime, *values: Any) -> None:
-    """Note that the content of ``values`` is looked at, where it can change."""
+def record_read(rt: Runtime, *values: Any) -> None:
+    """Record that the contents of those ``values`` that are mutable are read."""
     for value in values:
         if isinstance(value, Mutable):
             rt.read(value)
 
 
 def same_value(rt: Runtime, a: Any, b: Any) -> bool:
-    """Equality as sets and tables have it: by structure, numbers by value."""
-    note_read(rt, a, b)
+    """Return whether two values are equal as in sets and tables: by structure, numbers by value."""
+    record_read(rt, a, b)
     return values.equal(rt, a, b, typed=False)
 
 
@@ -406,16 +409,16 @@ _BY_VALUE = (int, float, str, Symbol, Keyword)
 
 
 def identical(a: Any, b: Any) -> bool:
-    """``eq?``: the same object, or the same number or text."""
+    """Return whether two values are the same for ``eq?``: the same object, or equal numbers or texts of one type."""
     return a is b or (type(a) is type(b) and type(a) in _BY_VALUE and a == b)
 
 
 def is_true(value: Any) -> bool:
-    """Truth as tests have it: only #f and none are false."""
+    """Return the truth value of a condition: only #f and none are false."""
     return value is not False and value is not None
 
 
-_TWINS: dict[type, tuple[str, str]] = {
+_MUTABLE_COUNTERPARTS: dict[type, tuple[str, str]] = {
     Pair: ("a list", "a mutable list"),
     type(NIL): ("a list", "a mutable list"),
     Vector: ("a Vector", "a mutable array"),
@@ -425,21 +428,23 @@ _TWINS: dict[type, tuple[str, str]] = {
 }
 
 
-def cannot_change(name: str, value: Any, wanted: str) -> SceneError:
-    """``value`` is immutable, or another kind of thing than ``wanted``."""
+def cannot_change(name: str, value: Any, expected: str) -> SceneError:
+    """Return the error for a ``value`` that is immutable, or of a type other than ``expected``."""
     kind = type(value)
-    if kind in _TWINS:
-        what, twin = _TWINS[kind]
-        maker = "`(mutable x)`" if kind is str else f"`({twin[2:].replace(' ', '-')} ...)` or `(mutable x)`"
-        hint = f"{maker} makes {twin}, which can be changed"
-        return SceneError("immutable", f"`{name}` cannot change {what}", hint=hint)
+    if kind in _MUTABLE_COUNTERPARTS:
+        immutable, counterpart = _MUTABLE_COUNTERPARTS[kind]
+        call = "`(mutable x)`" if kind is str else f"`({counterpart[2:].replace(' ', '-')} ...)` or `(mutable x)`"
+        hint = f"use {counterpart}: {call}"
+        return SceneError("immutable", f"`{name}` cannot modify {immutable}, which is immutable", hint=hint)
     if kind is Entity or kind is Embedding:
-        what = "an Entity" if kind is Entity else "an Embedding"
-        return SceneError("immutable", f"`{name}` cannot change {what}", hint="make a new one instead")
+        immutable = "an Entity" if kind is Entity else "an Embedding"
+        return SceneError(
+            "immutable", f"`{name}` cannot modify {immutable}, which is immutable", hint="create a new one"
+        )
     if kind is Record:
-        hint = f"its fields are changed by `set-{value.type.name}-...!`"
-        return wrong_type(name, wanted, value, hint)
-    return wrong_type(name, wanted, value)
+        hint = f"to assign its fields, use `set-{value.type.name}-...!`"
+        return wrong_type(name, expected, value, hint)
+    return wrong_type(name, expected, value)
 
 
 def reorder(rt: Runtime, name: str, xs: Any, order: Any) -> None:

@@ -1,4 +1,4 @@
-"""Tests of a value's type, and equality."""
+"""Type predicates and equality."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from scenelang.interpreter.runtime.values import (
 )
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.stdlib.operands import identical, is_array, note_read
+from scenelang.stdlib.operands import identical, is_array, record_read
 
 registry = Registry("tests")
 
@@ -45,48 +45,76 @@ def _is_whole(value: Any) -> bool:
     return type(value) is int or (type(value) is float and value.is_integer())
 
 
-_define_test("not", lambda v: v is False or v is None, "True for #f and none only.", ("(not 0)", "#f"), "not")
-_define_test("boolean?", lambda v: type(v) is bool, "True for #t and #f.", ("(boolean? #f)", "#t"))
-_define_test("none?", lambda v: v is None, "True for none.", ("(none? '())", "#f"))
-_define_test("number?", lambda v: type(v) in (int, float), "True for Integers and Floats.", ("(number? 1.5)", "#t"))
-_define_test("integer?", _is_whole, "True for Integers and whole Floats.", ("(integer? 2.)", "#t"))
 _define_test(
-    "exact?", lambda v: type(v) is int, "True for an Integer, such as 2; false for 2.0.", ("(exact? 2.)", "#f")
+    "not", lambda v: v is False or v is None, "Return whether a value is #f or none.", ("(not 0)", "#f"), "not"
 )
-_define_test("inexact?", lambda v: type(v) is float, "True for a Float, such as 2.0.", ("(inexact? 2.)", "#t"))
-_define_test("string?", lambda v: type(v) is str, "True for a String.", ('(string? "a")', "#t"))
-_define_test("symbol?", lambda v: type(v) is Symbol, "True for a symbol.", ("(symbol? 'a)", "#t"))
-_define_test("keyword?", lambda v: type(v) is Keyword, "True for a keyword.", ("(keyword? :size)", "#t"))
-_define_test("table?", lambda v: type(v) is Table, "True for a table.", ('(table? (table "a" 1))', "#t"))
-_define_test("set?", lambda v: type(v) is Set, "True for a set.", ("(set? (set 1 2))", "#t"))
-_define_test("record?", lambda v: type(v) is Record, "True for a record of any type.", ("(record? 1)", "#f"))
+_define_test("boolean?", lambda v: type(v) is bool, "Return whether a value is #t or #f.", ("(boolean? #f)", "#t"))
+_define_test("none?", lambda v: v is None, "Return whether a value is none.", ("(none? '())", "#f"))
+_define_test(
+    "number?",
+    lambda v: type(v) in (int, float),
+    "Return whether a value is an Integer or a Float.",
+    ("(number? 1.5)", "#t"),
+)
+_define_test("integer?", _is_whole, "Return whether a value is an Integer or a whole Float.", ("(integer? 2.)", "#t"))
+_define_test(
+    "exact?",
+    lambda v: type(v) is int,
+    "Return whether a value is an Integer: true for 2, false for 2.0.",
+    ("(exact? 2.)", "#f"),
+)
+_define_test(
+    "inexact?", lambda v: type(v) is float, "Return whether a value is a Float, such as 2.0.", ("(inexact? 2.)", "#t")
+)
+_define_test("string?", lambda v: type(v) is str, "Return whether a value is a String.", ('(string? "a")', "#t"))
+_define_test("symbol?", lambda v: type(v) is Symbol, "Return whether a value is a symbol.", ("(symbol? 'a)", "#t"))
+_define_test(
+    "keyword?", lambda v: type(v) is Keyword, "Return whether a value is a keyword.", ("(keyword? :size)", "#t")
+)
+_define_test(
+    "table?", lambda v: type(v) is Table, "Return whether a value is a table.", ('(table? (table "a" 1))', "#t")
+)
+_define_test("set?", lambda v: type(v) is Set, "Return whether a value is a set.", ("(set? (set 1 2))", "#t"))
+_define_test(
+    "record?", lambda v: type(v) is Record, "Return whether a value is a record of any type.", ("(record? 1)", "#f")
+)
 _define_test(
     "procedure?",
     lambda v: isinstance(v, Procedure),
-    "True for anything that can be called.",
+    "Return whether a value can be called.",
     ("(procedure? car)", "#t"),
 )
-_define_test("entity?", lambda v: type(v) is Entity, "True for an Entity.", ('(entity? (call "cube"))', "#t"))
 _define_test(
-    "embedding?", lambda v: type(v) is Embedding, "True for an Embedding.", ('(embedding? (embedding "ivory"))', "#t")
+    "entity?", lambda v: type(v) is Entity, "Return whether a value is an Entity.", ('(entity? (call "cube"))', "#t")
+)
+_define_test(
+    "embedding?",
+    lambda v: type(v) is Embedding,
+    "Return whether a value is an Embedding.",
+    ('(embedding? (embedding "ivory"))', "#t"),
 )
 _define_test(
     "stream?",
     lambda v: type(v) is Stream,
-    "True for a random stream of one's own.",
+    "Return whether a value is a random stream.",
     ("(stream? (random-stream 1))", "#t"),
 )
 _define_test(
     "mutable?",
     lambda v: isinstance(v, Mutable) and v.birth >= 0,
-    "True for what can be changed: mutable lists and arrays, tables, sets, records, streams.",
+    "Return whether a value can be modified: mutable lists and arrays, tables, sets, records and streams.",
     ("(mutable? (mutable-list 1 2))", "#t"),
 )
-_define_test("array?", is_array, "True for arrays of any number of dimensions.", ("(array? [[1 2] [3 4]])", "#t"))
+_define_test(
+    "array?",
+    is_array,
+    "Return whether a value is an array, of any number of dimensions.",
+    ("(array? [[1 2] [3 4]])", "#t"),
+)
 _define_test(
     "vector?",
     lambda v: type(v) is Vector or (type(v) is MutableArray and v.data.ndim == 1),
-    "True for an array of one dimension.",
+    "Return whether a value is a one-dimensional array.",
     ("(vector? [1 2 3])", "#t"),
 )
 
@@ -95,7 +123,7 @@ _define_test(
     "matrix?",
     "value::Any",
     "Boolean",
-    "True for a pose: a 4x4 array whose last row is 0 0 0 1.",
+    "Return whether a value is a pose: a 4x4 array whose last row is 0 0 0 1.",
     ("(list (matrix? (eye 4)) (matrix? (eye 3)))", "(#t #f)"),
 )
 def is_matrix(rt: Runtime, value: Any) -> bool:
@@ -109,7 +137,7 @@ def is_matrix(rt: Runtime, value: Any) -> bool:
     "pair?",
     "value::Any",
     "Boolean",
-    "True for a pair, and so for every list that is not empty.",
+    "Return whether a value is a pair, as every list is that is not empty.",
     ("(list (pair? '(1)) (pair? '()))", "(#t #f)"),
     "pair?",
 )
@@ -120,7 +148,9 @@ def is_pair(rt: Runtime, value: Any) -> bool:
     return type(value) is Pair or type(value) is HandleList
 
 
-@registry.define("null?", "value::Any", "Boolean", "True for the empty list.", ("(null? (list))", "#t"), "null?")
+@registry.define(
+    "null?", "value::Any", "Boolean", "Return whether a value is the empty list.", ("(null? (list))", "#t"), "null?"
+)
 def is_null(rt: Runtime, value: Any) -> bool:
     if type(value) is MutableList:
         rt.read(value)
@@ -132,7 +162,7 @@ def is_null(rt: Runtime, value: Any) -> bool:
     "list?",
     "value::Any",
     "Boolean",
-    "True for a list: pairs that end in the empty list, or a mutable list.",
+    "Return whether a value is a list: pairs that end in the empty list, or a mutable list.",
     ("(list (list? '(1 2)) (list? (cons 1 2)))", "(#t #f)"),
 )
 def is_list(rt: Runtime, value: Any) -> bool:
@@ -151,7 +181,7 @@ def is_list(rt: Runtime, value: Any) -> bool:
     "eq?",
     "a::Any b::Any",
     "Boolean",
-    "True when both are the same thing; numbers and strings go by value, 1 and 1.0 differ.",
+    "Return whether both are the same object; numbers and strings are compared by value, and 1 and 1.0 differ.",
     ("(list (eq? 1 1) (eq? 1 1.) (eq? '() '()))", "(#t #f #t)"),
 )
 def eq(rt: Runtime, a: Any, b: Any) -> bool:
@@ -167,9 +197,9 @@ def eqv(rt: Runtime, a: Any, b: Any) -> bool:
     "equal?",
     "a::Any b::Any more::Any ...",
     "Boolean",
-    "True when all have the same structure, content and types: 1 and 1.0 differ. Numbers alone are compared by `=`.",
+    "Return whether all have the same structure, content and types: 1 and 1.0 differ. `=` compares numbers by value.",
     ("(list (equal? '(1 (2)) '(1 (2))) (equal? 1 1.))", "(#t #f)"),
 )
 def equal(rt: Runtime, a: Any, b: Any, *more: Any) -> bool:
-    note_read(rt, a, b, *more)
+    record_read(rt, a, b, *more)
     return all(values.equal(rt, a, other) for other in (b, *more))

@@ -1,9 +1,10 @@
-"""Python's dynamic rules, for programs made of Python: what its operators do on values whose type a transpiler could
-not tell. They come with ``(import "std/python.scene")``; elsewhere in the language types decide, and the plain
-operators say more about a mistake.
+"""Builtins with Python's semantics for values whose type a transpiler cannot infer.
 
-Booleans are the numbers 1 and 0. Lists are Python's tuples and lists, arrays numpy's; a tuple of numbers may have
-become a vector, so where numpy refuses (the truth of several items) an array counts as a tuple.
+They are imported with ``(import "std/python.scene")``. In other programs types decide, and the plain operators report
+mistakes more precisely.
+
+Booleans are the numbers 1 and 0. Lists stand for Python's tuples and lists, arrays for numpy's; a tuple of numbers may
+have become a vector, so an array is treated as a tuple where numpy raises an error (the truth of several items).
 """
 
 from __future__ import annotations
@@ -52,22 +53,18 @@ from scenelang.stdlib.operands import (
     wrong_type,
 )
 
-# Equality, order and membership as Python has them: for the dynamic operators of transpiled programs (``python``).
-#
-# Booleans are the numbers 1 and 0. Tuples and lists are both lists here, and a tuple may have become an array, so
-# lists,
-# mutable lists and arrays with equal items are equal. As in Python, an item is equal to itself, even ``nan``. Data may
-# be
-# nested as deep as memory allows.
-
+# Equality, order and membership as in Python. Tuples and lists are both lists here, and a tuple may have become an
+# array, so lists, mutable lists and arrays with equal items are equal. As in Python's containers, an item is equal to
+# itself, even `nan`. Data can be nested to any depth: all functions are iterative.
 
 _NUMBERS = (int, float, bool)
 _MISSING = object()
-_LONG = 1024  # characters: the comparison of longer strings is charged
+_LONG = 1024  # characters; the comparison of longer strings is charged
 
 
 def members_of(rt: Runtime, value: Any) -> list[Any] | None:
-    """The items of what Python has as a list, tuple or array; None for anything else, improper lists included."""
+    """Return the items of a value that is a list, tuple or array in Python; None for others, also for improper
+    lists."""
     kind = type(value)
     if kind is MutableList or kind is Vector or value is NIL:
         return items(rt, value)
@@ -87,7 +84,7 @@ def members_of(rt: Runtime, value: Any) -> list[Any] | None:
 
 
 def python_equal(rt: Runtime, a: Any, b: Any) -> bool:
-    """``a == b``. Pairs that were compared before are not compared again, so shared and circular data end."""
+    """Return ``a == b``; pairs that were compared before are skipped, so that shared and circular data terminate."""
     if type(a) in _NUMBERS and type(b) in _NUMBERS:
         return bool(a == b)
     stack = [(a, b)]
@@ -109,7 +106,7 @@ def python_equal(rt: Runtime, a: Any, b: Any) -> bool:
 
 
 def _inner_pairs(rt: Runtime, a: Any, b: Any) -> list[tuple[Any, Any]] | None:
-    """What must be equal for ``a`` and ``b`` to be; None when they differ."""
+    """Return the pairs that must be equal for ``a`` and ``b`` to be equal; None if they differ."""
     kind = type(a)
     if kind is str and len(a) > _LONG:
         rt.charge(len(a) >> 10)
@@ -135,7 +132,8 @@ def _inner_pairs(rt: Runtime, a: Any, b: Any) -> list[tuple[Any, Any]] | None:
 
 
 def _entry_pairs(rt: Runtime, a: Any, b: Any) -> list[tuple[Any, Any]] | None:
-    """The values of two tables under equal keys; nothing for two sets of equal members."""
+    """Return the pairs of values of two tables with equal keys, an empty list for two sets of equal members; else
+    None."""
     if type(a) is not type(b):
         return None
     rt.read(a)
@@ -154,9 +152,12 @@ def _entry_pairs(rt: Runtime, a: Any, b: Any) -> list[tuple[Any, Any]] | None:
 
 
 def find_entry(rt: Runtime, collection: Table | Set, key: Any) -> Any:
-    """The entry of a table ``(key, value)`` or the member of a set that Python would find under ``key``, else
-    ``_MISSING``. The caller notes the read."""
-    for form in _forms_of_key(rt, key):
+    """Return the entry ``(key, value)`` of a table or the member of a set that Python finds for ``key``, or
+    ``_MISSING``.
+
+    The caller must record the read.
+    """
+    for form in _equal_keys(rt, key):
         entry = collection.entries.get(form, _MISSING)
         if entry is not _MISSING:
             return entry
@@ -167,9 +168,9 @@ def is_missing(entry: Any) -> bool:
     return entry is _MISSING
 
 
-def _forms_of_key(rt: Runtime, key: Any) -> Iterator[Any]:
-    """The canonical keys under which tables may hold what Python calls one key: a boolean or its number, a tuple as a
-    list or as a vector."""
+def _equal_keys(rt: Runtime, key: Any) -> Iterator[Any]:
+    """Yield the canonical keys that are one key in Python: a boolean and its number, a tuple as a list and as a
+    vector."""
     charge = rt.charge
     yield table_key(key, charge)
     kind = type(key)
@@ -190,22 +191,22 @@ def _forms_of_key(rt: Runtime, key: Any) -> Iterator[Any]:
 
 
 def python_less(rt: Runtime, a: Any, b: Any) -> bool:
-    """``a < b``: the first items that differ decide, at any depth; else the shorter list is less."""
-    waiting: list[tuple[Iterator[tuple[Any, Any]], int]] = [(iter([(a, b)]), 0)]
-    while waiting:
-        pairs, longer = waiting[-1]
+    """Return ``a < b``: the first different items decide, at any depth; if there are none, the shorter list is less."""
+    stack: list[tuple[Iterator[tuple[Any, Any]], int]] = [(iter([(a, b)]), 0)]
+    while stack:
+        pairs, excess = stack[-1]
         for x, y in pairs:
             rt.charge(1)
             left, right = members_of(rt, x), members_of(rt, y)
             if left is not None and right is not None:
-                waiting.append((zip(left, right), len(left) - len(right)))
+                stack.append((zip(left, right), len(left) - len(right)))
                 break
-            if len(waiting) == 1 or not (x is y or python_equal(rt, x, y)):
+            if len(stack) == 1 or not (x is y or python_equal(rt, x, y)):
                 return _leaf_less(rt, x, y)
         else:
-            waiting.pop()
-            if longer:
-                return longer < 0
+            stack.pop()
+            if excess:
+                return excess < 0
     return False
 
 
@@ -214,8 +215,8 @@ def _leaf_less(rt: Runtime, a: Any, b: Any) -> bool:
         return bool(a < b)
     if type(a) is Set and type(b) is Set:
         return len(a.entries) < len(b.entries) and _is_subset(rt, a, b)
-    message = f"Python has no order between {type_name(a)} and {type_name(b)}"
-    raise SceneError("type", message, hint="numbers, strings and lists of these have one")
+    message = f"`py-<` cannot compare {type_name(a)} and {type_name(b)}"
+    raise SceneError("type", message, hint="as in Python, only numbers, strings and lists of these can be compared")
 
 
 def _is_subset(rt: Runtime, a: Set, b: Set) -> bool:
@@ -229,7 +230,7 @@ def _is_subset(rt: Runtime, a: Set, b: Set) -> bool:
 
 
 def python_member(rt: Runtime, item: Any, members: list[Any]) -> bool:
-    """``item in members``."""
+    """Return ``item in members``."""
     rt.charge(len(members) >> 2)
     kind = type(item)
     if kind is str:
@@ -239,15 +240,14 @@ def python_member(rt: Runtime, item: Any, members: list[Any]) -> bool:
     return any(member is item or python_equal(rt, member, item) for member in members)
 
 
-# Text as Python makes it: ``str`` of any value, and ``"%d of %s" % values``, without recursion.
+# --- text ------------------------------------------------------------------------------------------------------
 
-
-_LONGEST_LEAF = 10_000
-_MOST_PRINTED = 2_000  # numbers of an array
+_MAX_LEAF = 10_000  # characters
+_MAX_PRINTED = 2_000  # numbers of an array
 
 
 class _Text:
-    """A piece of output waiting on the stack. ``closes``: the id of the collection that ends with it."""
+    """A piece of output on the stack; ``closes`` is the id of the collection that ends with it."""
 
     __slots__ = ("closes", "text")
 
@@ -261,7 +261,7 @@ _COLON = _Text(": ")
 
 
 def python_str(rt: Runtime, value: Any) -> str:
-    """``str(value)``."""
+    """Return ``str(value)``."""
     if type(value) is str:
         return value
     if type(value) in ARRAYS:
@@ -270,7 +270,7 @@ def python_str(rt: Runtime, value: Any) -> str:
 
 
 def python_repr(rt: Runtime, value: Any) -> str:
-    """``repr(value)``; what Python does not have prints as it does elsewhere in the language."""
+    """Return ``repr(value)``; types that Python does not have are printed as in the language. Iterative."""
     out: list[str] = []
     size = 0
     open_now: set[int] = set()
@@ -293,7 +293,7 @@ def python_repr(rt: Runtime, value: Any) -> str:
 
 
 def _piece(rt: Runtime, item: Any, stack: list[Any], open_now: set[int]) -> str:
-    """The text that begins ``item``; what follows is pushed on ``stack``."""
+    """Return the opening text of ``item``; the pieces that follow are pushed on ``stack``."""
     kind = type(item)
     if kind is Set and not item.entries:
         rt.read(item)
@@ -335,18 +335,19 @@ def _leaf(rt: Runtime, item: Any) -> str:
         return repr(str(item))
     if kind in ARRAYS:
         return _array_text(rt, item, repr)
-    return rt.show(item, _LONGEST_LEAF)
+    return rt.show(item, _MAX_LEAF)
 
 
 def _array_text(rt: Runtime, value: Any, text: Callable[[Any], str]) -> str:
-    """The text of an array as numpy makes it, which leaves out the middle of a long one."""
+    """Return the text of an array as numpy prints it, which abbreviates the middle of a long one."""
     data = np.asarray(to_numpy(rt, value))
-    rt.charge(min(data.size, _MOST_PRINTED))
+    rt.charge(min(data.size, _MAX_PRINTED))
     return text(data)
 
 
 # --- the operator % on strings ---------------------------------------------------------------------------------
 
+# Python's library reference, "printf-style String Formatting".
 _FIELD = re.compile(
     r"%(?:\((?P<key>[^()]*)\))?(?P<flags>[-+ #0]*)(?P<width>\*|\d+)?(?:\.(?P<precision>\*|\d+)?)?[hlL]?(?P<kind>.?)",
     re.S,
@@ -354,7 +355,7 @@ _FIELD = re.compile(
 
 
 def format_percent(rt: Runtime, template: str, values: Any) -> str:
-    """``template % values``."""
+    """Return ``template % values``."""
     rt.charge(len(template) >> 3)
     arguments = _Arguments(rt, template, values)
     size = 0
@@ -374,13 +375,13 @@ def format_percent(rt: Runtime, template: str, values: Any) -> str:
 
 
 class _Arguments:
-    """What stands right of ``%``: a list gives its items one by one, a table by key, anything else itself."""
+    """The right operand of ``%``: the items of a list in order, the values of a table by key, or a single value."""
 
     def __init__(self, rt: Runtime, template: str, values: Any) -> None:
         self.rt = rt
         self.template = template
         self.table = values if type(values) is Table else None
-        # a mutable list was a Python list for sure, which is one value; other lists and vectors are taken as tuples
+        # a mutable list was certainly a Python list, a single value; other lists and vectors are treated as tuples
         members = None if type(values) is MutableList else members_of(rt, values)
         fields = [match for match in _FIELD.finditer(template) if match["kind"] != "%"]
         one_field = len(fields) == 1 and "*" not in fields[0][0]
@@ -395,13 +396,13 @@ class _Arguments:
         self.next += 1
         return self.values[self.next - 1]
 
-    def under(self, key: str) -> Any:
+    def lookup(self, key: str) -> Any:
         if self.table is None:
-            raise _bad_template(self.template, "%(name) wants a table on the right")
+            raise _bad_template(self.template, "%(name) expects a table on the right")
         self.rt.read(self.table)
         entry = find_entry(self.rt, self.table, key)
         if is_missing(entry):
-            raise SceneError("key", f"the table has no {show(key, 60)}")
+            raise SceneError("key", f"the table does not contain {show(key, 60)}")
         return entry[1]
 
     def check_all_used(self) -> None:
@@ -409,8 +410,8 @@ class _Arguments:
             raise _bad_template(self.template, "it has fewer fields than values")
 
 
-def _bad_template(template: str, why: str) -> SceneError:
-    return SceneError("format", f"`py-%` cannot fill {show(template, 60)}: {why}")
+def _bad_template(template: str, reason: str) -> SceneError:
+    return SceneError("format", f"`py-%` cannot fill {show(template, 60)}: {reason}")
 
 
 def _field(rt: Runtime, template: str, match: re.Match[str], arguments: _Arguments) -> str:
@@ -418,32 +419,32 @@ def _field(rt: Runtime, template: str, match: re.Match[str], arguments: _Argumen
     if kind == "%":
         return "%"
     if match["key"] is not None and "*" in (match["width"], match["precision"]):
-        raise _bad_template(template, "* has no place in a field with a name")
+        raise _bad_template(template, "* is not allowed in a field with a name")
     width = _size(rt, template, match["width"], arguments)
     precision = _size(rt, template, match["precision"], arguments)
-    precision = "0" if precision.startswith("-") else precision  # a negative one from the values counts as none at all
-    point = "." in match[0][max(0, match.end("key") - match.start()) :]  # a key may hold one of its own
-    value = arguments.take() if match["key"] is None else arguments.under(match["key"])
+    precision = "0" if precision.startswith("-") else precision  # as in Python, a negative argument means 0
+    point = "." in match[0][max(0, match.end("key") - match.start()) :]  # a point in the key does not count
+    value = arguments.take() if match["key"] is None else arguments.lookup(match["key"])
     convert = _CONVERSIONS.get(kind)
     spec = f"%{match['flags']}{width}{'.' + precision if point else ''}{'s' if convert in _TEXTS else kind}"
     if convert is None:
-        raise _bad_template(template, f"it has no conversion {show('%' + kind, 10)}")
+        raise _bad_template(template, f"unknown conversion {show('%' + kind, 10)}")
     try:
         converted = convert(rt, value)
         charge_digits(rt, converted)
         text: str = spec % (converted,)
         return text
     except (TypeError, ValueError, OverflowError):
-        why = f"{spec} does not fit {type_name(value)}: {show(value, 40)}"
-        raise _bad_template(template, why) from None
+        reason = f"{spec} does not accept {type_name(value)}: {show(value, 40)}"
+        raise _bad_template(template, reason) from None
 
 
 def _size(rt: Runtime, template: str, digits: str | None, arguments: _Arguments) -> str:
-    """A width or precision, written or taken from the values; as text, empty when there is none."""
+    """Return a width or precision, literal or taken from the values, as text; empty if there is none."""
     if digits == "*":
         value = arguments.take()
         if type(value) not in (int, bool):
-            raise _bad_template(template, f"* wants an Integer, got {type_name(value)}")
+            raise _bad_template(template, f"* expects an Integer, got {type_name(value)}")
         digits = str(int(value)) if abs(value) < 10**17 else "9" * 18
     if digits:
         rt.meter.check_size(abs(int(digits[:18])), "a string")
@@ -488,22 +489,23 @@ registry = Registry("python")
 _LISTS = (Pair, type(NIL), MutableList)
 
 
-def _unbooled(value: Any) -> Any:
-    """A boolean as the number that it is in arithmetic."""
+def _as_number(value: Any) -> Any:
+    """Return a boolean as the number 1 or 0, and other values unchanged."""
     return int(value) if type(value) is bool else value
 
 
 def _is_part(value: Any) -> bool:
-    """Whether ``value`` is an entity, or a pair (entity . matrix) rather than a list."""
+    """Return whether ``value`` is an entity, or a pair (entity . matrix) rather than a list."""
     return type(value) is Entity or (type(value) is Pair and type(value.car) is Entity and type(value.cdr) is Matrix)
 
 
-def _unfit(name: str, a: Any, b: Any, hint: str | None = None) -> SceneError:
-    return SceneError("type", f"`{name}` cannot work on {type_name(a)} and {type_name(b)}, nor can Python", hint=hint)
+def _unsupported(name: str, a: Any, b: Any, hint: str | None = None) -> SceneError:
+    message = f"unsupported operand types for `{name}`: {type_name(a)} and {type_name(b)}"
+    return SceneError("type", message, hint=hint)
 
 
 def _as_array(rt: Runtime, value: Any) -> Any:
-    """A list beside an array, as numpy takes it: as an array."""
+    """Return a list as an array, as numpy does for an operand of an array."""
     return from_numpy(to_numpy(rt, value)) if type(value) in _LISTS else value
 
 
@@ -511,7 +513,7 @@ def _as_array(rt: Runtime, value: Any) -> Any:
 
 
 def is_truthy(rt: Runtime, value: Any) -> bool:
-    """``bool(value)``."""
+    """Return ``bool(value)``."""
     kind = type(value)
     if kind in (bool, int, float, str):
         return bool(value)
@@ -532,22 +534,23 @@ def is_truthy(rt: Runtime, value: Any) -> bool:
 
 
 @registry.define("py-truthy?", "value::Any", "Boolean",
-                 "Python's truth: false are #f, none, 0, and empty strings, lists, tables and sets. An array of one "
-                 "number is as true as the number.",
+                 "Return the truth value of Python: #f, none, 0 and empty strings, lists, tables and sets are false. "
+                 "An array of one number has the truth value of the number.",
                  ("(map py-truthy? '(0 \"\" () (0)))", "(#f #f #f #t)"))  # fmt: skip
 def truthy(rt: Runtime, value: Any) -> bool:
     return is_truthy(rt, value)
 
 
 @registry.define("py-bool-or", "value::Any otherwise::Function", "Any",
-                 "Python's `or`: the value if it is true, else what the function of no arguments gives.",
+                 "Python's `or`: return the value if it is true, otherwise the result of the function of no arguments.",
                  ("(py-bool-or 0 (lambda () 5))", "5"))  # fmt: skip
 def bool_or(rt: Runtime, value: Any, otherwise: Procedure) -> Any:
     return value if is_truthy(rt, value) else rt.apply(otherwise, ())
 
 
 @registry.define("py-bool-and", "value::Any then::Function", "Any",
-                 "Python's `and`: the value if it is false, else what the function of no arguments gives.",
+                 "Python's `and`: return the value if it is false, otherwise the result of the function of no "
+                 "arguments.",
                  ("(py-bool-and 0 (lambda () 5))", "0"))  # fmt: skip
 def bool_and(rt: Runtime, value: Any, then: Procedure) -> Any:
     return rt.apply(then, ()) if is_truthy(rt, value) else value
@@ -557,12 +560,12 @@ def bool_and(rt: Runtime, value: Any, then: Procedure) -> Any:
 
 
 @registry.define("py-+", "a::Any b::Any", "Any",
-                 "Python's `+`: the sum of numbers, strings joined, lists or parts joined into a list, arrays item by "
-                 "item, also with a list.",
+                 "Python's `+`: add numbers, concatenate strings, concatenate lists or parts, add arrays elementwise, "
+                 "also to a list.",
                  ("(list (py-+ 1 #t) (py-+ \"a\" \"b\") (py-+ '(1) '(2)) (py-+ [1 2] '(3 4)))",
                   '(2 "ab" (1 2) [4 6])'))  # fmt: skip
 def plus(rt: Runtime, a: Any, b: Any) -> Any:
-    a, b = _unbooled(a), _unbooled(b)
+    a, b = _as_number(a), _as_number(b)
     if type(a) is str and type(b) is str:
         rt.meter.check_size(len(a) + len(b), "a string")
         return a + b
@@ -571,26 +574,25 @@ def plus(rt: Runtime, a: Any, b: Any) -> Any:
     if _is_part(a) or _is_part(b):
         return make_list([*parts.parts_of(rt, a), *parts.parts_of(rt, b)])
     if type(a) in _LISTS and type(b) in _LISTS:
-        return _joined(rt, a, b)
+        return _concatenate(rt, a, b)
     if type(a) in (int, float) and type(b) in (int, float):
         return numbers.add(rt, a, b)
-    hint = "text of a value is `(py-str value)`" if str in (type(a), type(b)) else None
-    raise _unfit("py-+", a, b, hint)
+    hint = "to convert a value to text, write `(py-str value)`" if str in (type(a), type(b)) else None
+    raise _unsupported("py-+", a, b, hint)
 
 
-def _joined(rt: Runtime, a: Any, b: Any) -> Any:
+def _concatenate(rt: Runtime, a: Any, b: Any) -> Any:
     left, right = items(rt, a, "py-+"), items(rt, b, "py-+")
     rt.meter.check_size(len(left) + len(right), "a list")
-    return make_list(left, make_list(right) if type(b) is MutableList else b)  # an immutable tail is shared
+    return make_list(left, make_list(right) if type(b) is MutableList else b)  # share an immutable tail
 
 
 @registry.define("py-*", "a::Any b::Any", "Any",
-                 "Python's `*`: the product of numbers, of arrays item by item; a list or string times an Integer "
-                 "repeats it.",
+                 "Python's `*`: multiply numbers, or arrays elementwise; a list or string times an Integer repeats it.",
                  ("(list (py-* 2 1.5) (py-* \"ab\" 2) (py-* 2 '(1 2)) (py-* [1 2] '(3 4)))",
                   '(3.0 "abab" (1 2 1 2) [3 8])'))  # fmt: skip
 def times(rt: Runtime, a: Any, b: Any) -> Any:
-    a, b = _unbooled(a), _unbooled(b)
+    a, b = _as_number(a), _as_number(b)
     if is_array(a) or is_array(b):
         return numbers.multiply(rt, _as_array(rt, a), _as_array(rt, b))
     if type(a) in (int, float) and type(b) in (int, float):
@@ -598,11 +600,11 @@ def times(rt: Runtime, a: Any, b: Any) -> Any:
     if type(a) is int:
         a, b = b, a
     if type(b) is int:
-        return _repeated(rt, a, max(0, b))
-    raise _unfit("py-*", a, b)
+        return _repeat(rt, a, max(0, b))
+    raise _unsupported("py-*", a, b)
 
 
-def _repeated(rt: Runtime, value: Any, count: int) -> Any:
+def _repeat(rt: Runtime, value: Any, count: int) -> Any:
     if type(value) is str:
         rt.meter.check_size(len(value) * count, "a string")
         return value * count
@@ -611,52 +613,53 @@ def _repeated(rt: Runtime, value: Any, count: int) -> Any:
     elif type(value) in _LISTS:
         members = items(rt, value, "py-*")
     else:
-        raise _unfit("py-*", value, count)
+        raise _unsupported("py-*", value, count)
     rt.meter.check_size(len(members) * count, "a list")
     return make_list(members * count)
 
 
 @registry.define("py-%", "a::Any b::Any", "Any",
-                 "Python's `%`: the remainder of `//`, item by item on arrays; of a string the text with its fields "
-                 "%d, %s, %.2f filled by a value, or by the items of a list.",
+                 "Python's `%`: return the remainder of `//`, elementwise on arrays; for a string, the text with its "
+                 "fields %d, %s, %.2f filled with a value, or with the items of a list.",
                  ("(list (py-% -1 12) (py-% \"%d of %s\" '(3 \"oak\")))", '(11 "3 of oak")'))  # fmt: skip
 def percent(rt: Runtime, a: Any, b: Any) -> Any:
     if type(a) is str:
         return format_percent(rt, a, b)
-    a, b = _unbooled(a), _unbooled(b)
+    a, b = _as_number(a), _as_number(b)
     if is_array(a) or is_array(b):
         return numbers.modulo(rt, _as_array(rt, a), _as_array(rt, b))
     if type(a) in (int, float) and type(b) in (int, float):
         return operator.mod(a, b)
-    raise _unfit("py-%", a, b)
+    raise _unsupported("py-%", a, b)
 
 
-# --- comparing -------------------------------------------------------------------------------------------------
+# --- comparison ------------------------------------------------------------------------------------------------
 
 
 @registry.define("py-==", "a::Any b::Any", "Boolean",
-                 "Python's `==`: numbers by value, #t is 1, also inside lists, tables and sets. A mutable list or an "
-                 "array equals a list of equal items.",
+                 "Python's `==`: compare numbers by value (#t is 1), also inside lists, tables and sets. A mutable "
+                 "list or an array equals a list of equal items.",
                  ("(list (py-== '(1 2.) '(1. 2)) (py-== #t 1) (py-== \"1\" 1))", "(#t #t #f)"))  # fmt: skip
 def equals(rt: Runtime, a: Any, b: Any) -> bool:
     return python_equal(rt, a, b)
 
 
 @registry.define("py-<", "a::Any b::Any", "Boolean",
-                 "Python's `<`: numbers, strings, lists by their first items that differ.",
+                 "Python's `<`: compare numbers, strings, or lists by their first different items.",
                  ("(list (py-< 1 2.) (py-< \"b\" \"a\") (py-< '(1 2) '(1 2 0)))", "(#t #f #t)"))  # fmt: skip
 def less(rt: Runtime, a: Any, b: Any) -> bool:
     return python_less(rt, a, b)
 
 
 @registry.define("py-in", "x::Any xs::Any", "Boolean",
-                 "Python's `in`: an item of a list, array, set or parts, a key of a table, a part of a string.",
+                 "Python's `in`: return whether `x` is an item of a list, array, set or parts, a key of a table, or a "
+                 "part of a string.",
                  ("(list (py-in 1. '(1 2)) (py-in \"a\" (table \"a\" 1)) (py-in \"leg\" \"chair leg\"))",
                   "(#t #t #t)"))  # fmt: skip
 def is_in(rt: Runtime, x: Any, xs: Any) -> bool:
     if type(xs) is str:
         if type(x) is not str:
-            raise wrong_type("py-in", "a string to look for in a string", x)
+            raise wrong_type("py-in", "a string to search for in a string", x)
         rt.charge(len(xs) >> 5)
         return x in xs
     if type(xs) is Table or type(xs) is Set:
@@ -669,19 +672,19 @@ def is_in(rt: Runtime, x: Any, xs: Any) -> bool:
 
 
 def _check_hashable(rt: Runtime, key: Any) -> None:
-    """Refuse what Python cannot look up in a dict or a set; an immutable list may have been a tuple."""
+    """Raise an error for a key that Python cannot hash; an immutable list may have been a tuple."""
     members = members_of(rt, key) if type(key) is Pair else None
     for item in (key, *(members or ())):
         if type(item) in (MutableList, Table, Set):
-            hint = "an immutable list serves as a key: `(list ...)`"
-            raise SceneError("type", f"`py-in` cannot look up {type_name(item)}, nor can Python", hint=hint)
+            hint = "use an immutable list as the key: `(list ...)`"
+            raise SceneError("type", f"`py-in` expects a key that Python can hash, got {type_name(item)}", hint=hint)
 
 
 # --- items -----------------------------------------------------------------------------------------------------
 
 
 def _members(rt: Runtime, value: Any, name: str) -> list[Any]:
-    """What Python would iterate."""
+    """Return the items over which Python would iterate."""
     if _is_part(value):
         return list(parts.primitives_of(rt, value))
     members = members_of(rt, value)
@@ -691,40 +694,40 @@ def _members(rt: Runtime, value: Any, name: str) -> list[Any]:
 
 
 @registry.define("py-iter", "xs::Any", "List",
-                 "The list of what Python would iterate: items of a list, set or array, characters, keys of a table, "
-                 "primitives of an entity.",
+                 "Return the list that Python would iterate over: items of a list, set or array, characters, keys of "
+                 "a table, primitives of an entity.",
                  ('(list (py-iter "ab") (py-iter (table "x" 1)) (py-iter [1 2]))', '(("a" "b") ("x") (1 2))'),
                  )  # fmt: skip
 def iter_(rt: Runtime, xs: Any) -> Any:
     return make_list(_members(rt, xs, "py-iter"))
 
 
-@registry.define("py-ref", "thing::Any key::Any more::Any ...", "Any",
-                 "Python's `thing[key]`: as `ref`, but #t and #f are the indices 1 and 0, and an entity or a pair "
-                 "(entity . matrix) is the list of its primitives. A key that a table lacks is an error. Further keys "
-                 "go deeper.",
+@registry.define("py-ref", "collection::Any key::Any more::Any ...", "Any",
+                 "Python's `collection[key]`: as `ref`, but #t and #f are the indices 1 and 0, an entity or a pair "
+                 "(entity . matrix) is the list of its primitives, and a missing key of a table is an error. Further "
+                 "keys select in the item.",
                  ("(list (py-ref '(a b) #t) (py-ref (table 1 'x) #t) (py-ref [[1 2] [3 4]] 1 0))",
                   "(b x 3)"))  # fmt: skip
-def ref(rt: Runtime, thing: Any, key: Any, *more: Any) -> Any:
-    if is_array(thing):
-        return sequences.array_ref(rt, thing, tuple(map(_unbooled, (key, *more))))
-    for each in (key, *more):
-        thing = _item(rt, thing, each)
-    return thing
+def ref(rt: Runtime, collection: Any, key: Any, *more: Any) -> Any:
+    if is_array(collection):
+        return sequences.array_ref(rt, collection, tuple(map(_as_number, (key, *more))))
+    for item_key in (key, *more):
+        collection = _item(rt, collection, item_key)
+    return collection
 
 
-def _item(rt: Runtime, thing: Any, key: Any) -> Any:
-    if type(thing) is Table:
-        rt.read(thing)
-        entry = find_entry(rt, thing, key)
-        return sequences.table_ref(rt, thing, key, ()) if is_missing(entry) else entry[1]
-    if _is_part(thing):
-        thing = make_list(parts.primitives_of(rt, thing))
-    return sequences.ref(rt, thing, _unbooled(key))
+def _item(rt: Runtime, collection: Any, key: Any) -> Any:
+    if type(collection) is Table:
+        rt.read(collection)
+        entry = find_entry(rt, collection, key)
+        return sequences.table_ref(rt, collection, key, ()) if is_missing(entry) else entry[1]
+    if _is_part(collection):
+        collection = make_list(parts.primitives_of(rt, collection))
+    return sequences.ref(rt, collection, _as_number(key))
 
 
 @registry.define("py-str", "value::Any", "String",
-                 "Python's `str`: numbers as Python prints them, True, False and None, strings as they are, lists as "
+                 "Python's `str`: numbers as Python prints them, True, False and None, strings unchanged, lists as "
                  "[1, 'a'].",
                  ("(list (py-str 1.) (py-str #t) (py-str '(1 \"a\")))", '("1.0" "True" "[1, \'a\']")'))  # fmt: skip
 def str_(rt: Runtime, value: Any) -> str:

@@ -1,4 +1,4 @@
-"""Random draws: numpy's legacy generator, and under the prefix ``py-`` Python's, drawing exactly what they draw."""
+"""Builtins for random numbers: numpy's generators, and with the prefix ``py-`` Python's, bit for bit."""
 
 from __future__ import annotations
 
@@ -30,21 +30,20 @@ from scenelang.stdlib.sequences import plain_kind
 registry = Registry("random")
 
 _INT64 = 1 << 63
-_BLOCK = 4096  # draws between two checks
+_BLOCK = 4096  # draws between two checks of the limits
 
 
 # --- streams ---------------------------------------------------------------------------------------------------
 
 
 def _numpy_source(rt: Runtime, name: str, stream: Stream | None) -> Any:
-    """The generator to draw from; the draw is noted."""
+    """Return the generator to draw from, and record the draw."""
     if stream is None:
         rt.draw()
         return rt.streams.numpy
     if stream.kind == "py-random-stream":
-        raise wrong_type(
-            name, "a stream of `random-stream` or `default-rng`", stream, f"Python's is drawn by `py-{name}`"
-        )
+        hint = f"for this stream, use `py-{name}`"
+        raise wrong_type(name, "a stream of `random-stream` or `default-rng`", stream, hint)
     rt.draw(stream)
     return stream.generator
 
@@ -54,20 +53,20 @@ def _python_source(rt: Runtime, name: str, stream: Stream | None) -> Any:
         rt.draw()
         return rt.streams.python
     if stream.kind != "py-random-stream":
-        raise wrong_type(name, "a stream of `py-random-stream`", stream, f"numpy's is drawn by `{name[3:]}`")
+        raise wrong_type(name, "a stream of `py-random-stream`", stream, f"for this stream, use `{name[3:]}`")
     rt.draw(stream)
     return stream.generator
 
 
 def _check_seed(name: str, seed: int) -> int:
     if not 0 <= seed < 1 << 32:
-        raise SceneError("value", f"`{name}` wants a seed from 0 to 2^32 - 1, got {show(seed, 30)}")
+        raise SceneError("value", f"`{name}` expects a seed from 0 to 2^32 - 1, got {show(seed, 30)}")
     return seed
 
 
 @registry.define("random-state", "", "Stream",
-                 "A copy of the stream of `random uniform randint` and their kin as it stands, for "
-                 "`set-random-state!`.",
+                 "Return a copy of the state of the stream of `random`, `uniform`, `randint` and related functions, "
+                 "for `set-random-state!`.",
                  ("(let ((s (random-state))) (let ((a (random))) (set-random-state! s) (= a (random))))",
                   "#t"))  # fmt: skip
 def random_state(rt: Runtime) -> Stream:
@@ -79,7 +78,8 @@ def random_state(rt: Runtime) -> Stream:
 
 
 @registry.define("set-random-state!", "saved::Stream", "Any",
-                 "Puts the stream of `random uniform randint` and their kin where `random-state` found it.",
+                 "Restore the stream of `random`, `uniform`, `randint` and related functions to the state that "
+                 "`random-state` returned.",
                  ("(let ((s (random-state))) (random) (set-random-state! s))", "none"))  # fmt: skip
 def set_random_state(rt: Runtime, saved: Stream) -> None:
     rt.charge(8)
@@ -121,7 +121,7 @@ def default_rng(rt: Runtime, seed: int = 0) -> Stream:
     rt.charge(8)
     charge_digits(rt, seed)
     if seed < 0:
-        raise SceneError("value", f"`default-rng` wants a seed that is not negative, got {show(seed, 30)}")
+        raise SceneError("value", f"`default-rng` expects a seed that is not negative, got {show(seed, 30)}")
     return Stream("default-rng", np.random.default_rng(seed), rt.clock)
 
 
@@ -140,8 +140,8 @@ def py_random_stream(rt: Runtime, seed: int = 0) -> Stream:
 # --- numpy's draws ---------------------------------------------------------------------------------------------
 
 
-def _drawn(name: str, draw: Callable[[], Any]) -> Any:
-    """The value of a draw; what numpy or Python refuse becomes a diagnostic."""
+def _sample(name: str, draw: Callable[[], Any]) -> Any:
+    """Return the value of a draw; an error of numpy or Python becomes a diagnostic."""
     try:
         value = draw()
     except (ValueError, OverflowError, IndexError) as error:
@@ -154,79 +154,82 @@ def _shape(rt: Runtime, name: str, size: Any) -> Any:
 
 
 @registry.define("random", "[:size::Any] [:stream::Stream]", "Number",
-                 "A number from 0 up to 1, evenly; with `:size` an array of that shape.",
+                 "Return a uniform random number from 0 up to but excluding 1; with `:size`, an array of that shape.",
                  ("(let ((x (random))) (and (<= 0 x) (< x 1)))", "#t"))  # fmt: skip
 def random(rt: Runtime, *, size: Any = None, stream: Any = None) -> Any:
     shape = _shape(rt, "random", size)
     source = _numpy_source(rt, "random", stream)
-    return _drawn("random", lambda: source.random(shape))
+    return _sample("random", lambda: source.random(shape))
 
 
 @registry.define("uniform", "[low::Any] [high::Any] [:size::Any] [:stream::Stream]", "Number",
-                 "A number from `low` (0) up to `high` (1), evenly; with `:size` an array of that shape.",
+                 "Return a uniform random number from `low` (default 0) up to `high` (default 1); with `:size`, an "
+                 "array of that shape.",
                  ("(array-shape (uniform -1 1 :size '(2 3)))", "(2 3)"))  # fmt: skip
 def uniform(rt: Runtime, low: Any = 0.0, high: Any = 1.0, *, size: Any = None, stream: Any = None) -> Any:
     shape = _shape(rt, "uniform", size)
     bounds = [_parameter(rt, "uniform", bound) for bound in (low, high)]
     source = _numpy_source(rt, "uniform", stream)
-    return _drawn("uniform", lambda: source.uniform(*bounds, shape))
+    return _sample("uniform", lambda: source.uniform(*bounds, shape))
 
 
 def _parameter(rt: Runtime, name: str, value: Any) -> Any:
-    """A parameter of a distribution: a number, or an array for as many draws."""
+    """Return a parameter of a distribution: a number, or an array with one value per draw."""
     if type(value) is int or type(value) is float:
         return float(value)
     return to_numpy(rt, value, name)
 
 
 @registry.define("normal", "[mean::Any] [deviation::Any] [:size::Any] [:stream::Stream]", "Number",
-                 "A number from the normal distribution with `mean` (0) and standard `deviation` (1).",
+                 "Return a number from the normal distribution with `mean` (default 0) and standard `deviation` "
+                 "(default 1).",
                  ("(length (normal 0 2 :size 3))", "3"))  # fmt: skip
 def normal(rt: Runtime, mean: Any = 0.0, deviation: Any = 1.0, *, size: Any = None, stream: Any = None) -> Any:
     shape = _shape(rt, "normal", size)
     parameters = [_parameter(rt, "normal", value) for value in (mean, deviation)]
     source = _numpy_source(rt, "normal", stream)
-    return _drawn("normal", lambda: source.normal(*parameters, shape))
+    return _sample("normal", lambda: source.normal(*parameters, shape))
 
 
 @registry.define("randint", "low::Integer [high::Integer] [:size::Any] [:stream::Stream]", "Integer",
-                 "An Integer from `low` up to `high`, which is left out; `(randint n)` begins at 0.",
+                 "Return a random Integer from `low` up to but excluding `high`; `(randint n)` starts at 0.",
                  ("(randint 5 6)", "5"))  # fmt: skip
 def randint(rt: Runtime, low: int, high: int | None = None, *, size: Any = None, stream: Any = None) -> Any:
     first, end = (0, low) if high is None else (low, high)
     if first >= end:
-        raise SceneError("value", f"`randint` wants a range that is not empty, got {show(first)} up to {show(end)}")
+        raise SceneError("value", f"`randint` expects a range that is not empty, got {show(first)} up to {show(end)}")
     if first < -_INT64 or end > _INT64:
-        raise SceneError("value", "`randint` draws Integers of 64 bits only")
+        raise SceneError("value", f"`randint` expects bounds of 64 bits, got {show(first, 30)} up to {show(end, 30)}")
     shape = _shape(rt, "randint", size)
     source = _numpy_source(rt, "randint", stream)
     draw = source.integers if stream is not None and stream.kind == "default-rng" else source.randint
-    return _drawn("randint", lambda: draw(first, end, shape))
+    return _sample("randint", lambda: draw(first, end, shape))
 
 
 @registry.define("rand", "sides::Integer ... [:stream::Stream]", "Number",
-                 "An array of this shape of numbers from 0 up to 1; without arguments one number.",
+                 "Return an array of this shape of uniform random numbers from 0 up to 1; without arguments, one "
+                 "number.",
                  ("(array-shape (rand 2 3))", "(2 3)"))  # fmt: skip
 def rand(rt: Runtime, *sides: int, stream: Any = None) -> Any:
     return random(rt, size=make_list(sides) if sides else None, stream=stream)
 
 
 @registry.define("randn", "sides::Integer ... [:stream::Stream]", "Number",
-                 "An array of this shape from the standard normal distribution; without arguments one number.",
+                 "Return an array of this shape from the standard normal distribution; without arguments, one number.",
                  ("(length (randn 4))", "4"))  # fmt: skip
 def randn(rt: Runtime, *sides: int, stream: Any = None) -> Any:
     shape = _shape(rt, "randn", make_list(sides) if sides else None)
     source = _numpy_source(rt, "randn", stream)
-    return _drawn("randn", lambda: source.standard_normal(shape))
+    return _sample("randn", lambda: source.standard_normal(shape))
 
 
 def _pool(rt: Runtime, name: str, xs: Any) -> tuple[list[Any] | range, bool]:
-    """What to choose from, and whether several choices make an array."""
+    """Return the items to choose from, and whether multiple choices are an array."""
     if type(xs) is float and xs.is_integer():
         xs = int(xs)
     if type(xs) is int:
         if not 0 < xs < _INT64:
-            raise SceneError("value", f"`{name}` wants a count above 0, got {show(xs, 30)}")
+            raise SceneError("value", f"`{name}` expects a count above 0, got {show(xs, 30)}")
         return range(xs), True
     members = items(rt, xs, name)
     if not members:
@@ -235,23 +238,23 @@ def _pool(rt: Runtime, name: str, xs: Any) -> tuple[list[Any] | range, bool]:
 
 
 @registry.define("choice", "xs::Any [:size::Any] [:replace::Boolean] [:p::Any] [:stream::Stream]", "Any",
-                 "A random item of a sequence, or of 0 .. n-1 for a number n. `:size` draws several, `:replace #f` "
-                 "each at most once; `:p` are the probabilities of the items.",
+                 "Return a random item of a sequence, or a number from 0 to n-1 for an Integer n. `:size` draws "
+                 "several, `:replace #f` each at most once; `:p` are the probabilities of the items.",
                  ("(choice '(a b c) :p '(0 1 0))", "b"))  # fmt: skip
 def choice(rt: Runtime, xs: Any, *, size: Any = None, replace: bool = True, p: Any = None, stream: Any = None) -> Any:
     pool, as_array = _pool(rt, "choice", xs)
     shape = _shape(rt, "choice", size)
-    chances = None if p is None else to_numpy(rt, p, "choice").astype(float)
-    if chances is not None or not replace:
+    probabilities = None if p is None else to_numpy(rt, p, "choice").astype(float)
+    if probabilities is not None or not replace:
         rt.meter.check_size(len(pool), "an array")
         rt.charge(len(pool) >> 3)
     source = _numpy_source(rt, "choice", stream)
-    drawn = _drawn("choice", lambda: source.choice(len(pool), shape, replace, chances))
-    if type(drawn) is int:
-        return pool[drawn]
+    sample = _sample("choice", lambda: source.choice(len(pool), shape, replace, probabilities))
+    if type(sample) is int:
+        return pool[sample]
     if isinstance(pool, range):
-        return drawn
-    indices = to_numpy(rt, drawn)
+        return sample
+    indices = to_numpy(rt, sample)
     rt.charge(indices.size >> 4)
     chosen = [pool[index] for index in indices.ravel().tolist()]
     if as_array:
@@ -266,7 +269,7 @@ def _nested_list(members: list[Any], shape: tuple[int, ...]) -> Any:
 
 
 def _shuffled(rt: Runtime, name: str, members: list[Any], stream: Any) -> list[Any]:
-    """The items in the order that numpy's ``shuffle`` gives a list."""
+    """Return the items in the order of numpy's ``shuffle`` of a list."""
     rt.charge(len(members) >> 3)
     order = np.arange(len(members))
     _numpy_source(rt, name, stream).shuffle(order)
@@ -274,20 +277,20 @@ def _shuffled(rt: Runtime, name: str, members: list[Any], stream: Any) -> list[A
 
 
 @registry.define("shuffle", "xs::Sequence [:stream::Stream]", "Sequence",
-                 "A new list of the items in random order; of a vector a vector. `shuffle!` works in place.",
+                 "Return a new list of the items in random order; of a vector, a vector. `shuffle!` works in place.",
                  ("(sort (shuffle '(3 1 2)))", "(1 2 3)"))  # fmt: skip
 def shuffle(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
     return rebuild(rt, plain_kind(xs), _shuffled(rt, "shuffle", items(rt, xs, "shuffle"), stream))
 
 
-@registry.define("shuffle!", "xs::Any [:stream::Stream]", "Any", "Shuffles a mutable list or a mutable array in place.",
+@registry.define("shuffle!", "xs::Any [:stream::Stream]", "Any", "Shuffle a mutable list or a mutable array in place.",
                  ("(let ((xs (mutable-list 3 1 2))) (shuffle! xs) (length xs))", "3"))  # fmt: skip
 def shuffle_in_place(rt: Runtime, xs: Any, *, stream: Any = None) -> None:
     reorder(rt, "shuffle!", xs, lambda members: _shuffled(rt, "shuffle!", members, stream))
 
 
 @registry.define("permutation", "xs::Any [:stream::Stream]", "Sequence",
-                 "The numbers 0 .. n-1, or the items of a sequence, in random order.",
+                 "Return the numbers from 0 to n-1, or the items of a sequence, in random order.",
                  ("(sort (permutation 4))", "[0 1 2 3]"))  # fmt: skip
 def permutation(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
     is_count = type(xs) is int or type(xs) is float
@@ -305,43 +308,45 @@ def permutation(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
 # --- Python's draws --------------------------------------------------------------------------------------------
 
 
-@registry.define("py-random", "[:stream::Stream]", "Float", "A number from 0 up to 1, as Python's `random.random()`.",
+@registry.define("py-random", "[:stream::Stream]", "Float",
+                 "Return a number from 0 up to but excluding 1, as Python's `random.random()`.",
                  ("(let ((x (py-random))) (and (<= 0 x) (< x 1)))", "#t"))  # fmt: skip
 def py_random(rt: Runtime, *, stream: Any = None) -> Any:
     return _python_source(rt, "py-random", stream).random()
 
 
 @registry.define("py-uniform", "low::Number high::Number [:stream::Stream]", "Float",
-                 "A number between `low` and `high`, as Python's `random.uniform`.",
+                 "Return a number between `low` and `high`, as Python's `random.uniform`.",
                  ("(let ((x (py-uniform 2 3))) (and (<= 2 x) (<= x 3)))", "#t"))  # fmt: skip
 def py_uniform(rt: Runtime, low: Any, high: Any, *, stream: Any = None) -> Any:
     return _python_source(rt, "py-uniform", stream).uniform(low, high)
 
 
 @registry.define("py-gauss", "[mean::Number] [deviation::Number] [:stream::Stream]", "Float",
-                 "A number from the normal distribution, as Python's `random.gauss`.",
+                 "Return a number from the normal distribution, as Python's `random.gauss`.",
                  ("(py-gauss 5 0)", "5.0"))  # fmt: skip
 def py_gauss(rt: Runtime, mean: Any = 0.0, deviation: Any = 1.0, *, stream: Any = None) -> Any:
     return float(_python_source(rt, "py-gauss", stream).gauss(mean, deviation))
 
 
 @registry.define("py-randint", "low::Integer high::Integer [:stream::Stream]", "Integer",
-                 "An Integer from `low` to `high`, both included, as Python's `random.randint`.",
+                 "Return an Integer from `low` to `high`, both included, as Python's `random.randint`.",
                  ("(py-randint 5 5)", "5"))  # fmt: skip
 def py_randint(rt: Runtime, low: int, high: int, *, stream: Any = None) -> Any:
     source = _python_source(rt, "py-randint", stream)
-    return _drawn("py-randint", lambda: source.randint(low, high))
+    return _sample("py-randint", lambda: source.randint(low, high))
 
 
 @registry.define("py-randrange", "start::Integer [end::Integer] [step::Integer] [:stream::Stream]", "Integer",
-                 "A random number of `(range start end step)`, as Python's `random.randrange`.",
+                 "Return a random number of `(range start end step)`, as Python's `random.randrange`.",
                  ("(py-randrange 5 6)", "5"))  # fmt: skip
 def py_randrange(rt: Runtime, *bounds: int, stream: Any = None) -> Any:
     source = _python_source(rt, "py-randrange", stream)
-    return _drawn("py-randrange", lambda: source.randrange(*bounds))
+    return _sample("py-randrange", lambda: source.randrange(*bounds))
 
 
-@registry.define("py-choice", "xs::Sequence [:stream::Stream]", "Any", "A random item, as Python's `random.choice`.",
+@registry.define("py-choice", "xs::Sequence [:stream::Stream]", "Any",
+                 "Return a random item, as Python's `random.choice`.",
                  ("(py-choice '(a))", "a"))  # fmt: skip
 def py_choice(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
     members, _ = _pool(rt, "py-choice", xs)
@@ -349,40 +354,48 @@ def py_choice(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
 
 
 @registry.define("py-choices", "xs::Sequence [:weights::Any] [:k::Integer] [:stream::Stream]", "List",
-                 "A list of `:k` (1) random items, each drawn from all, as Python's `random.choices`.",
+                 "Return a list of `:k` (default 1) random items, drawn with replacement, as Python's "
+                 "`random.choices`.",
                  ("(py-choices '(a b) :weights '(0 1) :k 3)", "(b b b)"))  # fmt: skip
 def py_choices(rt: Runtime, xs: Any, *, weights: Any = None, k: int = 1, stream: Any = None) -> Any:
     members, _ = _pool(rt, "py-choices", xs)
     rt.meter.check_size(max(0, k), "a list")
-    chances = None
+    cumulative = None
     if weights is not None:
         flat = to_numpy(rt, weights, "py-choices").ravel().tolist()
-        chances = list(accumulate(flat, initial=0))[1:]
-        if not chances or len(chances) != len(members) or not math.isfinite(chances[-1]) or chances[-1] <= 0:
-            raise SceneError("value", "`py-choices` wants a weight for every item, with a sum above 0")
+        cumulative = list(accumulate(flat, initial=0))[1:]
+        if (
+            not cumulative
+            or len(cumulative) != len(members)
+            or not math.isfinite(cumulative[-1])
+            or cumulative[-1] <= 0
+        ):
+            raise SceneError("value", "`py-choices` expects a weight for every item, with a sum above 0")
     source = _python_source(rt, "py-choices", stream)
     chosen: list[Any] = []
     for start in range(0, k, _BLOCK):
         count = min(_BLOCK, k - start)
         rt.charge(count >> 3)
-        chosen += source.choices(members, cum_weights=chances, k=count)
+        chosen += source.choices(members, cum_weights=cumulative, k=count)
     return make_list(chosen)
 
 
 @registry.define("py-sample", "xs::Sequence count::Integer [:stream::Stream]", "List",
-                 "A list of `count` random items, each at most once, as Python's `random.sample`.",
+                 "Return a list of `count` random items, drawn without replacement, as Python's `random.sample`.",
                  ("(sort (py-sample '(3 1 2) 3))", "(1 2 3)"))  # fmt: skip
 def py_sample(rt: Runtime, xs: Any, count: int, *, stream: Any = None) -> Any:
     members = items(rt, xs, "py-sample")
     if not 0 <= count <= len(members):
-        raise SceneError("value", f"`py-sample` cannot draw {show(count, 30)} of {len(members)} items")
+        message = f"`py-sample` expects a count from 0 to {len(members)}, the number of items, got {show(count, 30)}"
+        raise SceneError("value", message)
     rt.charge(count >> 2)
     return make_list(_python_source(rt, "py-sample", stream).sample(members, count))
 
 
 def _py_shuffled(rt: Runtime, name: str, members: list[Any], stream: Any) -> list[Any]:
     source = _python_source(rt, name, stream)
-    for index in range(len(members) - 1, 0, -1):  # `random.shuffle`, which goes on for seconds without a check
+    # Fisher-Yates, as in `random.shuffle`, which would run for seconds without a check of the limits
+    for index in range(len(members) - 1, 0, -1):
         if not index & 1023:
             rt.charge(1024 >> 3)
         other = _below(source, index + 1)
@@ -391,7 +404,7 @@ def _py_shuffled(rt: Runtime, name: str, members: list[Any], stream: Any) -> lis
 
 
 def _below(source: Any, limit: int) -> int:
-    """A number from 0 up to ``limit``, drawn as ``random.Random`` draws it."""
+    """Return an integer from 0 up to but excluding ``limit``, as ``random.Random`` does: rejection sampling of bits."""
     bits = limit.bit_length()
     number: int = source.getrandbits(bits)
     while number >= limit:
@@ -400,14 +413,14 @@ def _below(source: Any, limit: int) -> int:
 
 
 @registry.define("py-shuffle", "xs::Sequence [:stream::Stream]", "Sequence",
-                 "A new list of the items in the order that Python's `random.shuffle` gives them.",
+                 "Return a new list of the items in the order of Python's `random.shuffle`.",
                  ("(sort (py-shuffle '(3 1 2)))", "(1 2 3)"))  # fmt: skip
 def py_shuffle(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
     return rebuild(rt, plain_kind(xs), _py_shuffled(rt, "py-shuffle", items(rt, xs, "py-shuffle"), stream))
 
 
 @registry.define("py-shuffle!", "xs::Any [:stream::Stream]", "Any",
-                 "Shuffles a mutable list or array in place, as Python's `random.shuffle`.",
+                 "Shuffle a mutable list or array in place, as Python's `random.shuffle`.",
                  ("(let ((xs (mutable-list 3 1 2))) (py-shuffle! xs) (length xs))", "3"))  # fmt: skip
 def py_shuffle_in_place(rt: Runtime, xs: Any, *, stream: Any = None) -> None:
     reorder(rt, "py-shuffle!", xs, lambda members: _py_shuffled(rt, "py-shuffle!", members, stream))

@@ -1,8 +1,8 @@
-"""Everything that programs can use, as plain records from its one place of definition.
+"""Reference records of all names of the language, generated from their definitions.
 
-Builtins come from the registry, special forms from ``interpreter.forms`` and ``interpreter.form_examples``, constants
-from ``stdlib.constants``, the combinators from the comments of ``combinators.scene``. Help, completion and the pages
-under ``docs/reference`` (``make docs``) read these records.
+Builtins come from the registry, special forms from ``interpreter.expand.forms``, constants from ``stdlib.numbers``, the
+combinators from the comments of ``combinators.scene``. Help, completion, prompts and the pages of ``docs/reference``
+(``make docs``) read these records; the grammars as text are generated here as well.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class RecordKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """An expression and the value that it prints."""
+    """An expression and its printed value."""
 
     expression: str
     value: str
@@ -47,9 +47,13 @@ class Example:
 
 @dataclass(frozen=True, slots=True)
 class ReferenceRecord:
-    """One name. ``signature`` is how it is used, as help and diagnostics show it; ``topic`` groups the reference;
-    ``module`` is the file that a program must import to have the name, None for what is always there; ``picture`` is an
-    expression whose picture shows what the name does, None where there is none."""
+    """A documented name.
+
+    ``signature`` is the usage shown by help and diagnostics; ``topic`` groups the reference; ``module`` is the file
+    that a
+    program must import for the name, None if it is always available; ``picture`` is an expression whose rendering
+    illustrates the name, or None.
+    """
 
     name: str
     kind: RecordKind
@@ -62,50 +66,51 @@ class ReferenceRecord:
 
     @property
     def keywords(self) -> tuple[str, ...]:
-        """The names of its keyword parameters."""
+        """The names of the keyword parameters."""
         return tuple(dict.fromkeys(_KEYWORD.findall(self.signature)))
 
 
-# The topics in the order of the reference: title and what a reader should know first.
+# The topics in the order of the reference: title and introduction.
 TOPICS: dict[str, tuple[str, str]] = {
-    "forms": ("Special forms", "Special forms are not functions: each decides which of its parts are evaluated."),
+    "forms": ("Special forms", "Special forms are not functions: each has its own rules of evaluation."),
     "paper": (
         "The paper's macros",
-        "The four names that the paper defines in the language. Here they are procedures, so they may be passed on.",
+        "The four macros that the paper defines in the language. Here they are procedures, so they are first-class.",
     ),
     "entities": ("Entities and embeddings", ""),
     "poses": ("Poses", "Lengths are the scene's units, angles are radians."),
     "combinators": (
         "Combinators",
-        "A *thing* is an entity, a pair (entity . matrix) or parts, as `union` makes them; where copies are made it "
-        "may also be a function of the copy's index. Every combinator gives parts, which go into a `union`. Boxes are "
-        "the exact bounding boxes of `compute-shape-min` and its kin.",
+        "An *object* is an entity, a pair (entity . matrix) or parts, as returned by `union`; combinators that make "
+        "copies also accept a function of the copy's index. Every combinator returns parts, which can be used in a "
+        "`union`. Boxes are the exact bounding boxes of `compute-shape-min` and related functions.",
     ),
     "colors": ("Colours", ""),
-    "numbers": ("Numbers", "Arithmetic works on numbers and, element by element, on arrays."),
-    "tests": ("Tests of type and equality", ""),
+    "numbers": ("Numbers", "Arithmetic works on numbers and elementwise on arrays."),
+    "tests": ("Type predicates and equality", ""),
     "lists": ("Lists and pairs", ""),
     "sequences": (
         "Sequences",
         "A sequence is a list, a mutable list, an array, a string, a set or the keys of a table.",
     ),
     "changes": (
-        "Changes",
-        "These change mutable lists, mutable arrays, tables and sets. Lists, arrays and strings never change.",
+        "Mutation",
+        "These functions modify mutable lists, mutable arrays, tables and sets. Lists, arrays and strings are "
+        "immutable.",
     ),
     "tables": ("Tables and sets", ""),
     "strings": ("Strings", ""),
-    "arrays": ("Arrays", "Vectors and matrices are arrays; `[1 2 3]` writes one."),
+    "arrays": ("Arrays", "Vectors and matrices are arrays; `[1 2 3]` is a literal."),
     "random": (
         "Random numbers",
-        "Names without prefix draw from the stream of numpy's `RandomState`, those with `py-` from the stream of "
-        "Python's `random`. `:stream` takes another stream.",
+        "Functions without a prefix draw from the stream of numpy's `RandomState`, those with `py-` from the stream of "
+        "Python's `random`. `:stream` selects another stream.",
     ),
     "control": ("Control and errors", ""),
     "python": (
-        "Python's dynamic rules",
-        "For programs that were made of Python: what Python does on values whose type could not be inferred. They need "
-        '`(import "std/python.scene")`. In programs that people write, the plain operators say what is meant.',
+        "Python's semantics",
+        "For programs transpiled from Python: operators with Python's semantics for values whose type could not be "
+        'inferred. They need `(import "std/python.scene")`. In programs written by hand, prefer the plain operators.',
     ),
     "constants": ("Constants", ""),
     "types": ("Types", "The names that annotate a parameter, `name::Type`."),
@@ -114,56 +119,58 @@ TOPICS: dict[str, tuple[str, str]] = {
 _PAPER: tuple[tuple[str, str, Example | None], ...] = (
     (
         "(call word::Word embeddings ... :attribute value ...) -> Entity",
-        "The entity of a word: applies the function bound to it, or makes a primitive when none is. Attributes join "
-        "the first embedding. The same word with equal embeddings is evaluated once and shared.",
+        "Return the entity of a word: apply the function bound to it, or make a primitive if it is unbound. Attributes "
+        "are added to the first embedding. The same word with equal embeddings is evaluated once and shared.",
         Example('(entity-word (call "tree" "an old oak"))', '"tree"'),
     ),
     (
         "(union members ...) -> Parts",
-        "Joins members into one list of parts: entities, pairs (entity . matrix) and lists of these to any depth.",
+        "Join members into one list of parts: entities, pairs (entity . matrix) and lists of these, nested to any "
+        "depth.",
         Example('(length (union (call "cube") (list (call "cone") (call "sphere"))))', "3"),
     ),
     (
         "(union-loop count::Integer function::Function) -> Parts",
-        "Unites what the function makes of 0, 1, ... `count` - 1.",
+        "Join the results of the function for 0, 1, ... `count` - 1.",
         Example('(length (union-loop 8 (lambda (i) (call "cube"))))', "8"),
     ),
     (
         "(transform part matrix::Matrix) -> Pair",
-        "An entity under a pose: the pair (entity . matrix). Pairs and parts are moved further, which gives a pair or "
-        "parts.",
+        "Apply a pose to an entity: return the pair (entity . matrix). For a pair or parts, compose it with their "
+        "poses.",
         Example('(compute-shape-max (transform (call "cube") (translate [1 2 3])))', "[1.5 2.5 3.5]"),
     ),
 )
 
 _TYPES: dict[str, str] = {
-    "Any": "Anything.",
+    "Any": "Any value.",
     "Word": "A string that names a class of entities.",
     "String": "Text.",
     "Embedding": "An embedding; a handle or a string is accepted as one.",
-    "Matrix": "A pose: a finite 4x4 matrix whose last row is 0 0 0 1; nested lists and arrays of that shape serve.",
-    "Vector": "A one-dimensional array of numbers; a list of numbers serves.",
+    "Matrix": "A pose: a finite 4x4 matrix whose last row is 0 0 0 1; nested lists and arrays of that shape are "
+    "converted.",
+    "Vector": "A one-dimensional array of numbers; a list of numbers is converted.",
     "Point": "A vector of three numbers.",
     "Array": "An array of numbers of any number of dimensions.",
     "Entity": "An entity.",
     "Parts": "An entity, a pair (entity . matrix), or a list of these.",
-    "Integer": "A whole number; a Float that is whole becomes one.",
+    "Integer": "A whole number; a whole Float is converted.",
     "Float": "A number.",
     "Number": "A number.",
     "Numeric": "A number or an array of numbers.",
     "Boolean": "`#t` or `#f`.",
-    "Function": "A procedure, builtin or written.",
-    "List": "A list or mutable list; `List[Type]` says what its items are.",
+    "Function": "A procedure, builtin or user-defined.",
+    "List": "A list or mutable list; `List[Type]` gives the type of its items.",
     "Tuple": "`Tuple[Type, ...]`: a list with one item of each type, or a pair of two.",
     "Sequence": "A list, mutable list, array, string, table (its keys) or set.",
-    "Symbol": "A symbol, as `'name`.",
-    "Keyword": "A keyword, as `:name`.",
+    "Symbol": "A symbol, such as `'name`.",
+    "Keyword": "A keyword, such as `:name`.",
     "Pair": "A pair or a list that is not empty.",
     "MutableList": "A mutable list.",
     "MutableArray": "A mutable array.",
     "Table": "A table.",
     "Set": "A set.",
-    "Stream": "A random stream of one's own.",
+    "Stream": "A random stream, separate from the default ones.",
     "Record": "A record; the name of a record type denotes its records.",
 }
 
@@ -173,14 +180,14 @@ _TYPES: dict[str, str] = {
 
 @cache
 def records() -> tuple[ReferenceRecord, ...]:
-    """Every name of the language, by topic in the order of ``TOPICS``."""
+    """Return the records of all names, sorted by topic in the order of ``TOPICS``."""
     found = [*_forms(), *_paper(), *_builtins(), *combinators(), *_constants(), *_types()]
     order = {topic: position for position, topic in enumerate(TOPICS)}
     return tuple(sorted(found, key=lambda record: order[record.topic]))
 
 
 def lookup(name: str) -> ReferenceRecord | None:
-    """What is known of ``name``; a function before a type of the same name."""
+    """Return the record of ``name``, or None; a function takes precedence over a type of the same name."""
     return next((record for record in records() if record.name == name), None)
 
 
@@ -255,10 +262,11 @@ def _types() -> Iterator[ReferenceRecord]:
 
 @cache
 def combinators() -> tuple[ReferenceRecord, ...]:
-    """The documented definitions of ``combinators.scene``.
+    """Return the documented definitions of ``combinators.scene``.
 
-    A definition is documented by the lines ``;;;`` directly above it: text, then ``;;; Example: expression => value``
-    once or more, then ``;;; Picture: expression``, over as many lines as it takes.
+    The documentation is the lines that start with ``;;;`` directly above a definition: the description, then one or
+    more
+    examples ``;;; Example: expression => value``, then ``;;; Picture: expression``. Each can span several lines.
     """
     text = build_library().modules[COMBINATORS]
     source = Source(COMBINATORS, text)
@@ -272,46 +280,44 @@ def combinators() -> tuple[ReferenceRecord, ...]:
 
 
 def _combinator(name: str, head: str, comment: list[str]) -> ReferenceRecord:
-    said, _, picture = " ".join(comment).partition(" Picture: ")
-    doc, *examples = said.split(" Example: ")
-    shown = [example.rpartition(" => ") for example in examples]
+    text, _, picture = " ".join(comment).partition(" Picture: ")
+    doc, *examples = text.split(" Example: ")
+    parsed = [example.rpartition(" => ") for example in examples]
     return ReferenceRecord(
         name,
         RecordKind.FUNCTION,
         f"{head} -> Parts",
         doc,
-        tuple(Example(expression, value) for expression, _, value in shown),
+        tuple(Example(expression, value) for expression, _, value in parsed),
         "combinators",
         picture=picture or None,
     )
 
 
 def _documentation(lines: list[str]) -> list[str]:
-    """The lines ``;;; ...`` that a comment ends with, without their semicolons."""
+    """Return the text of the lines ``;;; ...`` at the end of a comment."""
     found: list[str] = []
     for line in lines:
         found = [*found, line[4:].strip()] if line.startswith(";;; ") else []
     return found
 
 
-# The helper API as Python stubs, for a language model to write against (the paper, appendix "Language Model
-# Prompts").
-#
-# Names and parameters are the transpiler's, descriptions the registry's: what each helper says is what its
-# counterpart in the language says, in Python's words.
+# --- Python stubs of the helper API ----------------------------------------------------------------------------
 
+# For the prompts of language models (paper, appendix "Language Model Prompts"). Names and parameters come from the
+# transpiler; the description of a helper is that of its counterpart in the language, in Python's terms.
 
 _CLAUSE = re.compile(r"(?<=[^.])(?:: |; |\. ).*", re.S)
 _LISP = re.compile(r"[,:;] `\(.*", re.S)
 _ARRAY = re.compile(r"\[([^\][]+)\]")
-# What the language calls otherwise than Python does.
+# Terms of the language and their equivalents in Python.
 _WORDS: Mapping[str, str] = {
-    "an entity or parts": "a shape", "An entity": "A shape", "The entity of a word": "The shape of a word",
+    "an entity or parts": "a shape", "an entity": "a shape", "the entity of a word": "the shape of a word",
     "list of parts": "shape", "members": "shapes", "`count`": "`n`", "`axis`": "`direction`", "the function": "`fn`",
     "an association list or table": "a dictionary", "#t": "True", "#f": "False",
 }  # fmt: skip
 
-# What the language calls otherwise than JSON does.
+# Terms of the language and their equivalents in JSON.
 _JSON_WORDS: Mapping[str, str] = {"an association list or table": "an object", "#t": "true", "#f": "false"}
 
 _HEAD = """import math
@@ -328,11 +334,11 @@ Shape = Any  # primitives, each with its pose
 
 
 def helper_header(names: Sequence[str], words: Sequence[str]) -> str:
-    """The stubs of the helpers ``names``, whose ``primitive_call`` makes the primitives ``words``."""
+    """Return the stubs of the helpers ``names``, with ``words`` as the primitives of ``primitive_call``."""
     pieces = [_HEAD]
     for name in names:
         helper = HELPERS[name]
-        doc = _primitives(words) if name == "primitive_call" else [_described(helper)]
+        doc = _primitives(words) if name == "primitive_call" else [_description(helper)]
         signature = (
             _block_signature() if name == "primitive_call" and set(words) <= set(block_words()) else helper.signature
         )
@@ -341,7 +347,7 @@ def helper_header(names: Sequence[str], words: Sequence[str]) -> str:
 
 
 def in_json(text: str) -> str:
-    """What the registry says of a primitive or attribute, in the words of JSON."""
+    """Return the description of a primitive or attribute in terms of JSON."""
     text = _without_lisp(_without_colons(text))
     for words, others in _JSON_WORDS.items():
         text = text.replace(words, others)
@@ -349,7 +355,7 @@ def in_json(text: str) -> str:
 
 
 def python_word(word: str) -> str:
-    """A primitive's word as Python's programs write it."""
+    """Return the word of a primitive in Python programs."""
     return word.replace("-", "_")
 
 
@@ -358,8 +364,8 @@ def _stub(helper: Helper, signature: str, doc: Sequence[str]) -> str:
     return f'def {helper.name}({signature}) -> {helper.result}:\n    """{body}"""\n'
 
 
-def _described(helper: Helper) -> str:
-    """The first statement of the counterpart's description, then what only Python has to say."""
+def _description(helper: Helper) -> str:
+    """Return the first statement of the counterpart's description, and the note of the helper."""
     record = lookup(helper.counterpart) if helper.counterpart is not None else None
     if record is None:
         return helper.note
@@ -373,14 +379,14 @@ def _in_python(text: str) -> str:
 
 
 def _primitives(words: Sequence[str]) -> list[str]:
-    """What each primitive is and what it takes, then what each argument means."""
+    """Return the lines that describe the primitives, their attributes and the arguments."""
     docs = docs_of_words()
     are_blocks = set(words) <= set(block_words())
-    lines = ["Makes a primitive.", ""]
+    lines = ["Make a primitive.", ""]
     for word in words:
-        taken = [name for name in attributes_read(word) if name != "color"]
-        keys = ", ".join(f"'{name}'" if not are_blocks else name.replace("-", "_") for name in taken)
-        lines.append(f"'{python_word(word)}': {_plain(docs[word])}; takes {keys}")
+        attributes = [name for name in attributes_read(word) if name != "color"]
+        keys = ", ".join(f"'{name}'" if not are_blocks else name.replace("-", "_") for name in attributes)
+        lines.append(f"'{python_word(word)}': {_plain(docs[word])}; arguments {keys}")
     lines.append("")
     return [*lines, *_arguments(words, are_blocks)]
 
@@ -409,15 +415,15 @@ def _block_signature() -> str:
     return "name: str, **block_arguments"
 
 
-# The names of the language by what they are, for whatever colours programs.
-
+# --- names by category, for syntax highlighting ----------------------------------------------------------------
 
 PAPER = frozenset({"bind", "retrieve", *PAPER_FORMS})
 
 
 @dataclass(frozen=True, slots=True)
 class Vocabulary:
-    """``definitions`` are the forms that define names, ``paper`` the paper's forms; no name is in two sets."""
+    """Names by category, disjoint: ``definitions`` are the forms that define names, ``paper`` the forms of the
+    paper."""
 
     forms: frozenset[str]
     definitions: frozenset[str]
@@ -428,7 +434,7 @@ class Vocabulary:
 
 @cache
 def vocabulary() -> Vocabulary:
-    """The names that every program sees; those of libraries to import are a program's own."""
+    """Return the names that are visible in every program; names of modules to import are not included."""
     definitions = frozenset({*DEFINITIONS, *MACROS, *TOP_LEVEL}) - PAPER
     known = [record for record in records() if record.module is None and record.name not in PAPER]
     return Vocabulary(
@@ -440,27 +446,27 @@ def vocabulary() -> Vocabulary:
     )
 
 
-# --- grammars as text, for decoders of language models, parser generators, editors and people ------------------------
+# --- grammars as text, for constrained decoding, parser generators and editors ---------------------------------
 
-PARSED = ("lark", "llguidance", "gbnf", "ebnf")  # the formats that say which programs there are
+PARSED = ("lark", "llguidance", "gbnf", "ebnf")  # the formats that define the syntax
 TEXTMATE = "textmate"
 GRAMMARS = (*PARSED, TEXTMATE)
 
 
 def grammar_text(form: str, strict: bool = False) -> str:
-    """The grammar of programs in a format; docs/grammar.md says what each is for.
+    """Return the grammar of programs in a format; docs/grammar.md describes their uses.
 
     Parameters
     ----------
     form : str
         "lark", "llguidance", "gbnf", "ebnf" or "textmate".
     strict : bool
-        The paper's grammar, as ``check --strict`` has it.
+        The paper's grammar, as for ``check --strict``.
 
     Raises
     ------
     SceneError
-        There is no such format, or it has no strict form.
+        The format is unknown, or it has no strict form.
 
     Examples
     --------
@@ -474,7 +480,7 @@ def grammar_text(form: str, strict: bool = False) -> str:
     if form != TEXTMATE:
         return _parsed(form, strict)
     if strict:
-        raise SceneError("value", "a TextMate grammar colours tokens, so it has no strict form")
+        raise SceneError("value", "the format `textmate` highlights tokens and has no strict form")
     return textmate_text(_scopes())
 
 
@@ -489,7 +495,7 @@ def _parsed(form: str, strict: bool) -> str:
 
 
 def _scopes() -> dict[str, frozenset[str]]:
-    """The names of the language by the scope that editors give them."""
+    """Return the names of the language by TextMate scope."""
     names = vocabulary()
     return {
         "keyword.control": names.forms,

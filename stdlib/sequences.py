@@ -1,4 +1,4 @@
-"""Sequences of every kind: length, ends, order, search."""
+"""Builtins for sequences of every type: length, access, order, search, conversion, slices and sorting."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ from scenelang.stdlib.operands import (
     bad_index,
     blocks,
     empty_sequence,
-    endless,
     from_numpy,
+    infinite_error,
     is_array,
     is_true,
     items,
@@ -62,26 +62,26 @@ _INT64 = 1 << 63
 
 
 @registry.define("length", "xs::Sequence", "Integer",
-                 "The number of items; of an array along its first axis, of a table its keys.",
+                 "Return the number of items; of an array along its first axis, of a table the number of keys.",
                  ("(list (length '(a b)) (length \"abc\") (length [1 2 3 4]))", "(2 3 4)"))  # fmt: skip
 def length_(rt: Runtime, xs: Any) -> int:
     return length(rt, xs)
 
 
 @registry.define(
-    "string-length", "text::String", "Integer", "The number of characters.", ('(string-length "abc")', "3")
+    "string-length", "text::String", "Integer", "Return the number of characters.", ('(string-length "abc")', "3")
 )
 def string_length(rt: Runtime, text: str) -> int:
     return len(text)
 
 
-@registry.define("vector-length", "vector::Array", "Integer", "The number of items along the first axis.",
+@registry.define("vector-length", "vector::Array", "Integer", "Return the number of items along the first axis.",
                  ("(vector-length [5 6])", "2"))  # fmt: skip
 def vector_length(rt: Runtime, vector: Any) -> int:
     return length(rt, vector)
 
 
-@registry.define("empty?", "xs::Sequence", "Boolean", "True for a sequence without items.",
+@registry.define("empty?", "xs::Sequence", "Boolean", "Return whether a sequence has no items.",
                  ("(list (empty? '()) (empty? \"\") (empty? (set 1)))", "(#t #t #f)"))  # fmt: skip
 def is_empty(rt: Runtime, xs: Any) -> bool:
     return type(xs) is not Pair and length(rt, xs, "empty?") == 0
@@ -98,22 +98,22 @@ def _nth(rt: Runtime, xs: Any, index: int, name: str) -> Any:
     return members[index]
 
 
-@registry.define("first", "xs::Any", "Any", "The first item of a sequence.", ("(first [5 6 7])", "5"))
+@registry.define("first", "xs::Any", "Any", "Return the first item of a sequence.", ("(first [5 6 7])", "5"))
 def first(rt: Runtime, xs: Any) -> Any:
     return _nth(rt, xs, 0, "first")
 
 
-@registry.define("second", "xs::Any", "Any", "The second item of a sequence.", ("(second '(a b c))", "b"))
+@registry.define("second", "xs::Any", "Any", "Return the second item of a sequence.", ("(second '(a b c))", "b"))
 def second(rt: Runtime, xs: Any) -> Any:
     return _nth(rt, xs, 1, "second")
 
 
-@registry.define("third", "xs::Any", "Any", "The third item of a sequence.", ("(third [5 6 7])", "7"))
+@registry.define("third", "xs::Any", "Any", "Return the third item of a sequence.", ("(third [5 6 7])", "7"))
 def third(rt: Runtime, xs: Any) -> Any:
     return _nth(rt, xs, 2, "third")
 
 
-@registry.define("last", "xs::Sequence", "Any", "The last item of a sequence.", ("(last '(a b c))", "c"))
+@registry.define("last", "xs::Sequence", "Any", "Return the last item of a sequence.", ("(last '(a b c))", "c"))
 def last(rt: Runtime, xs: Any) -> Any:
     members = items(rt, xs, "last")
     if not members:
@@ -121,7 +121,9 @@ def last(rt: Runtime, xs: Any) -> Any:
     return members[-1]
 
 
-@registry.define("rest", "xs::Any", "Sequence", "A sequence without its first item.", ("(rest '(a b c))", "(b c)"))
+@registry.define(
+    "rest", "xs::Any", "Sequence", "Return a sequence without its first item.", ("(rest '(a b c))", "(b c)")
+)
 def rest(rt: Runtime, xs: Any) -> Any:
     if isinstance(xs, (Pair, HandleList)):
         return cdr_of(rt, xs, "rest")
@@ -146,7 +148,7 @@ def take(rt: Runtime, xs: Any, count: int) -> Any:
     return rebuild(rt, xs, members[:count])
 
 
-@registry.define("drop", "xs::Any count::Integer", "Sequence", "All but the first `count` items.",
+@registry.define("drop", "xs::Any count::Integer", "Sequence", "Return all but the first `count` items.",
                  ("(drop [1 2 3] 1)", "[2 3]"))  # fmt: skip
 def drop(rt: Runtime, xs: Any, count: int) -> Any:
     if isinstance(xs, (Pair, HandleList)):
@@ -159,14 +161,14 @@ def drop(rt: Runtime, xs: Any, count: int) -> Any:
 # --- order and shape -------------------------------------------------------------------------------------------
 
 
-@registry.define("reverse", "xs::Sequence", "Sequence", "The items in reverse order; a string stays a string.",
+@registry.define("reverse", "xs::Sequence", "Sequence", "Return the items in reverse order; a string stays a string.",
                  ("(list (reverse '(1 2 3)) (reverse \"abc\"))", '((3 2 1) "cba")'))  # fmt: skip
 def reverse(rt: Runtime, xs: Any) -> Any:
     return rebuild(rt, xs, items(rt, xs, "reverse")[::-1])
 
 
 @registry.define("zip", "sequences::Sequence ...", "List",
-                 "The list of the lists of all first items, all second items and so on, as far as the shortest goes.",
+                 "Return the list of lists with the i-th item of each sequence, up to the length of the shortest.",
                  ("(zip '(a b c) [1 2])", "((a 1) (b 2))"))  # fmt: skip
 def zip_(rt: Runtime, *sequences: Any) -> Any:
     columns = [items(rt, xs, "zip") for xs in sequences]
@@ -175,7 +177,7 @@ def zip_(rt: Runtime, *sequences: Any) -> Any:
 
 
 @registry.define("enumerate", "xs::Sequence [start::Integer]", "List",
-                 "The list of the lists (index item), counted from `start` (0).",
+                 "Return the list of lists (index item), counted from `start` (default 0).",
                  ("(enumerate '(a b))", "((0 a) (1 b))"))  # fmt: skip
 def enumerate_(rt: Runtime, xs: Any, start: int = 0) -> Any:
     members = items(rt, xs, "enumerate")
@@ -187,20 +189,20 @@ def enumerate_(rt: Runtime, xs: Any, start: int = 0) -> Any:
 
 
 @registry.define("repeat", "xs::Sequence count::Integer", "Sequence",
-                 "The items of a sequence `count` times in a row. `make-list` repeats one value.",
+                 "Return the items of a sequence `count` times in a row. `make-list` repeats one value.",
                  ("(list (repeat '(1 2) 2) (repeat \"ab\" 3))", '((1 2 1 2) "ababab")'))  # fmt: skip
 def repeat(rt: Runtime, xs: Any, count: int) -> Any:
     count = max(0, count)
-    what = "a string" if type(xs) is str else "a list"
-    rt.meter.check_size(length(rt, xs, "repeat") * count, what)
+    kind = "a string" if type(xs) is str else "a list"
+    rt.meter.check_size(length(rt, xs, "repeat") * count, kind)
     if type(xs) is str:
         return xs * count
     return rebuild(rt, xs, items(rt, xs, "repeat") * count)
 
 
 @registry.define("flatten", "xs::Sequence", "Sequence",
-                 "The items of a list and of all lists inside it, at any depth, in one list; of an array its numbers "
-                 "in one vector.",
+                 "Return the items of a list and of all lists nested in it as one list; for an array, all its numbers "
+                 "as one vector.",
                  ("(list (flatten '(1 (2 (3)) ())) (flatten [[1 2] [3 4]]))", "((1 2 3) [1 2 3 4])"))  # fmt: skip
 def flatten(rt: Runtime, xs: Any) -> Any:
     if isinstance(xs, ARRAYS):
@@ -235,7 +237,7 @@ def _is_proper(rt: Runtime, value: Any) -> bool:
 
 
 def contains(rt: Runtime, xs: Any, x: Any) -> bool:
-    """Whether ``x`` is a member, a key, or a part of a string."""
+    """Return whether ``x`` is a member, a key, or a part of a string."""
     kind = type(xs)
     if kind is Set or kind is Table:
         rt.read(xs)
@@ -247,7 +249,7 @@ def contains(rt: Runtime, xs: Any, x: Any) -> bool:
 
 
 def position_of(rt: Runtime, xs: Any, x: Any, name: str) -> int | None:
-    """The first index at which ``x`` stands in a sequence."""
+    """Return the first index of ``x`` in a sequence, or None."""
     if type(xs) is str:
         rt.charge(len(xs) >> 5)
         position = xs.find(x) if type(x) is str else -1
@@ -262,14 +264,14 @@ def position_of(rt: Runtime, xs: Any, x: Any, name: str) -> int | None:
 
 
 @registry.define("contains?", "xs::Sequence x::Any", "Boolean",
-                 "True when `x` is an item of a sequence, a key of a table, or a part of a string. Numbers compare by "
-                 "value.",
+                 "Return whether `x` is an item of a sequence, a key of a table or a part of a string. Numbers "
+                 "compare by value.",
                  ("(list (contains? '(1 2) 2.) (contains? \"chair leg\" \"leg\"))", "(#t #t)"))  # fmt: skip
 def contains_(rt: Runtime, xs: Any, x: Any) -> bool:
     return contains(rt, xs, x)
 
 
-@registry.define("index-of", "xs::Sequence x::Any", "Any", "The first index of an item equal to `x`, or #f.",
+@registry.define("index-of", "xs::Sequence x::Any", "Any", "Return the index of the first item equal to `x`, or #f.",
                  ("(list (index-of '(a b) 'b) (index-of [1 2] 5))", "(1 #f)"))  # fmt: skip
 def index_of(rt: Runtime, xs: Any, x: Any) -> Any:
     index = position_of(rt, xs, x, "index-of")
@@ -277,7 +279,8 @@ def index_of(rt: Runtime, xs: Any, x: Any) -> Any:
 
 
 @registry.define("count", "xs::Any x::Any", "Integer",
-                 "How many items equal `x`. With a function first, `(count f xs)`: how many items it accepts.",
+                 "Return the number of items equal to `x`; `(count f xs)` returns the number of items for which `f` "
+                 "is true.",
                  ("(list (count '(1 2 1) 1) (count odd? '(1 2 3)))", "(2 2)"))  # fmt: skip
 def count(rt: Runtime, xs: Any, x: Any) -> int:
     total = 0
@@ -296,7 +299,7 @@ def count(rt: Runtime, xs: Any, x: Any) -> int:
 
 
 @registry.define("delete-duplicates", "xs::Sequence", "List",
-                 "The items without those that equal an earlier one; numbers compare by value.",
+                 "Return the items without those equal to an earlier one; numbers compare by value.",
                  ("(delete-duplicates '(1 2 1. 3 2))", "(1 2 3)"))  # fmt: skip
 def delete_duplicates(rt: Runtime, xs: Any) -> Any:
     seen: dict[Any, Any] = {}
@@ -306,7 +309,8 @@ def delete_duplicates(rt: Runtime, xs: Any) -> Any:
     return make_list(list(seen.values()))
 
 
-@registry.define("delete", "xs::Sequence x::Any", "List", "The items that do not equal `x`; numbers compare by value.",
+@registry.define("delete", "xs::Sequence x::Any", "List",
+                 "Return the items that are not equal to `x`; numbers compare by value.",
                  ("(delete '(1 2 1) 1)", "(2)"))  # fmt: skip
 def delete(rt: Runtime, xs: Any, x: Any) -> Any:
     out = []
@@ -321,7 +325,7 @@ def delete(rt: Runtime, xs: Any, x: Any) -> Any:
 
 
 @registry.define("->list", "xs::Sequence", "List",
-                 "The items of any sequence as a list: characters of a string, keys of a table, rows of an array.",
+                 "Convert any sequence to a list: characters of a string, keys of a table, rows of an array.",
                  ("(->list [1 2])", "(1 2)"))  # fmt: skip
 def to_list(rt: Runtime, xs: Any) -> Any:
     if type(xs) is Pair or xs is NIL:
@@ -330,21 +334,21 @@ def to_list(rt: Runtime, xs: Any) -> Any:
     return make_list(items(rt, xs, "->list"))
 
 
-@registry.define("string->list", "text::String", "List", "The characters of a text, Strings of length 1.",
+@registry.define("string->list", "text::String", "List", "Return the characters of a text, as Strings of length 1.",
                  ('(string->list "abc")', '("a" "b" "c")'))  # fmt: skip
 def string_to_list(rt: Runtime, text: str) -> Any:
     return make_list(items(rt, text))
 
 
-@registry.define("vector->list", "vector::Array", "List", "The items of an array as a list.",
+@registry.define("vector->list", "vector::Array", "List", "Return the items of an array as a list.",
                  ("(vector->list [1 2])", "(1 2)"))  # fmt: skip
 def vector_to_list(rt: Runtime, vector: Any) -> Any:
     return make_list(items(rt, vector))
 
 
 @registry.define("mutable", "xs::Sequence", "Any",
-                 "A new mutable twin with the same items: a mutable array for an array, a new table or set for a table "
-                 "or set, else a mutable list.",
+                 "Return a mutable copy: a mutable array of an array, a new table or set of a table or set, otherwise "
+                 "a mutable list.",
                  ("(let ((xs (mutable '(1 2)))) (push! xs 3) xs)", "(mutable-list 1 2 3)"))  # fmt: skip
 def mutable(rt: Runtime, xs: Any) -> Any:
     if isinstance(xs, (Vector, Matrix, Array, MutableArray)):
@@ -361,41 +365,40 @@ def mutable(rt: Runtime, xs: Any) -> Any:
 
 
 @registry.define("mutable-list", "items::Any ...", "MutableList",
-                 "A list of the arguments that can grow and change, by `push! set-ref! remove!` and others.",
+                 "Return a mutable list of the arguments; `push!`, `set-ref!`, `remove!` and others modify it.",
                  ("(mutable-list 1 2)", "(mutable-list 1 2)"))  # fmt: skip
 def mutable_list(rt: Runtime, *members: Any) -> Any:
     return rt.mutable_list(list(members))
 
 
 @registry.define("mutable-array", "data::Any", "MutableArray",
-                 "An array that can change in place, by `set-ref!`, from an array or nested lists of numbers.",
+                 "Return a mutable array of an array or nested lists of numbers; `set-ref!` modifies it.",
                  ("(let ((a (mutable-array [1 2 3]))) (set-ref! a 0 9) a)", "(mutable-array [9 2 3])"))  # fmt: skip
 def mutable_array(rt: Runtime, data: Any) -> Any:
     copy = to_numpy(rt, data, "mutable-array").copy()
     if copy.ndim == 0:
-        raise SceneError("type", f"`mutable-array` wants an array or a list of numbers, got {type_name(data)}")
+        raise SceneError("type", f"`mutable-array` expects an array or a list of numbers, got {type_name(data)}")
     return MutableArray(copy, rt.clock)
 
 
-# Reading by index, key and slice.
-
+# --- access by index and key -----------------------------------------------------------------------------------
 
 Axis = int | slice
 
-_MOST_KNOWN = 200  # keys among which a misspelt one is looked for
+_MAX_SUGGESTED = 200  # keys that are searched for a misspelt one
 
 
-def whole(key: Any, name: str = "ref") -> int:
-    """``key`` as an index."""
+def to_index(key: Any, name: str = "ref") -> int:
+    """Return ``key`` as an index; it must be a whole number."""
     if type(key) is int:
         return key
     if type(key) is float and key.is_integer():
         return int(key)
-    raise SceneError("type", f"`{name}` wants an Integer for the index, got {type_name(key)}: {show(key, 40)}")
+    raise SceneError("type", f"`{name}` expects an Integer as the index, got {type_name(key)}: {show(key, 40)}")
 
 
 def check_index(index: int, length: int, sequence: Any) -> int:
-    """``index``, counted from the front; refuses one that is outside."""
+    """Return ``index`` counted from the start; one outside the sequence is an error."""
     if -length <= index < length:
         return index + length if index < 0 else index
     raise bad_index(index, length, kind_of(sequence))
@@ -404,26 +407,26 @@ def check_index(index: int, length: int, sequence: Any) -> int:
 # --- ref -------------------------------------------------------------------------------------------------------
 
 
-def _name_of(key: Any, what: str) -> str:
+def _name_of(key: Any, kind: str) -> str:
     if type(key) in (Keyword, Symbol, str):
         return str(key)
-    message = f"`ref` wants the name of {what}, such as `:size`, got {type_name(key)}: {show(key, 40)}"
+    message = f"`ref` expects the name of {kind}, such as `:size`, got {type_name(key)}: {show(key, 40)}"
     raise SceneError("type", message)
 
 
-def missing_key(what: str, key: Any, keys: Iterable[Any]) -> SceneError:
-    """The error for a key that a table, record or embedding does not hold."""
-    known = list(islice(keys, _MOST_KNOWN))
+def missing_key(owner: str, key: Any, keys: Iterable[Any]) -> SceneError:
+    """Return the error for a key that a table, record or embedding does not have."""
+    known = list(islice(keys, _MAX_SUGGESTED))
     hint = None
     if isinstance(key, str):
         hint = suggest(str(key), [str(name) for name in known if isinstance(name, str)])
     if hint is None and 0 < len(known) <= 12:
-        hint = "it has " + ", ".join(show(name, 30) for name in known)
-    return SceneError("key", f"the {what} has no {show(key, 60)}", hint=hint)
+        hint = "its keys are " + ", ".join(show(name, 30) for name in known)
+    return SceneError("key", f"the {owner} does not contain {show(key, 60)}", hint=hint)
 
 
 def table_ref(rt: Runtime, table: Table, key: Any, default: tuple[Any, ...]) -> Any:
-    """The value under ``key``, else the default if one is given."""
+    """Return the value of ``key``, or the default if one is given."""
     rt.read(table)
     entry = table.entries.get(table_key(key, rt.charge))
     if entry is not None:
@@ -443,7 +446,7 @@ def _attribute(embedding: Embedding, key: Any, default: tuple[Any, ...]) -> Any:
 
 
 def field_index(record: Record, key: Any) -> int:
-    """The position of a record's field."""
+    """Return the position of a record's field."""
     name = _name_of(key, "a field")
     if name not in record.type.fields:
         raise missing_key(f"record {record.type.name}", Keyword(name), [Keyword(known) for known in record.type.fields])
@@ -451,9 +454,9 @@ def field_index(record: Record, key: Any) -> int:
 
 
 def array_ref(rt: Runtime, array: Any, keys: tuple[Any, ...]) -> Any:
-    """The item, or the part, of an array at one index per axis."""
+    """Return the item or the subarray of an array at one index per axis."""
     if type(array) is Vector and len(keys) == 1:
-        return array[check_index(whole(keys[0]), len(array), array)]
+        return array[check_index(to_index(keys[0]), len(array), array)]
     if type(array) is MutableArray:
         rt.read(array)
     data = array.data if type(array) in (Array, MutableArray) else to_numpy(rt, array)
@@ -463,15 +466,16 @@ def array_ref(rt: Runtime, array: Any, keys: tuple[Any, ...]) -> Any:
 
 
 def check_axes(shape: tuple[int, ...], keys: tuple[Any, ...], name: str) -> tuple[int, ...]:
-    """Indices into an array of ``shape``, counted from the front."""
+    """Return the indices into an array of ``shape``, counted from the start."""
     if len(keys) > len(shape):
-        raise SceneError("index", f"`{name}` got {len(keys)} indices for an array of {len(shape)} dimensions")
+        message = f"too many indices for `{name}`: the array is {len(shape)}-dimensional, got {len(keys)}"
+        raise SceneError("index", message)
     out = []
     for axis, (key, side) in enumerate(zip(keys, shape)):
-        index = whole(key, name)
+        index = to_index(key, name)
         if not -side <= index < side:
-            what = "array" if len(shape) > 1 else "vector"
-            raise bad_index(index, side, f"{what} along axis {axis}" if axis else what)
+            kind = "array" if len(shape) > 1 else "vector"
+            raise bad_index(index, side, f"{kind} along axis {axis}" if axis else kind)
         out.append(index % side)
     return tuple(out)
 
@@ -479,50 +483,49 @@ def check_axes(shape: tuple[int, ...], keys: tuple[Any, ...], name: str) -> tupl
 def _item(rt: Runtime, sequence: Any, key: Any) -> Any:
     kind = type(sequence)
     if kind is Pair or sequence is NIL:
-        index = whole(key)
+        index = to_index(key)
         if index >= 0:
             return list_ref(rt, sequence, index)
         members = items(rt, sequence, "ref")
         return members[check_index(index, len(members), sequence)]
     if kind is MutableList:
         rt.read(sequence)
-        return sequence.items[check_index(whole(key), len(sequence.items), sequence)]
+        return sequence.items[check_index(to_index(key), len(sequence.items), sequence)]
     if kind is str:
-        return sequence[check_index(whole(key), len(sequence), sequence)]
+        return sequence[check_index(to_index(key), len(sequence), sequence)]
     if kind is HandleList:
-        if whole(key) < 0:
-            raise endless("ref")
-        return rt.handle(f"z{sequence.start + whole(key)}")
+        if to_index(key) < 0:
+            raise infinite_error("ref")
+        return rt.handle(f"z{sequence.start + to_index(key)}")
     if kind is Entity:
-        hint = "its parts are `(cdr entity)`, an attribute is `(ref (entity-embedding entity) :name)`"
-        raise SceneError("type", "`ref` wants a sequence, table, embedding or record, got an Entity", hint=hint)
+        hint = "for its parts, write `(cdr entity)`; for an attribute, `(ref (entity-embedding entity) :name)`"
+        raise SceneError("type", "`ref` expects a sequence, table, embedding or record, got an Entity", hint=hint)
     raise not_a_sequence("ref", sequence)
 
 
 @registry.define(
     "ref",
-    "thing::Any key::Any more::Any ...",
+    "collection::Any key::Any more::Any ...",
     "Any",
-    "The item of a sequence at an index (negative ones count from the end), of a table under a key, an embedding's "
-    "attribute or a record's field under its keyword. For tables and embeddings a third argument is the value when "
-    "there is none; otherwise further indices go deeper: `(ref rows i j)`.",
+    "Return the item of a sequence at an index (a negative one counts from the end), the value of a table for a key, "
+    "or an attribute of an embedding or a field of a record for its keyword. For tables and embeddings a third "
+    "argument is the default for a missing key; otherwise further indices select in the item: `(ref rows i j)`.",
     ('(list (ref \'(a b c) -1) (ref (table "x" 1) "y" 0) (ref [[1 2] [3 4]] 1 0))', "(c 0 3)"),
 )
-def ref(rt: Runtime, thing: Any, key: Any, *more: Any) -> Any:
-    kind = type(thing)
-    if is_array(thing):
-        return array_ref(rt, thing, (key, *more))
+def ref(rt: Runtime, collection: Any, key: Any, *more: Any) -> Any:
+    kind = type(collection)
+    if is_array(collection):
+        return array_ref(rt, collection, (key, *more))
     if kind is Table or kind is Embedding:
         if len(more) > 1:
-            raise SceneError(
-                "arity", f"`ref` of a table or an embedding wants at most 3 arguments, got {2 + len(more)}"
-            )
-        return table_ref(rt, thing, key, more) if kind is Table else _attribute(thing, key, more)
+            message = f"`ref` of a table or an embedding expects at most 3 arguments, got {2 + len(more)}"
+            raise SceneError("arity", message)
+        return table_ref(rt, collection, key, more) if kind is Table else _attribute(collection, key, more)
     if kind is Record:
-        rt.read(thing)
-        value = thing.values[field_index(thing, key)]
+        rt.read(collection)
+        value = collection.values[field_index(collection, key)]
     else:
-        value = _item(rt, thing, key)
+        value = _item(rt, collection, key)
     return ref(rt, value, *more) if more else value
 
 
@@ -541,7 +544,7 @@ def vector_ref(rt: Runtime, vector: Any, index: int) -> Any:
     "string-ref",
     "text::String index::Integer",
     "String",
-    "The character at an index, a String of length 1.",
+    "Return the character at an index, a String of length 1.",
     ('(string-ref "abc" 1)', '"b"'),
 )
 def string_ref(rt: Runtime, text: str, index: int) -> str:
@@ -552,14 +555,14 @@ def string_ref(rt: Runtime, text: str, index: int) -> str:
 
 
 def _bound(value: Any) -> int | None:
-    return None if value is None else whole(value, "slice")
+    return None if value is None else to_index(value, "slice")
 
 
 def slice_of(parts: tuple[Any, ...] | list[Any]) -> slice:
-    """The Python slice for ``start end step``; none stands for what is left out."""
+    """Return the Python slice for ``start end step``; none omits a bound."""
     start, end, step = (*map(_bound, parts), None, None, None)[:3]
     if step == 0:
-        raise SceneError("value", "`slice` wants a step that is not 0")
+        raise SceneError("value", "`slice` expects a step that is not 0")
     return slice(start, end, step)
 
 
@@ -568,19 +571,20 @@ def _is_range(value: Any) -> bool:
 
 
 def axis_selection(shape: tuple[int, ...], keys: tuple[Any, ...], name: str) -> tuple[Axis, ...]:
-    """What is selected of an array: per axis an index, ``:all``, or a list ``(start end step)``."""
+    """Return the numpy index of a selection: for each axis an index, ``:all``, or a list ``(start end step)``."""
     if len(keys) > len(shape):
-        raise SceneError("index", f"`{name}` got {len(keys)} indices for an array of {len(shape)} dimensions")
+        message = f"too many indices for `{name}`: the array is {len(shape)}-dimensional, got {len(keys)}"
+        raise SceneError("index", message)
     out: list[Axis] = []
     for axis, key in enumerate(keys):
         if type(key) is Keyword:
             if key != "all":
-                raise SceneError("value", f"`{name}` wants an index, `:all` or a list of bounds, got :{key}")
+                raise SceneError("value", f"`{name}` expects an index, `:all` or a list of bounds, got :{key}")
             out.append(slice(None))
         elif type(key) is Pair or key is NIL:
             parts = list_items(key)
             if not 1 <= len(parts) <= 3:
-                raise SceneError("value", f"`{name}` wants bounds such as '(0 2), got {show(key, 40)}")
+                raise SceneError("value", f"`{name}` expects bounds such as '(0 2), got {show(key, 40)}")
             out.append(slice_of(parts))
         else:
             out.extend(check_axes(shape[axis : axis + 1], (key,), name))
@@ -604,8 +608,8 @@ def _slice_array(rt: Runtime, array: Any, keys: tuple[Any, ...]) -> Any:
     "slice",
     "xs::Sequence start::Any more::Any ...",
     "Sequence",
-    "`(slice xs start end step)`: the items from `start` up to `end`, as Python slices; none stands for a bound that "
-    "is left out. Of an array with more dimensions: per axis an index, `:all` or a list '(start end).",
+    "`(slice xs start end step)`: return the items from `start` up to but excluding `end`, as Python slices; none "
+    "omits a bound. For an array with more dimensions: an index, `:all` or a list '(start end) for each axis.",
     (
         '(list (slice \'(a b c d) 1 -1) (slice "scene" none none -1) (slice [[1 2] [3 4]] :all 0))',
         '((b c) "enecs" [1 3])',
@@ -615,19 +619,19 @@ def slice_(rt: Runtime, xs: Any, start: Any, *more: Any) -> Any:
     if isinstance(xs, (Vector, Matrix, Array, MutableArray)):
         return _slice_array(rt, xs, (start, *more))
     if len(more) > 2:
-        raise SceneError("arity", f"`slice` wants 2 to 4 arguments, got {2 + len(more)}")
-    cut = slice_of((start, *more))
+        raise SceneError("arity", f"`slice` expects 2 to 4 arguments, got {2 + len(more)}")
+    bounds = slice_of((start, *more))
     if type(xs) is str:
         rt.charge(len(xs) >> 8)
-        return xs[cut]
-    return rebuild(rt, xs, items(rt, xs, "slice")[cut])
+        return xs[bounds]
+    return rebuild(rt, xs, items(rt, xs, "slice")[bounds])
 
 
 @registry.define(
     "substring",
     "text::String start::Integer [end::Integer]",
     "String",
-    "The characters from `start` up to `end`, which must lie inside the text.",
+    "Return the characters from `start` up to but excluding `end`; both must be within the text.",
     ('(substring "chair leg" 0 5)', '"chair"'),
 )
 def substring(rt: Runtime, text: str, start: int, end: int | None = None) -> str:
@@ -636,36 +640,35 @@ def substring(rt: Runtime, text: str, start: int, end: int | None = None) -> str
         if not 0 <= index <= len(text):
             raise bad_index(index, len(text), "string")
     if start > last:
-        raise SceneError("index", f"`substring` wants a start that is not behind the end, got {start} and {last}")
+        raise SceneError("index", f"`substring` expects a start up to the end, got {start} and {last}")
     rt.charge((last - start) >> 8)
     return text[start:last]
 
 
-# Order: sorting, smallest and largest, by natural order, by keys, or by a function of the program.
+# --- order -----------------------------------------------------------------------------------------------------
 
-
-_DEEPEST = 30
-_BLOCK = 1 << 16  # items that are sorted between two checks
+_MAX_DEPTH = 30  # of lists that are compared
+_BLOCK = 1 << 16  # items that are sorted between two checks of the limits
 
 
 def sort_key(rt: Runtime, value: Any, depth: int = 0) -> Any:
-    """``value`` as Python data whose order is the language's; the depth is bounded, so recursion is safe."""
+    """Return Python data with the order of ``value`` in the language; recursive, with a bounded depth."""
     kind = type(value)
     if kind is int or kind is float or kind is str or kind is bool:
         return value
     if kind is Pair or value is NIL or kind is MutableList or kind is Vector:
-        if depth == _DEEPEST:
-            raise SceneError("value", f"lists nested deeper than {_DEEPEST} levels have no order")
+        if depth == _MAX_DEPTH:
+            raise SceneError("value", f"lists nested deeper than {_MAX_DEPTH} levels cannot be compared")
         rt.charge(1)
         return [sort_key(rt, item, depth + 1) for item in items(rt, value, "sort")]
     if depth:
-        return value  # has no order itself; the items before it may decide
-    message = f"only numbers, strings and lists of these have an order, not {type_name(value)}: {show(value, 60)}"
-    raise SceneError("type", message, hint="say what to compare: `:key` or a function like `<`")
+        return value  # not comparable, but an earlier item may determine the order
+    message = f"expected numbers, strings or lists of these to compare, got {type_name(value)}: {show(value, 60)}"
+    raise SceneError("type", message, hint="to compare other values, add `:key` or a function such as `<`")
 
 
 def keys_of(rt: Runtime, members: list[Any], key: Any) -> list[Any]:
-    """What the items are ordered by."""
+    """Return the sort keys of the items."""
     if key is None:
         return [sort_key(rt, item) for item in members]
     return [sort_key(rt, rt.call1(key, item)) for item in members]
@@ -674,16 +677,18 @@ def keys_of(rt: Runtime, members: list[Any], key: Any) -> list[Any]:
 def no_order(members: list[Any]) -> SceneError:
     kinds = list(dict.fromkeys(type_name(item) for item in members))
     mixed = " and ".join(kinds[:2]) if len(kinds) > 1 else "items of different types"
-    return SceneError("type", f"cannot order {mixed}", hint="add `:key` with a function of what to compare")
+    return SceneError(
+        "type", f"cannot compare {mixed}", hint="add `:key` with a function that returns comparable values"
+    )
 
 
 def sorted_items(rt: Runtime, members: list[Any], less: Any, key: Any, reverse: bool) -> list[Any]:
-    """``members`` in order; equal ones keep theirs, also when reversed."""
+    """Return ``members`` in order; the sort is stable, also in reverse."""
     if less is not None:
-        wrapped = [(member, member if key is None else rt.call1(key, member)) for member in members]
+        keyed = [(member, member if key is None else rt.call1(key, member)) for member in members]
         if reverse:
-            wrapped.reverse()
-        ordered = [member for member, _ in _merge_sort(rt, wrapped, less)]
+            keyed.reverse()
+        ordered = [member for member, _ in _merge_sort(rt, keyed, less)]
         return ordered[::-1] if reverse else ordered
     keys = keys_of(rt, members, key)
     try:
@@ -694,7 +699,8 @@ def sorted_items(rt: Runtime, members: list[Any], less: Any, key: Any, reverse: 
 
 
 def _order(rt: Runtime, keys: list[Any], reverse: bool) -> list[int]:
-    """The indices of ``keys`` in order: blocks are sorted, then pairs of them, which Python merges in one go."""
+    """Return the indices of ``keys`` in order: sorted blocks are merged in pairs, each in linear time by Python's
+    Timsort."""
     order = list(range(len(keys)))
     width = _BLOCK
     while True:
@@ -707,7 +713,8 @@ def _order(rt: Runtime, keys: list[Any], reverse: bool) -> list[int]:
 
 
 def _merge_sort(rt: Runtime, pairs: list[Any], less: Any) -> list[Any]:
-    """Stable, bottom-up; ``less`` is a function of the program, so Python's own sort must not call it."""
+    """Sort stably, bottom-up; ``less`` is a function of the program, so the calls must not come from Python's own
+    sort."""
     width = 1
     while width < len(pairs):
         merged: list[Any] = []
@@ -733,7 +740,7 @@ def _merge(rt: Runtime, left: list[Any], right: list[Any], less: Any) -> list[An
 
 
 def plain_kind(value: Any) -> Any:
-    """What a sorted or shuffled ``value`` is built like: arrays of numbers stay arrays, all else becomes a list."""
+    """Return the template for a sorted or shuffled ``value``: arrays of numbers stay arrays, others become lists."""
     if type(value) is Vector or (type(value) is MutableArray and value.data.ndim == 1):
         return value
     return NIL
@@ -743,8 +750,8 @@ def plain_kind(value: Any) -> Any:
     "sort",
     "xs::Sequence [less::Function] [:key::Function] [:reverse::Boolean]",
     "Sequence",
-    "The items in rising order, equal ones as they stood: numbers, strings, or lists item by item. `:key` says what of "
-    "an item to compare, `:reverse #t` puts the largest first; `less` replaces `<`.",
+    "Return the items in ascending order: numbers, strings, or lists compared item by item; the sort is stable. "
+    "`:key` is the function to compare by, `:reverse #t` sorts in descending order, `less` replaces `<`.",
     ("(list (sort '(3 1 2)) (sort '((a 2) (b 1)) :key second) (sort '(1 2 3) >))", "((1 2 3) ((b 1) (a 2)) (3 2 1))"),
 )
 def sort(rt: Runtime, xs: Any, less: Any = None, *, key: Any = None, reverse: bool = False) -> Any:
@@ -773,7 +780,7 @@ def _extreme(rt: Runtime, name: str, xs: Any, key: Any, largest: bool) -> Any:
     "min-of",
     "xs::Sequence [:key::Function]",
     "Any",
-    "The smallest item, by natural order or by `:key`; the first of several.",
+    "Return the smallest item, in natural order or by `:key`; of equal ones the first.",
     ("(min-of '((a 3) (b 1)) :key second)", "(b 1)"),
 )
 def min_of(rt: Runtime, xs: Any, *, key: Any = None) -> Any:
@@ -784,7 +791,7 @@ def min_of(rt: Runtime, xs: Any, *, key: Any = None) -> Any:
     "max-of",
     "xs::Sequence [:key::Function]",
     "Any",
-    "The largest item, by natural order or by `:key`; the first of several.",
+    "Return the largest item, in natural order or by `:key`; of equal ones the first.",
     ('(max-of \'("oak" "birch" "ash") :key length)', '"birch"'),
 )
 def max_of(rt: Runtime, xs: Any, *, key: Any = None) -> Any:

@@ -19,7 +19,7 @@ from scenelang.stdlib.operands import bad_index, items, wrong_type
 
 registry = Registry("strings")
 
-_FEW = 16  # characters that Python looks through faster than a set does
+_SHORT_CUTSET = 16  # up to this number of characters, str.strip is faster than a set
 
 
 def _check_text(rt: Runtime, size: int) -> None:
@@ -29,12 +29,12 @@ def _check_text(rt: Runtime, size: int) -> None:
 def _texts(name: str, values: Any) -> list[str]:
     for value in values:
         if type(value) is not str:
-            hint = "`(string x)` makes a text of anything"
+            hint = "to convert a value, write `(string value)`"
             raise wrong_type(name, "strings", value, hint)
     return list(values)
 
 
-@registry.define("string", "values::Any ...", "String", "The texts of all values, joined: as `print` shows them.",
+@registry.define("string", "values::Any ...", "String", "Concatenate the texts of all values, as `print` writes them.",
                  ('(string "leg" 2 \'(a "b"))', '"leg2(a \\"b\\")"'))  # fmt: skip
 def string(rt: Runtime, *values: Any) -> str:
     texts = [rt.display(value) for value in values]
@@ -42,7 +42,7 @@ def string(rt: Runtime, *values: Any) -> str:
     return "".join(texts)
 
 
-@registry.define("string-append", "texts::String ...", "String", "The texts joined.",
+@registry.define("string-append", "texts::String ...", "String", "Concatenate strings.",
                  ('(string-append "chair" "/" "leg")', '"chair/leg"'))  # fmt: skip
 def string_append(rt: Runtime, *texts: str) -> str:
     _check_text(rt, sum(map(len, texts)))
@@ -50,7 +50,7 @@ def string_append(rt: Runtime, *texts: str) -> str:
 
 
 @registry.define("string-join", "texts::Sequence [separator::String]", "String",
-                 "The texts of a list joined, with a separator (a blank) between them.",
+                 "Concatenate the strings of a list with a separator (default: a space) between them.",
                  ("(string-join '(\"a\" \"b\" \"c\") \", \")", '"a, b, c"'))  # fmt: skip
 def string_join(rt: Runtime, texts: Any, separator: str = " ") -> str:
     members = _texts("string-join", items(rt, texts, "string-join"))
@@ -58,7 +58,7 @@ def string_join(rt: Runtime, texts: Any, separator: str = " ") -> str:
     return separator.join(members)
 
 
-@registry.define("list->string", "texts::Sequence", "String", "The characters of a list, joined.",
+@registry.define("list->string", "texts::Sequence", "String", "Concatenate the characters of a list.",
                  ('(list->string (reverse (string->list "abc")))', '"cba"'))  # fmt: skip
 def list_to_string(rt: Runtime, texts: Any) -> str:
     joined: str = string_join(rt, texts, "")
@@ -66,27 +66,26 @@ def list_to_string(rt: Runtime, texts: Any) -> str:
 
 
 @registry.define("string-split", "text::String [separator::String]", "List",
-                 "The pieces between separators; without a separator, the words between white space.",
+                 "Split a text at a separator; without one, at white space.",
                  ('(list (string-split "a,b,,c" ",") (string-split " two  words "))',
                   '(("a" "b" "" "c") ("two" "words"))'))  # fmt: skip
 def string_split(rt: Runtime, text: str, separator: str | None = None) -> Any:
     if separator == "":
-        raise SceneError(
-            "value", "`string-split` wants a separator that is not empty", hint="`string->list` splits all"
-        )
+        hint = "to get the characters, write `(string->list text)`"
+        raise SceneError("value", "`string-split` expects a separator that is not empty", hint=hint)
     rt.charge(len(text) >> 2)
     return make_list(text.split(separator))
 
 
 @registry.define(
-    "string-upcase", "text::String", "String", "The text in upper case.", ('(string-upcase "Oak")', '"OAK"')
+    "string-upcase", "text::String", "String", "Convert a text to upper case.", ('(string-upcase "Oak")', '"OAK"')
 )
 def string_upcase(rt: Runtime, text: str) -> str:
     rt.charge(len(text) >> 4)
     return text.upper()
 
 
-@registry.define("string-downcase", "text::String", "String", "The text in lower case.",
+@registry.define("string-downcase", "text::String", "String", "Convert a text to lower case.",
                  ('(string-downcase "Oak")', '"oak"'))  # fmt: skip
 def string_downcase(rt: Runtime, text: str) -> str:
     rt.charge(len(text) >> 4)
@@ -94,29 +93,30 @@ def string_downcase(rt: Runtime, text: str) -> str:
 
 
 @registry.define("string-trim", "text::String [characters::String]", "String",
-                 "The text without white space, or without the given characters, at both ends.",
+                 "Remove white space, or the given characters, at both ends of a text.",
                  ('(list (string-trim "  oak ") (string-trim "--oak-" "-"))', '("oak" "oak")'))  # fmt: skip
 def string_trim(rt: Runtime, text: str, characters: str | None = None) -> str:
     return _trimmed(rt, text, characters, left=True, right=True)
 
 
 @registry.define("string-trim-left", "text::String [characters::String]", "String",
-                 "The text without white space, or without the given characters, at its beginning.",
+                 "Remove white space, or the given characters, at the start of a text.",
                  ('(string-trim-left "#ff8000" "#")', '"ff8000"'))  # fmt: skip
 def string_trim_left(rt: Runtime, text: str, characters: str | None = None) -> str:
     return _trimmed(rt, text, characters, left=True)
 
 
 @registry.define("string-trim-right", "text::String [characters::String]", "String",
-                 "The text without white space, or without the given characters, at its end.",
+                 "Remove white space, or the given characters, at the end of a text.",
                  ('(string-trim-right "oak--" "-")', '"oak"'))  # fmt: skip
 def string_trim_right(rt: Runtime, text: str, characters: str | None = None) -> str:
     return _trimmed(rt, text, characters, right=True)
 
 
 def _trimmed(rt: Runtime, text: str, characters: str | None, left: bool = False, right: bool = False) -> str:
-    """``text`` without ``characters`` at its ends. Python would look through all of them for every character."""
-    if characters is None or len(characters) <= _FEW:
+    """Return ``text`` without ``characters`` at its ends, in linear time: ``str.strip`` scans a long ``characters``
+    each step."""
+    if characters is None or len(characters) <= _SHORT_CUTSET:
         rt.charge(len(text) >> 5)
         return text.strip(characters) if left and right else (text.lstrip if left else text.rstrip)(characters)
     rt.charge((len(text) + len(characters)) >> 4)
@@ -129,21 +129,23 @@ def _trimmed(rt: Runtime, text: str, characters: str | None, left: bool = False,
     return text[start:end]
 
 
-@registry.define("string-contains?", "text::String part::String", "Boolean", "True if `text` contains `part`.",
+@registry.define("string-contains?", "text::String part::String", "Boolean", "Return whether `text` contains `part`.",
                  ('(string-contains? "chair leg" "leg")', "#t"))  # fmt: skip
 def string_contains(rt: Runtime, text: str, part: str) -> bool:
     rt.charge(len(text) >> 4)
     return part in text
 
 
-@registry.define("string-prefix?", "text::String prefix::String", "Boolean", "True when the text begins with `prefix`.",
+@registry.define("string-prefix?", "text::String prefix::String", "Boolean",
+                 "Return whether a text starts with `prefix`.",
                  ('(string-prefix? "chair leg" "chair")', "#t"))  # fmt: skip
 def string_prefix(rt: Runtime, text: str, prefix: str) -> bool:
     rt.charge(len(prefix) >> 10)
     return text.startswith(prefix)
 
 
-@registry.define("string-suffix?", "text::String suffix::String", "Boolean", "True when the text ends with `suffix`.",
+@registry.define("string-suffix?", "text::String suffix::String", "Boolean",
+                 "Return whether a text ends with `suffix`.",
                  ('(string-suffix? "chair leg" "leg")', "#t"))  # fmt: skip
 def string_suffix(rt: Runtime, text: str, suffix: str) -> bool:
     rt.charge(len(suffix) >> 10)
@@ -151,7 +153,7 @@ def string_suffix(rt: Runtime, text: str, suffix: str) -> bool:
 
 
 @registry.define("string-index", "text::String part::String [start::Integer]", "Any",
-                 "Return the index of the first `part` in the text from `start` on, or #f.",
+                 "Return the index of the first `part` in a text from `start` on, or #f.",
                  ('(list (string-index "chair leg" "leg") (string-index "chair" "x"))', "(6 #f)"))  # fmt: skip
 def string_index(rt: Runtime, text: str, part: str, start: int = 0) -> Any:
     if not 0 <= start <= len(text):
@@ -162,7 +164,7 @@ def string_index(rt: Runtime, text: str, part: str, start: int = 0) -> Any:
 
 
 @registry.define("string-replace", "text::String old::String new::String [count::Integer]", "String",
-                 "The text with every `old`, or the first `count` of them, replaced by `new`.",
+                 "Replace every `old`, or the first `count` of them, by `new`.",
                  ('(string-replace "oak leg" "oak" "ash")', '"ash leg"'))  # fmt: skip
 def string_replace(rt: Runtime, text: str, old: str, new: str, count: int = -1) -> str:
     rt.charge(len(text) >> 4)
@@ -175,41 +177,45 @@ def string_replace(rt: Runtime, text: str, old: str, new: str, count: int = -1) 
 
 def _padding(rt: Runtime, text: str, width: int, fill: str) -> str:
     if len(fill) != 1:
-        raise SceneError("value", f"a text is padded with one character, got {show(fill, 30)}")
+        raise SceneError("value", f"expected one character to pad with, got {show(fill, 30)}")
     _check_text(rt, max(width, len(text)))
     return fill * (width - len(text))
 
 
 @registry.define("string-pad", "text::String width::Integer [fill::String]", "String",
-                 "The text, filled up at its front to `width` characters (with blanks).",
+                 "Pad a text at the start to `width` characters, with spaces by default.",
                  ('(string-pad "7" 3 "0")', '"007"'))  # fmt: skip
 def string_pad(rt: Runtime, text: str, width: int, fill: str = " ") -> str:
     return _padding(rt, text, width, fill) + text
 
 
 @registry.define("string-pad-right", "text::String width::Integer [fill::String]", "String",
-                 "The text, filled up at its end to `width` characters (with blanks).",
+                 "Pad a text at the end to `width` characters, with spaces by default.",
                  ('(string-pad-right "oak" 5 ".")', '"oak.."'))  # fmt: skip
 def string_pad_right(rt: Runtime, text: str, width: int, fill: str = " ") -> str:
     return text + _padding(rt, text, width, fill)
 
 
-@registry.define("ord", "character::String", "Integer", "The Unicode number of a character.", ('(ord "A")', "65"))
+@registry.define(
+    "ord", "character::String", "Integer", "Return the Unicode code point of a character.", ('(ord "A")', "65")
+)
 def ord_(rt: Runtime, character: str) -> int:
     if len(character) != 1:
-        raise SceneError("value", f"`ord` wants one character, got {show(character, 30)}")
+        raise SceneError("value", f"`ord` expects one character, got {show(character, 30)}")
     return ord(character)
 
 
-@registry.define("chr", "number::Integer", "String", "The character with a Unicode number.", ("(chr 65)", '"A"'))
+@registry.define(
+    "chr", "number::Integer", "String", "Return the character with a Unicode code point.", ("(chr 65)", '"A"')
+)
 def chr_(rt: Runtime, number: int) -> str:
     if not 0 <= number <= 0x10FFFF or 0xD800 <= number <= 0xDFFF:
-        raise SceneError("value", f"no character has the number {show(number, 30)}")
+        raise SceneError("value", f"{show(number, 30)} is not the code point of a character")
     return chr(number)
 
 
 @registry.define(
-    "symbol->string", "symbol::Symbol", "String", "The name of a symbol.", ("(symbol->string 'oak)", '"oak"')
+    "symbol->string", "symbol::Symbol", "String", "Return the name of a symbol.", ("(symbol->string 'oak)", '"oak"')
 )
 def symbol_to_string(rt: Runtime, symbol: Any) -> str:
     rt.charge(len(symbol) >> 8)
@@ -217,7 +223,7 @@ def symbol_to_string(rt: Runtime, symbol: Any) -> str:
 
 
 @registry.define(
-    "string->symbol", "text::String", "Symbol", "The symbol with a name.", ('(string->symbol "oak")', "oak")
+    "string->symbol", "text::String", "Symbol", "Return the symbol with a name.", ('(string->symbol "oak")', "oak")
 )
 def string_to_symbol(rt: Runtime, text: str) -> Any:
     rt.charge(len(text) >> 8)
@@ -234,21 +240,35 @@ def _define_comparison(sign: str, holds: Callable[[str, str], bool], doc: str, e
         return all(holds(a, b) for a, b in pairwise(texts))
 
 
-_define_comparison("=", operator.eq, "True when all texts are the same.", ('(string=? "a" "a")', "#t"))
-_define_comparison("<", operator.lt, "True if the strings are in ascending order.", ('(string<? "a" "b" "c")', "#t"))
-_define_comparison(">", operator.gt, "True if the strings are in descending order.", ('(string>? "a" "b")', "#f"))
-_define_comparison("<=", operator.le, "True when no text comes after the next.", ('(string<=? "a" "a")', "#t"))
-_define_comparison(">=", operator.ge, "True when no text comes before the next.", ('(string>=? "a" "b")', "#f"))
+_define_comparison("=", operator.eq, "Return whether all strings are equal.", ('(string=? "a" "a")', "#t"))
+_define_comparison(
+    "<", operator.lt, "Return whether every string is before the next.", ('(string<? "a" "b" "c")', "#t")
+)
+_define_comparison(">", operator.gt, "Return whether every string is after the next.", ('(string>? "a" "b")', "#f"))
+_define_comparison(
+    "<=",
+    operator.le,
+    "Return whether every string is before the next or equal to it.",
+    ('(string<=? "a" "a")', "#t"),
+)
+_define_comparison(
+    ">=",
+    operator.ge,
+    "Return whether every string is after the next or equal to it.",
+    ('(string>=? "a" "b")', "#f"),
+)
 
 
-# ``format``: Python's templates and format mini-language, without access to attributes or items.
+# --- format ----------------------------------------------------------------------------------------------------
+
+# Python's format strings (library reference, "Format String Syntax"), without attribute or item access in fields.
 
 
 _SPEC = re.compile(r"(?:.?[<>=^])?[-+ ]?z?#?0?(?P<width>\d*)[_,]?(?:\.(?P<precision>\d+))?(?P<kind>.?)\Z", re.S)
 
 
 class _Fields:
-    """The values of a template: by position, or one after the other."""
+    """The arguments of a template, by position or consumed in order."""
 
     def __init__(self, values: tuple[Any, ...]) -> None:
         self.values = values
@@ -262,10 +282,11 @@ class _Fields:
         elif name.isascii() and name.isdigit() and len(name) < 10:
             index = int(name)
         else:
-            message = f"a field of `format` is {{}} or a position such as {{0}}, got {{{name[:40]}}}"
-            raise SceneError("format", message, hint="items and attributes are looked up outside: `(ref x i)`")
+            message = f"a field of `format` must be {{}} or a position such as {{0}}, got {{{name[:40]}}}"
+            raise SceneError("format", message, hint="to select an item, write `(ref x i)` as the argument")
         if index >= len(self.values):
-            raise SceneError("format", f"`format` has no value for field {index}: it got {len(self.values)}")
+            found = f"{len(self.values)} value{'' if len(self.values) == 1 else 's'}"
+            raise SceneError("format", f"`format` has no value for field {index}: got {found}")
         return self.values[index]
 
 
@@ -273,12 +294,12 @@ def _parse(template: str) -> Iterator[tuple[str, str | None, str | None, str | N
     try:
         yield from Formatter().parse(template)
     except ValueError as error:
-        hint = "a brace itself is written {{ or }}"
-        raise SceneError("format", f"`format` cannot read {show(template, 60)}: {error}", hint=hint) from None
+        hint = "write {{ or }} for a literal brace"
+        raise SceneError("format", f"invalid template {show(template, 60)}: {error}", hint=hint) from None
 
 
 def format_template(rt: Runtime, template: str, values: tuple[Any, ...]) -> str:
-    """The template with its fields filled."""
+    """Return the template with its fields filled."""
     fields = _Fields(values)
     out: list[str] = []
     size = 0
@@ -302,11 +323,11 @@ def _converted(rt: Runtime, value: Any, conversion: str | None) -> Any:
         return rt.display(value)
     if conversion in ("r", "a"):
         return rt.show(value)
-    raise SceneError("format", f"`format` knows the conversions !s and !r, got !{conversion}")
+    raise SceneError("format", f"unknown conversion !{conversion} in `format`, expected !s or !r")
 
 
 def _filled_spec(rt: Runtime, spec: str, fields: _Fields) -> str:
-    """The format of a field, whose own fields (``{:{}}``) are filled in."""
+    """Return the specification of a field with its own nested fields (``{:{}}``) filled."""
     if "{" not in spec:
         return spec
     out = []
@@ -314,14 +335,14 @@ def _filled_spec(rt: Runtime, spec: str, fields: _Fields) -> str:
         out.append(literal)
         if name is not None:
             if inner or conversion:
-                raise SceneError("format", f"the format {show(spec, 40)} is nested too deep")
+                raise SceneError("format", f"the format {show(spec, 40)} is nested too deeply")
             value = fields.take(name)
             out.append(value if type(value) is str else rt.show(value, 100))
     return "".join(out)
 
 
 def format_value(rt: Runtime, value: Any, spec: str) -> str:
-    """One value by a format such as ``.2f`` or ``>8``."""
+    """Return one value formatted by a specification such as ``.2f`` or ``>8``."""
     match = _SPEC.match(spec)
     if match is None or match["kind"] == "n":
         raise _bad_format(value, spec, "it is malformed")
@@ -336,16 +357,16 @@ def format_value(rt: Runtime, value: Any, spec: str) -> str:
         raise _bad_format(value, spec, str(error)) from None
 
 
-def _bad_format(value: Any, spec: str, why: str) -> SceneError:
-    return SceneError("format", f"`format` cannot write {show(value, 40)} as {show(spec, 40)}: {why}")
+def _bad_format(value: Any, spec: str, reason: str) -> SceneError:
+    return SceneError("format", f"`format` cannot format {show(value, 40)} as {show(spec, 40)}: {reason}")
 
 
 @registry.define(
     "format",
     "template::String values::Any ...",
     "String",
-    "The template with its fields {} filled by the values, one after the other or by position {0}. After a colon "
-    "stands a format as in Python: {:.2f}, {:>8}, {:03d}.",
+    "Fill the fields {} of a template with the values in order, or by position {0}. A colon is followed by a format "
+    "specification as in Python: {:.2f}, {:>8}, {:03d}.",
     ('(format "{:.2f} m, {:03d}, {}" 1.5 7 "oak")', '"1.50 m, 007, oak"'),
 )
 def format_(rt: Runtime, template: str, *values: Any) -> str:

@@ -271,7 +271,7 @@ def test_scatter_turns_and_functions() -> None:
         (f"(ring {CUBE} 3)", "type", "`count` of `ring`"),
         ("(ring 3 3)", "parts", "an Integer: 3"),
         (f"(grid {CUBE} :nx -1)", "value", "-1"),
-        (f"(grid {CUBE} :spacing [1 2])", "user", "a number or three"),
+        (f"(grid {CUBE} :spacing [1 2])", "user", "one or three numbers"),
         (f"(row {CUBE})", "type", "expects a List"),
         (f"(row (list {CUBE}) :axis 'x)", "user", ":x, :y or :z"),
         ("(stack (list 1 2))", "parts", "an Integer: 1"),

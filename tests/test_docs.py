@@ -184,7 +184,7 @@ def test_lookup() -> None:
     ring = reference.lookup("ring")
     assert ring is not None
     assert ring.topic == "combinators"
-    assert ring.signature.startswith("(ring count::Integer thing ")
+    assert ring.signature.startswith("(ring count::Integer object ")
     assert reference.lookup("no such name") is None
 
 

@@ -45,7 +45,7 @@ def test_making(call: Caller) -> None:
     assert call("zeros", Vector((2, 3))).data.shape == (2, 3)
     assert call("full", 2, 7) == (7, 7)
     assert type(call("eye", 4)) is Matrix
-    assert "rows of one length" in call.refuses("value", "array", [[1, 2], [3]])
+    assert "rows of equal length" in call.refuses("value", "array", [[1, 2], [3]])
     call.refuses("type", "array", ["a"])
     call.refuses("type", "vector", "abc")
     call.refuses("type", "array", 5)

@@ -57,7 +57,7 @@ def test_strings(call: Caller) -> None:
         ("string-pad", "a", 3, ""),
     ):
         call.refuses("value", name, *arguments)
-    assert "(string x)" in call.refuses("type", "string-join", [1, 2])
+    assert "(string value)" in call.refuses("type", "string-join", [1, 2])
 
 
 @pytest.mark.parametrize(
