@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from scenelang.api import transpile as transpile
     from scenelang.backends.neural.distillation.learning import DistillationSettings as DistillationSettings
     from scenelang.backends.neural.inversion import InversionSettings as InversionSettings
-    from scenelang.backends.neural.sentences import Granularity as Granularity
+    from scenelang.backends.neural.prompts import Granularity as Granularity
     from scenelang.backends.neural.weights import Models as Models
     from scenelang.embeddings import Embeddings as Embeddings
     from scenelang.evaluation.subjects import MetricOptions as MetricOptions
@@ -83,7 +83,7 @@ _HOMES = {
     "explain": "api", "format": "api", "grammar_text": "api", "import_build": "api", "list_backends": "api",
     "load": "api", "parse": "api", "transpile": "api",
     "DistillationSettings": "backends.neural.distillation.learning",
-    "InversionSettings": "backends.neural.inversion", "Granularity": "backends.neural.sentences",
+    "InversionSettings": "backends.neural.inversion", "Granularity": "backends.neural.prompts",
     "Models": "backends.neural.weights", "Embeddings": "embeddings", "MetricOptions": "evaluation.subjects",
     "MetricReport": "evaluation.subjects", "evaluate_metrics": "evaluation.subjects", "Datum": "grammar.datum",
     "Source": "grammar.datum", "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics",

@@ -12,7 +12,7 @@ from pathlib import Path
 from threading import Condition
 from typing import Any
 
-from scenelang.backends.files import user_folder, written_whole
+from scenelang.backends.files import atomic_write, user_folder
 from scenelang.backends.language_models.catalogue import Blocks, Model, Reply, Request, Stop, Turn, Usage
 from scenelang.backends.language_models.provider import BatchProvider, Provider, Watch
 from scenelang.grammar.diagnostics import SceneError
@@ -72,7 +72,7 @@ class Replies:
             return
         try:
             self._make_folder()
-            with written_whole(self._path(key), mode=_PRIVATE) as temporary:
+            with atomic_write(self._path(key), mode=_PRIVATE) as temporary:
                 temporary.write_text(json.dumps(reply_data(reply)), "utf-8")
         except (SceneError, OSError):
             return

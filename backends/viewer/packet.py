@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.backends.geometry.solids import composed, is_semantic, keeps_own_colors, own_mesh
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.neural.weights import INSTALL
@@ -359,7 +359,7 @@ _TOTAL = 100_000  # target for a scene without learned Gaussians
 
 def own_splats(scene: Scene) -> list[Splats]:
     """Return Gaussians on the surfaces of every frame's primitives, with unlit colours."""
-    need("torch", INSTALL)
+    require("torch", INSTALL)
     from scenelang.backends.neural.splats.gaussians import Splats
     from scenelang.backends.neural.splats.initial import gaussians_of
 
@@ -374,7 +374,7 @@ def own_splats(scene: Scene) -> list[Splats]:
 
 def distilled_splats(folder: Path) -> SplatsOf:
     """Return the Gaussians learned by a `distill` run; raises SceneError("file") if the folder contains none."""
-    need("torch", INSTALL)
+    require("torch", INSTALL)
     from scenelang.backends.neural.distillation.run import kept_in
 
     run = kept_in(folder)

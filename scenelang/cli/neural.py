@@ -14,7 +14,7 @@ from scenelang import inversion, neural
 from scenelang.backends.neural.distillation.learning import DistillationSettings
 from scenelang.backends.neural.distillation.sds import Guiding
 from scenelang.backends.neural.inversion import InversionSettings
-from scenelang.backends.neural.sentences import Granularity
+from scenelang.backends.neural.prompts import Granularity
 from scenelang.backends.pictures.camera import parse_viewpoint
 from scenelang.backends.pictures.film import FPS, check_film
 from scenelang.cli.options import (

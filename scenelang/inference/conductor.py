@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from scenelang.backends.language_models.catalogue import ImageContent, Reply, Usage, said
 from scenelang.backends.language_models.client import Answer, Client
-from scenelang.backends.neural.describing import AppearanceQuestion
+from scenelang.backends.neural.descriptions import AppearanceQuestion
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, TaskKind
 from scenelang.inference.records import InferenceSettings, Run, settings_of, typed

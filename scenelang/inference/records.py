@@ -24,7 +24,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar, get_type_hints
 from urllib.parse import urlsplit
 
-from scenelang.backends.files import user_folder, write_json, written_whole
+from scenelang.backends.files import atomic_write, user_folder, write_json
 from scenelang.backends.language_models import catalogue
 from scenelang.backends.language_models.catalogue import TIMEOUT
 from scenelang.backends.language_models.client import (
@@ -129,7 +129,7 @@ class Run:
         """Write a file of the run atomically."""
         path = self.path / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        with written_whole(path) as temporary:
+        with atomic_write(path) as temporary:
             temporary.write_bytes(data)
 
     def keep_text(self, name: str, text: str) -> None:

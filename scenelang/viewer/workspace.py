@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.files import read_regular, written_whole
+from scenelang.backends.files import atomic_write, read_regular
 from scenelang.backends.pictures.studio import from_srgb, to_srgb
 from scenelang.backends.viewer.packet import SplatsOf, packet_of
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Source, Span, Symbol, atom_text
@@ -205,7 +205,7 @@ def write_back(controls: Mapping[str, ParamControl], name: str, value: Any) -> N
         raise SceneError("file", f"`{name}` was not saved: {source.name} was modified since it was read")
     after = source.text[: control.place.start] + text + source.text[control.place.end :]
     mode = path.stat().st_mode & 0o7777
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(bom + after.encode())
         if _bytes(path) != before:
             raise SceneError("file", f"`{name}` was not saved: {source.name} was modified concurrently")

@@ -9,7 +9,7 @@ from support import evaluate
 
 from scenelang.backends.neural.distillation.learning import Cast, cast_of
 from scenelang.backends.neural.distillation.theta import beginning, on_stage, resting
-from scenelang.backends.neural.sentences import Granularity, Sayings, leaves_of
+from scenelang.backends.neural.prompts import Granularity, PromptContext, leaves_of
 from scenelang.backends.neural.splats.initial import gaussians_of
 from scenelang.grammar.diagnostics import SceneError
 
@@ -17,7 +17,7 @@ torch = later("torch")
 
 
 def cast(text: str, *entities: str, depth: int | None = None, learned: frozenset[str] = frozenset()) -> Cast:
-    return cast_of(leaves_of(evaluate(text), Granularity(depth, entities), Sayings(learned)))
+    return cast_of(leaves_of(evaluate(text), Granularity(depth, entities), PromptContext(learned)))
 
 
 ROW = """
@@ -126,10 +126,10 @@ BEACH = """
 
 
 def sentences(text: str, *entities: str, learned: frozenset[str] = frozenset()) -> list[str]:
-    from scenelang.backends.neural.sentences import written
+    from scenelang.backends.neural.prompts import prompt_text
 
-    (leaves,) = leaves_of(evaluate(text), Granularity(None, entities), Sayings(learned))
-    return [written(leaf.condition.prompt) for leaf in leaves]
+    (leaves,) = leaves_of(evaluate(text), Granularity(None, entities), PromptContext(learned))
+    return [prompt_text(leaf.condition.prompt) for leaf in leaves]
 
 
 def test_one_entry_speaks_for_the_whole_entity_and_no_other() -> None:

@@ -134,10 +134,10 @@ def test_frames_have_one_theta_and_their_own_poses(words: list[str]) -> None:
 @pytest.mark.parametrize(
     ("more", "code", "message"),
     [
-        (["--model", "nothing"], 1, "the weights of `nothing` are not on this machine"),
+        (["--model", "nothing"], 1, "the weights of `nothing` are not available"),
         (["--model", "scene/unet"], 1, "E707"),
         (["--scene-model", "figures"], 1, "E707"),
-        (["--depth", "1", "--entity", "house"], 1, "nothing in the scene is called `house`"),
+        (["--depth", "1", "--entity", "house"], 1, "the scene has no entity `house`"),
         (["--steps", "0"], 2, "at least 1 step"),
         (["--guidance", "nan"], 2, "`--guidance` must be 0 to 10,000"),
         (["--film", "nowhere/a.gif"], 1, "nowhere"),
@@ -147,7 +147,7 @@ def test_frames_have_one_theta_and_their_own_poses(words: list[str]) -> None:
         (["--start", "b"], 1, "no distillation in b"),
         (["-o", "a.scene"], 1, "cannot be a folder"),
         (["--device", "tpu"], 1, "unknown device `tpu`"),
-        (["--template", "a {color} thing"], 1, "is not a placeholder of a template"),
+        (["--template", "a {color} thing"], 1, "unknown placeholder `{color}` in the template"),
         (["--film", "a.txt"], 1, "cannot write a film as `a.txt`"),
     ],
 )
@@ -201,8 +201,8 @@ def test_frames_without_anything_are_left_out(words: list[str]) -> None:
 
 
 def test_models_that_give_no_numbers_are_told(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    from scenelang.backends.neural.diffusion import Diffusion
+    from scenelang.backends.neural.diffusion import DiffusionModel
 
-    monkeypatch.setattr(Diffusion, "predict", lambda self, latents, *_: latents * float("nan"))
+    monkeypatch.setattr(DiffusionModel, "predict", lambda self, latents, *_: latents * float("nan"))
     assert main(words) == 1
     assert int(kept_in(Path("run")).tensors["step"]) == 0

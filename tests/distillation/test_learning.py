@@ -17,7 +17,7 @@ from scenelang.backends.neural.diffusion_loading import load_diffusion
 from scenelang.backends.neural.distillation.learning import Cast, DistillationSettings, Learning, Teachers, cast_of
 from scenelang.backends.neural.distillation.run import asked_of, check_same, keep, kept_in, same_figures
 from scenelang.backends.neural.distillation.theta import Theta, beginning, changed
-from scenelang.backends.neural.sentences import Granularity, Sayings, leaves_of
+from scenelang.backends.neural.prompts import Granularity, PromptContext, leaves_of
 from scenelang.grammar.diagnostics import SceneError
 
 torch = later("torch")
@@ -37,7 +37,7 @@ def models(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
 
 
 def cast(text: str = TWO) -> Cast:
-    return cast_of(leaves_of(evaluate(text), Granularity(), Sayings()))
+    return cast_of(leaves_of(evaluate(text), Granularity(), PromptContext()))
 
 
 def learning(models: Any, text: str = TWO, scene: bool = False, frozen: Any = None, **settings: Any) -> Learning:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from later import later
 
-from scenelang.backends.neural.diffusion import Schedule, Unshuffled
+from scenelang.backends.neural.diffusion import NoiseSchedule, PixelUnshuffle
 from scenelang.backends.neural.distillation.sds import Guiding, Heard, distance, sds_loss, window_at
 from scenelang.backends.neural.distillation.theta import LONGEST, Theta, beginning, outside, too_long
 from scenelang.backends.neural.splats.gaussians import rotations
@@ -18,8 +18,8 @@ torch = later("torch")
 
 
 def model(predict: Any = None, views: int = 1) -> Any:
-    schedule = Schedule(torch.linspace(0.999, 0.01, 100, dtype=torch.float64), "epsilon")
-    return SimpleNamespace(schedule=schedule, pixels=Unshuffled(2), views=views, predict=predict)
+    schedule = NoiseSchedule(torch.linspace(0.999, 0.01, 100, dtype=torch.float64), "epsilon")
+    return SimpleNamespace(schedule=schedule, codec=PixelUnshuffle(2), views=views, predict=predict)
 
 
 def random(*shape: int, seed: int = 0) -> Any:
@@ -31,8 +31,8 @@ def test_the_gradient_is_that_of_dreamfusion(weighting: str, power: float) -> No
     z, eps, said, unsaid = (random(3, 12, 4, 4, seed=i) for i in range(4))
     z.requires_grad_(True)
     steps, one = torch.tensor([5, 40, 90]), model()
-    a = one.schedule.alphas[steps][:, None, None, None]
-    noisy = one.schedule.noised(z.detach(), eps, steps)
+    a = one.schedule.alphas_cumprod[steps][:, None, None, None]
+    noisy = one.schedule.add_noise(z.detach(), eps, steps)
     distance(one, z, eps, noisy, steps, said, unsaid, Guiding(7.5, weighting)).backward()
     wanted = (1.0 - a) ** power * (unsaid + 7.5 * (said - unsaid) - eps) / 3
     torch.testing.assert_close(z.grad, wanted)
@@ -43,8 +43,8 @@ def test_reconstruction_without_rescale_is_weighted_sds() -> None:
     z, eps, said, unsaid = (random(2, 12, 4, 4, seed=i) for i in range(4))
     z.requires_grad_(True)
     steps, one = torch.tensor([20, 60]), model()
-    a = one.schedule.alphas[steps][:, None, None, None]
-    noisy = one.schedule.noised(z.detach(), eps, steps)
+    a = one.schedule.alphas_cumprod[steps][:, None, None, None]
+    noisy = one.schedule.add_noise(z.detach(), eps, steps)
     distance(one, z, eps, noisy, steps, said, unsaid, Guiding(3.0, "reconstruction", rescale=0.0)).backward()
     wanted = ((1.0 - a) / a).sqrt() * (unsaid + 3.0 * (said - unsaid) - eps) / 2
     torch.testing.assert_close(z.grad, wanted)
@@ -53,8 +53,8 @@ def test_reconstruction_without_rescale_is_weighted_sds() -> None:
 def test_rescaling_brings_the_contrast_back() -> None:
     z, eps, said, unsaid = (random(4, 12, 4, 4, seed=i) for i in range(4))
     steps, one = torch.full((4,), 80), model(views=4)
-    a = one.schedule.alphas[80]
-    noisy = one.schedule.noised(z, eps, steps)
+    a = one.schedule.alphas_cumprod[80]
+    noisy = one.schedule.add_noise(z, eps, steps)
     z.requires_grad_(True)
     distance(one, z, eps, noisy, steps, said, unsaid, Guiding(50.0, "reconstruction", rescale=1.0)).backward()
     target = z.detach() - 4 * z.grad
@@ -66,10 +66,10 @@ def test_the_true_picture_is_where_it_settles() -> None:
     """A denoiser that knows the picture pulls another one to it, through the pixels."""
     wanted = torch.rand(4, 3, 8, 8, generator=torch.Generator().manual_seed(1), dtype=torch.float64)
     one = model(views=4)
-    clean = one.pixels.encode(wanted)
+    clean = one.codec.encode(wanted)
 
     def predict(noisy: Any, steps: Any, *_: Any) -> Any:
-        a = one.schedule.alphas[steps][:, None, None, None]
+        a = one.schedule.alphas_cumprod[steps][:, None, None, None]
         return (noisy - a.sqrt() * clean.repeat(2, 1, 1, 1)) / (1.0 - a).sqrt()
 
     one.predict = predict

@@ -69,7 +69,7 @@ def test_a_row_is_well_formed(name: str) -> None:
 
 
 def test_the_models_that_are_taken_by_default_are_known() -> None:
-    assert {found.default_model for found in PROVIDERS.every()} - {None} <= set(ROWS)
+    assert {found.default_model for found in PROVIDERS.all()} - {None} <= set(ROWS)
 
 
 @pytest.mark.parametrize("name", ROWS)

@@ -33,7 +33,7 @@ from scenelang.backends.neural.distillation.theta import (
     shown_by_figure,
     too_long,
 )
-from scenelang.backends.neural.sentences import PromptCondition, PromptLeaf, written
+from scenelang.backends.neural.prompts import PromptCondition, PromptLeaf, prompt_text
 from scenelang.backends.neural.splats.gaussians import Splats, joined, posed, view_of
 from scenelang.backends.neural.splats.initial import gaussians_of
 from scenelang.backends.neural.splats.rasterise import rasterise
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from torch import Generator, Tensor
 
     from scenelang.backends.neural.clip import Prompt
-    from scenelang.backends.neural.diffusion import Diffusion
+    from scenelang.backends.neural.diffusion import DiffusionModel
     from scenelang.backends.neural.splats.gaussians import Gaussians, Splats
     from scenelang.backends.pictures.camera import Camera
 
@@ -456,8 +456,8 @@ class Teachers:
     """The models: ``figures`` denoises views of one thing together; ``scene``, which may be None, keeps to a depth
     picture. ``vectors`` stand for learned handles; ``prompt`` is what the scene is."""
 
-    figures: Diffusion
-    scene: Diffusion | None
+    figures: DiffusionModel
+    scene: DiffusionModel | None
     vectors: Mapping[str, Tensor]
     prompt: Prompt
 
@@ -656,11 +656,11 @@ class Learning:
         heard = self._heard[-1]
         return Heard(heard.states, heard.unsaid, None, depth if model.control is not None else None)
 
-    def _said(self, model: Diffusion, prompt: Prompt, count: int) -> Heard:
+    def _said(self, model: DiffusionModel, prompt: Prompt, count: int) -> Heard:
         import torch
 
         with torch.no_grad():
-            said, unsaid = model.words.encode([prompt, ("",)], self._teachers.vectors)
+            said, unsaid = model.text_encoder.encode([prompt, ("",)], self._teachers.vectors)
             return Heard(said.expand(count, -1, -1), unsaid.expand(count, -1, -1))
 
     # --- going on -----------------------------------------------------------------------------------------------
@@ -720,7 +720,7 @@ def figure_state(state: Mapping[str, Tensor], number: int) -> dict[str, Tensor]:
 
 def figure_key(figure: Figure) -> str:
     """What a figure depends on: its sentence and its box."""
-    return f"{written(figure.condition.prompt)} {np.round(figure.box, 3).tolist()}"
+    return f"{prompt_text(figure.condition.prompt)} {np.round(figure.box, 3).tolist()}"
 
 
 def _leaves(poses: Poses) -> Poses:

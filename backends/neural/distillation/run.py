@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Progress, need
-from scenelang.backends.files import write_json, written_whole
+from scenelang.backends.base import Progress, require
+from scenelang.backends.files import atomic_write, write_json
 from scenelang.backends.neural.distillation.learning import (
     Cast,
     DistillationSettings,
@@ -134,7 +134,7 @@ def keep(
     frozen: Sequence[int] = (),
 ) -> None:
     """Write the state of a run, whole or not at all; raises SceneError("file")."""
-    save = need("safetensors.torch", INSTALL).save
+    save = require("safetensors.torch", INSTALL).save
     players = [
         {"figure": a.figure, "name": a.name, "handle": a.handle, "shown": [bool(s) for s in a.shown]}
         for a in cast.actors
@@ -148,7 +148,7 @@ def keep(
         "frozen": list(frozen),
     }
     data = save(dict(state), metadata={_ENTRY: json.dumps(told)})
-    with written_whole(folder / STATE) as temporary:
+    with atomic_write(folder / STATE) as temporary:
         temporary.write_bytes(data)
 
 
@@ -242,7 +242,7 @@ _SIZE, _VIEWS, _MOST = 160, 4, 8
 def write_preview(learning: Learning, folder: Path) -> None:
     """The first figures from four sides each, below each other, as the models see them."""
     rows = [_strip(figure.theta.gaussians()) for figure in learning.figures[:_MOST]]
-    with written_whole(folder / PREVIEW) as temporary:
+    with atomic_write(folder / PREVIEW) as temporary:
         save_picture(np.concatenate(rows), temporary)
 
 
@@ -373,7 +373,7 @@ def _add_losses(path: Path, told: list[dict[str, Any]]) -> None:
     first = told[0]["step"] if told else 0
     before = path.read_text("utf-8").splitlines() if path.exists() else []
     kept = [line for line in before if not told or json.loads(line)["step"] < first]
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text("".join(f"{line}\n" for line in [*kept, *map(json.dumps, told)]), "utf-8")
 
 

@@ -15,7 +15,7 @@ from scenelang.grammar.settings import setting
 if TYPE_CHECKING:
     from torch import Generator, Tensor
 
-    from scenelang.backends.neural.diffusion import Diffusion
+    from scenelang.backends.neural.diffusion import DiffusionModel
 
 
 WEIGHTINGS = ("reconstruction", "sds", "uniform")
@@ -59,26 +59,26 @@ def window_at(done: float) -> Window:
 
 
 def sds_loss(
-    model: Diffusion, pictures: Tensor, heard: Heard, guiding: Guiding, window: Window, generator: Generator
+    model: DiffusionModel, pictures: Tensor, heard: Heard, guiding: Guiding, window: Window, generator: Generator
 ) -> Tensor:
     """A number whose gradient by ``pictures`` (B, 3, H, W), sRGB in [0, 1], is that of SDS; one step of noise for all
     pictures that are denoised together."""
     import torch
 
-    latents = model.pixels.encode(pictures)
+    latents = model.codec.encode(pictures)
     groups = len(latents) // (model.views if heard.cameras is not None else 1)
-    most = len(model.schedule.alphas)
+    most = len(model.schedule.alphas_cumprod)
     low, high = int(window.low * most), max(int(window.high * most), int(window.low * most) + 1)
     steps = torch.randint(low, min(high, most - 1) + 1, (groups,), generator=generator).clamp_max(most - 1)
     steps = steps.repeat_interleave(len(latents) // groups).to(latents.device)
     noise = torch.randn(latents.shape, generator=generator).to(latents)
     with torch.no_grad():
-        noisy = model.schedule.noised(latents, noise, steps)
+        noisy = model.schedule.add_noise(latents, noise, steps)
         said, unsaid = _both(model, noisy, steps, heard)
     return distance(model, latents, noise, noisy, steps, said, unsaid, guiding)
 
 
-def _both(model: Diffusion, noisy: Tensor, steps: Tensor, heard: Heard) -> tuple[Tensor, Tensor]:
+def _both(model: DiffusionModel, noisy: Tensor, steps: Tensor, heard: Heard) -> tuple[Tensor, Tensor]:
     """The noise that the model sees with the sentence and without."""
     import torch
 
@@ -88,12 +88,12 @@ def _both(model: Diffusion, noisy: Tensor, steps: Tensor, heard: Heard) -> tuple
     doubled, all_steps = torch.cat([noisy, noisy]), torch.cat([steps, steps])
     states = torch.cat([heard.states, heard.unsaid])
     output = model.predict(doubled, all_steps, states, twice(heard.cameras), twice(heard.depth)).to(noisy)
-    said, unsaid = model.schedule.noise_of(output, doubled, all_steps).chunk(2)
+    said, unsaid = model.schedule.predicted_noise(output, doubled, all_steps).chunk(2)
     return said, unsaid
 
 
 def distance(
-    model: Diffusion,
+    model: DiffusionModel,
     latents: Tensor,
     noise: Tensor,
     noisy: Tensor,
@@ -106,7 +106,7 @@ def distance(
     import torch
 
     guided = unsaid + guiding.guidance * (said - unsaid)
-    alphas = model.schedule.alphas.to(latents)[steps][:, None, None, None]
+    alphas = model.schedule.alphas_cumprod.to(latents)[steps][:, None, None, None]
     with torch.no_grad():
         if guiding.weighting == "reconstruction":
             target = _reconstructed(noisy, alphas, said, guided, guiding.rescale, model.views)

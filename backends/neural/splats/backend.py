@@ -18,7 +18,7 @@ from scenelang.backends.base import (
     Work,
     check_settings,
     frame_of,
-    need,
+    require,
 )
 from scenelang.backends.geometry.solids import normalized, solids_of
 from scenelang.backends.minecraft.models import as_cubes
@@ -52,7 +52,7 @@ Float32Array = npt.NDArray[np.float32]
 
 
 GAUSSIANS = Option(
-    "gaussians", "how many Gaussians the scene is made of, shared out by area", 100_000, least=LEAST, most=MOST
+    "gaussians", "how many Gaussians the scene is made of, shared out by area", 100_000, minimum=LEAST, maximum=MOST
 )
 DISTILLED = Option("distilled", "the folder of a run of `distill`: draw what it learned, in its own light", "")
 
@@ -116,7 +116,7 @@ def _lit(stage: Stage, made: SceneSplats, shadow: list[Shadow]) -> Splats:
 
 
 def _painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
-    need("torch", INSTALL)
+    require("torch", INSTALL)
     folder = SPLATS.setting(options, "distilled")
     if folder:
         from scenelang.backends.neural.distillation.run import DistilledPainter
@@ -144,7 +144,7 @@ SPLATS = PictureBackend(
 def _export(backend: Backend, scene: Scene, path: Path, options: BackendOptions) -> Sequence[Path]:
     """Write the Gaussians of one frame: reflectance and what glows, without light and shadow."""
     check_settings(options, [backend])
-    need("torch", INSTALL)
+    require("torch", INSTALL)
     if len(scene.frames) > 1 and options.frame is None:
         raise SceneError("unsupported", f"a {path.suffix} file holds one frame", hint="choose one with --frame N")
     box_of(scene)

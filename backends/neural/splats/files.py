@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.backends.exports.mesh_files import write_ply
-from scenelang.backends.files import read_regular, written_whole
+from scenelang.backends.files import atomic_write, read_regular
 from scenelang.backends.neural.splats.gaussians import Gaussians
 from scenelang.backends.neural.weights import INSTALL
 from scenelang.backends.pictures.studio import from_srgb, to_srgb
@@ -67,7 +67,7 @@ _FARTHEST = 1e30
 def write_gaussians(gaussians: Gaussians, path: Path) -> None:
     """Write ``path``, a ``.splat`` by its ending or else a ``.ply``, whole or not at all. Raises SceneError("file")."""
     rows = splat_rows(gaussians) if path.suffix.lower() == ".splat" else None
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         if rows is not None:
             temporary.write_bytes(rows.tobytes())
         else:
@@ -118,7 +118,7 @@ def read_gaussians(path: Path | str) -> Gaussians:
     for more than MOST.
     """
     target = Path(path)
-    need("torch", INSTALL)
+    require("torch", INSTALL)
     try:
         if target.stat().st_size > _LARGEST:
             raise LimitError("size", f"`{target}` is larger than {_LARGEST:,} bytes")

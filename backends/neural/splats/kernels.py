@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.backends.neural.splats.gaussians import LEAST_ALPHA, LEAST_LIGHT, MOST_ALPHA
 from scenelang.backends.neural.weights import INSTALL
 
@@ -23,7 +23,7 @@ _DIMMEST = math.log(LEAST_ALPHA) - 1e-3  # exponents below it need not be worked
 
 
 def _compiled(function: Function) -> Function:
-    made: Function = need("numba", INSTALL).njit(cache=True, nogil=True)(function)
+    made: Function = require("numba", INSTALL).njit(cache=True, nogil=True)(function)
     return made
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.backends.neural.splats import rasterise_numba, rasterise_torch
 from scenelang.backends.neural.splats.gaussians import EPS2D, FAR, NEAR, project
 from scenelang.backends.neural.splats.rasterise_numba import Engine, composite
@@ -101,7 +101,7 @@ def _drawn(image: Tensor, depth: Tensor, alpha: Tensor) -> Drawn:
 def composite_on_cuda(splats: Splats, features: Tensor, view: View, antialiased: bool) -> tuple[Tensor, Tensor, Tensor]:
     """With gsplat: the ``features`` (N, C) of ``splats`` as a picture (H, W, C), the sum of their depths (H, W) and the
     share that is hidden (H, W), in 32 bits. Raises SceneError("backend") without gsplat."""
-    gsplat = need("gsplat", INSTALL)
+    gsplat = require("gsplat", INSTALL)
     image, hidden, _ = gsplat.rasterization(
         means=splats.means.float(),
         quats=None,
