@@ -28,8 +28,13 @@ from scenelang.scene import Film, Scene, Size, View
 
 if TYPE_CHECKING:
     from scenelang.backends.neural.diffusion import DiffusionModel
-    from scenelang.backends.neural.distillation.learning import Cast, DistillationSettings, Learning, Teachers
     from scenelang.backends.neural.distillation.run import DistillationProgress, SavedDistillation
+    from scenelang.backends.neural.distillation.training import (
+        DistillationSettings,
+        DistillationTrainer,
+        SceneGroups,
+        Teachers,
+    )
     from scenelang.backends.neural.imagine.sampling import Checkpoint, GenerationRequest, Sampling, ShotLayout
     from scenelang.backends.neural.prompts import Granularity, PromptBuilder, PromptCondition
 
@@ -632,94 +637,94 @@ def distill(
     """
     from scenelang.backends.files import make_folder
     from scenelang.backends.neural.diffusion import translate_out_of_memory
-    from scenelang.backends.neural.distillation.learning import DistillationSettings, cast_of
-    from scenelang.backends.neural.distillation.run import asked_of, kept_in, write_outcome
+    from scenelang.backends.neural.distillation.run import load_checkpoint, run_config, write_outcome
     from scenelang.backends.neural.distillation.run import run as run_steps
+    from scenelang.backends.neural.distillation.training import DistillationSettings, group_leaves
     from scenelang.backends.neural.prompts import Granularity, leaves_of
 
     for package in ("torch", "diffusers", "open_clip"):
         require(package, INSTALL)
     context, vectors = Embeddings.of(scene, embeddings).prompt_context(template)
-    cast = cast_of(leaves_of(scene.graph, granularity or Granularity(), context))
+    scene_groups = group_leaves(leaves_of(scene.graph, granularity or Granularity(), context))
     settings, models = settings or DistillationSettings.of(), models or Models()
     folder = run.path(scene, ".distillation")
     before, device = _before(run, folder), models.resolve_device()
-    asked_prompt = scene_prompt(scene, prompt)
+    resolved_prompt = scene_prompt(scene, prompt)
     with translate_out_of_memory():
-        teachers = _teachers(networks or DistillationModels(), models, asked_prompt, tensors_of(vectors, device))
-        names = [teachers.figures.name, *([teachers.scene.name] if teachers.scene is not None else [])]
-        asked = asked_of(settings, names, asked_prompt)
-        learning = _learning(run, cast, teachers, settings, device, before, asked)
+        teachers = _teachers(networks or DistillationModels(), models, resolved_prompt, tensors_of(vectors, device))
+        names = [teachers.multiview.name, *([teachers.scene.name] if teachers.scene is not None else [])]
+        config = run_config(settings, names, resolved_prompt)
+        trainer = _trainer(run, scene_groups, teachers, settings, device, before, config)
         make_folder(folder)
-        start = _start(cast, learning, folder)
+        start = _start(scene_groups, trainer, folder)
         if on_start is not None:
             on_start(start)
         finished = run_steps(
-            learning, folder, asked, seconds=0.0 if before is None else before.seconds, budget=budget,
-            tell=_step_callback(progress, on_step), stopped=stop or (lambda: False),
+            trainer, folder, config, seconds=0.0 if before is None else before.seconds, budget=budget,
+            on_step=_step_callback(progress, on_step), stop=stop or (lambda: False),
         )  # fmt: skip
-    files = write_outcome(kept_in(folder), cast, folder) if finished else []
+    files = write_outcome(load_checkpoint(folder), scene_groups, folder) if finished else []
     return Distillation(folder, start, tuple(files), finished)
 
 
 def _before(run: RunFolder, folder: Path) -> SavedDistillation | None:
     """Return the run to resume, or None; raises SceneError if it is missing, or would be overwritten."""
-    from scenelang.backends.neural.distillation.run import STATE, kept_in
+    from scenelang.backends.neural.distillation.run import CHECKPOINT, load_checkpoint
 
     if folder.exists() and not folder.is_dir():
         raise SceneError("file", f"`{folder}` cannot be a folder: it is a file")
     if run.resume:
-        return kept_in(folder)
-    if (folder / STATE).exists() and not run.force:
+        return load_checkpoint(folder)
+    if (folder / CHECKPOINT).exists() and not run.force:
         hint = "use --resume to continue it, or --force to overwrite it"
         raise SceneError("file", f"{folder} already contains a run", hint=hint)
     return None
 
 
-def _learning(
+def _trainer(
     run: RunFolder,
-    cast: Cast,
+    scene_groups: SceneGroups,
     teachers: Teachers,
     settings: DistillationSettings,
     device: str,
     before: SavedDistillation | None,
-    asked: Mapping[str, Any],
-) -> Learning:
+    config: Mapping[str, Any],
+) -> DistillationTrainer:
     """Create the optimization, restored from the saved run ``before`` if given."""
-    from scenelang.backends.neural.distillation.learning import Learning
     from scenelang.backends.neural.distillation.run import check_same
+    from scenelang.backends.neural.distillation.training import DistillationTrainer
 
     if before is None:
-        return Learning(cast, teachers, settings, device, _reused(run, cast))
-    check_same(before, cast, asked)
-    learning = Learning(cast, teachers, settings, device, before.frozen_states())
-    learning.restore(before.tensors)
-    return learning
+        return DistillationTrainer(scene_groups, teachers, settings, device, _reused(run, scene_groups))
+    check_same(before, scene_groups, config)
+    trainer = DistillationTrainer(scene_groups, teachers, settings, device, before.frozen_states())
+    trainer.restore(before.tensors)
+    return trainer
 
 
-def _reused(run: RunFolder, cast: Cast) -> dict[int, Any]:
+def _reused(run: RunFolder, scene_groups: SceneGroups) -> dict[int, Any]:
     """Return the objects already optimized by an earlier run; raises SceneError if nothing is left to optimize."""
     if run.start is None:
         return {}
-    from scenelang.backends.neural.distillation.run import kept_in, same_figures
+    from scenelang.backends.neural.distillation.run import load_checkpoint, unchanged_groups
 
-    found = same_figures(kept_in(Path(run.start)), cast)
-    if len(found) == len(cast.figures):
+    found = unchanged_groups(load_checkpoint(Path(run.start)), scene_groups)
+    if len(found) == len(scene_groups.groups):
         raise SceneError("value", f"nothing to optimize: all objects are unchanged since {run.start}")
     return found
 
 
 def _teachers(networks: DistillationModels, models: Models, prompt: str, vectors: Mapping[str, Any]) -> Teachers:
     from scenelang.backends.neural.diffusion_loading import load_multiview
-    from scenelang.backends.neural.distillation.learning import Teachers
+    from scenelang.backends.neural.distillation.training import Teachers
 
     torch = require("torch", INSTALL)
     hub, device = models.hub(), models.resolve_device()
     dtype = torch.float16 if networks.half or device.startswith("cuda") else torch.float32
     named: dict[str, Any] = {} if networks.model is None else {"name": networks.model}
-    figures = load_multiview(hub=hub, device=device, dtype=dtype, **named)
+    multiview = load_multiview(hub=hub, device=device, dtype=dtype, **named)
     scene = _scene_model(networks, models, dtype) if networks.scene_term else None
-    return Teachers(figures, scene, vectors, (prompt,))
+    return Teachers(multiview, scene, vectors, (prompt,))
 
 
 def _scene_model(networks: DistillationModels, models: Models, dtype: Any) -> DiffusionModel:
@@ -730,10 +735,10 @@ def _scene_model(networks: DistillationModels, models: Models, dtype: Any) -> Di
     return load_depth(control=networks.control, hub=hub, device=device, dtype=dtype, **named)
 
 
-def _start(cast: Cast, learning: Learning, folder: Path) -> DistillationStart:
-    left = learning.steps - learning.step_number
-    prompts = tuple(figure.condition.plain for figure in cast.figures)
-    return DistillationStart(len(cast.actors), learning.learned, left, folder, prompts)
+def _start(scene_groups: SceneGroups, trainer: DistillationTrainer, folder: Path) -> DistillationStart:
+    left = trainer.steps - trainer.step_number
+    prompts = tuple(group.condition.plain for group in scene_groups.groups)
+    return DistillationStart(len(scene_groups.instances), trainer.learned, left, folder, prompts)
 
 
 def _step_callback(

@@ -375,9 +375,9 @@ def own_splats(scene: Scene) -> list[Splats]:
 def distilled_splats(folder: Path) -> SplatsOf:
     """Return the Gaussians learned by a `distill` run; raises SceneError("file") if the folder contains none."""
     require("torch", INSTALL)
-    from scenelang.backends.neural.distillation.run import kept_in
+    from scenelang.backends.neural.distillation.run import load_checkpoint
 
-    run = kept_in(folder)
+    run = load_checkpoint(folder)
 
     def of(scene: Scene) -> list[Splats]:
         import torch

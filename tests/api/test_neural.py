@@ -344,9 +344,9 @@ def test_docstring_examples_run() -> None:
     from scenelang import embeddings, inversion, neural
     from scenelang.backends.neural import inversion as learning_of_words
     from scenelang.backends.neural import prompts, weights
-    from scenelang.backends.neural.distillation import learning
+    from scenelang.backends.neural.distillation import training
 
-    for module in (embeddings, inversion, neural, learning, learning_of_words, prompts, weights):
+    for module in (embeddings, inversion, neural, training, learning_of_words, prompts, weights):
         assert doctest.testmod(module).failed == 0
 
 

@@ -188,7 +188,11 @@ def test_mistakes(words: list[str], code: int, text: str, yard: Path, capsys: py
 
 
 def test_names_that_make_no_sense(yard: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for entity, text in (("castle", "no visible entity"), ("yard", "style of the scene"), ("<z1>", "style of the scene")):
+    for entity, text in (
+        ("castle", "no visible entity"),
+        ("yard", "style of the scene"),
+        ("<z1>", "style of the scene"),
+    ):
         assert invert("--no-segment", entity=entity) == 1
         assert text in capsys.readouterr().err
     double = ["invert", "yard.scene", "--from", "photo.png", "--entity", "tower", "--entity", "<z3>"]

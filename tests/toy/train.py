@@ -80,7 +80,7 @@ def loss_of(model: DiffusionModel, words: TextEncoder, generator: torch.Generato
     """The mean squared error of v on a batch."""
     texts, pictures, cameras = batch(BATCH, generator, grey)
     heard = ["" if torch.rand((), generator=generator) < DROPPED else text for text in texts]
-    states = words.encode([(text,) for text in heard]).earlier.repeat_interleave(VIEWS, 0)
+    states = words.encode([(text,) for text in heard]).penultimate.repeat_interleave(VIEWS, 0)
     clean = model.codec.encode(pictures)
     steps = torch.randint(0, len(model.schedule.alphas_cumprod), (BATCH,), generator=generator).repeat_interleave(VIEWS)
     noise = torch.randn(clean.shape, generator=generator)
