@@ -58,9 +58,9 @@ def test_the_program_s_own_gaussians_stand_where_they_did(pose: str) -> None:
     (figure,), (actor,) = found.groups, found.instances
     whole = torch.from_numpy(actor.poses[0])
     local = torch.from_numpy(figure.local)
-    own = gaussians_of(figure.entity, 200).splats.moved(local[:, :3], local[:, 3])
+    own = gaussians_of(figure.entity, 200).splats.transformed(local[:, :3], local[:, 3])
     assert float(own.means.abs().sub(torch.from_numpy(figure.box)).max()) < 1e-6
-    back = own.moved(whole[:, :3], whole[:, 3])
+    back = own.transformed(whole[:, :3], whole[:, 3])
     wanted = gaussians_of(evaluate(text).root, 200).splats
     torch.testing.assert_close(back.means, wanted.means)
     torch.testing.assert_close(back.covariances, wanted.covariances)

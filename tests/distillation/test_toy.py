@@ -18,7 +18,7 @@ from scenelang.backends.neural.diffusion_loading import load_diffusion
 from scenelang.backends.neural.distillation.run import SavedDistillation, load_checkpoint
 from scenelang.backends.neural.distillation.training import orbit_cameras
 from scenelang.backends.neural.splats.files import read_gaussians
-from scenelang.backends.neural.splats.gaussians import posed, view_of
+from scenelang.backends.neural.splats.gaussians import apply_pose, view_of
 from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.cli.main import main
 from scenelang.zfile import beside
@@ -52,7 +52,7 @@ def place(toy: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def views(kept: SavedDistillation, figure: int) -> tuple[np.ndarray, np.ndarray]:
     """Mean colour (3,) where a figure hides anything, and how much it hides (4, 64, 64), from four sides."""
     gaussians = kept.groups()[figure]
-    splats = posed(gaussians, torch.eye(3), torch.zeros(3))
+    splats = apply_pose(gaussians, torch.eye(3), torch.zeros(3))
     drawn = [rasterise(splats, view_of(camera, splats.means)) for camera in orbit_cameras(4, 64, 20.0, 15.0, 40.0, 1.1)]
     alpha = np.stack([one.alpha.numpy() for one in drawn])
     color = np.stack([one.color.numpy() for one in drawn])

@@ -463,7 +463,7 @@ class DistilledPainter:
             raise SceneError("value", f"the run in {self._folder} has {saved.frames} frames, not {shot.frame + 1}")
         stage = self._staging.stage(shot)
         moved = stage.scale * torch.eye(3), torch.from_numpy(-stage.scale * stage.center).float()
-        splats = saved.splats(shot.frame).moved(*moved) if self._is_visible(shot.frame) else _no_splats()
+        splats = saved.splats(shot.frame).transformed(*moved) if self._is_visible(shot.frame) else _no_splats()
         drawn = rasterise(splats, view_of(stage.camera, splats.means), antialiased=True)
         background = np.asarray(backdrop(stage, shadow_of(stage)), np.float32)
         behind = encode(tone_map(background, stage.studio.environment)) / 255.0

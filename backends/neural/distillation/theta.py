@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from scenelang.backends.neural.splats.gaussians import Gaussians, Splats, joined, posed, rotations
+from scenelang.backends.neural.splats.gaussians import Gaussians, Splats, apply_pose, concatenate_splats, rotations
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
@@ -145,8 +145,8 @@ def compose(
         matrices, translations = (
             each.repeat_interleave(len(gaussians), 0) for each in offsets.apply(members, frame, initial)
         )
-        parts.append(posed(gaussians.take(repeat_indices(len(gaussians), members)), matrices, translations))
-    return joined(parts)
+        parts.append(apply_pose(gaussians.take(repeat_indices(len(gaussians), members)), matrices, translations))
+    return concatenate_splats(parts)
 
 
 def visible_by_group(instances: Sequence[VisibleInstance], frame: int, like: Tensor) -> dict[int, Tensor]:

@@ -32,7 +32,7 @@ from scenelang.backends.neural.distillation.theta import (
     zero_offsets,
 )
 from scenelang.backends.neural.prompts import PromptCondition, PromptLeaf, prompt_text
-from scenelang.backends.neural.splats.gaussians import Splats, joined, posed, view_of
+from scenelang.backends.neural.splats.gaussians import Splats, apply_pose, concatenate_splats, view_of
 from scenelang.backends.neural.splats.initial import gaussians_of
 from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.backends.pictures.camera import Camera, Viewpoint, axes_of, camera_at, place
@@ -471,7 +471,7 @@ def local_splats(gaussians: Gaussians) -> Splats:
     import torch
 
     like = gaussians.means
-    return posed(gaussians, torch.eye(3).to(like), torch.zeros(3).to(like))
+    return apply_pose(gaussians, torch.eye(3).to(like), torch.zeros(3).to(like))
 
 
 def random_background(generator: Generator) -> float:
@@ -675,8 +675,8 @@ class DistillationTrainer:
                     each.repeat_interleave(len(surface), 0)
                     for each in self.offsets.apply(members, frame, self._initial_poses)
                 )
-                parts.append(surface.take(repeat_indices(len(surface), members)).moved(*poses))
-            drawn = rasterise(joined(parts), view_of(camera, parts[0].means))
+                parts.append(surface.take(repeat_indices(len(surface), members)).transformed(*poses))
+            drawn = rasterise(concatenate_splats(parts), view_of(camera, parts[0].means))
             return depth_map(drawn.depth, drawn.alpha)
 
     def _surface(self, number: int) -> Splats:
@@ -686,7 +686,9 @@ class DistillationTrainer:
         if number not in self._surfaces:
             group = self.scene.groups[number]
             local = torch.from_numpy(group.local)
-            made = gaussians_of(group.entity, self._settings.depth_gaussians).splats.moved(local[:, :3], local[:, 3])
+            made = gaussians_of(group.entity, self._settings.depth_gaussians).splats.transformed(
+                local[:, :3], local[:, 3]
+            )
             columns = (made.means, made.covariances, made.opacities, made.colors)
             self._surfaces[number] = Splats(*(column.float().to(self._device) for column in columns))
         return self._surfaces[number]
