@@ -21,7 +21,7 @@ from pathlib import Path
 
 from scenelang.backends import base
 from scenelang.backends.base import Backend, Work
-from scenelang.backends.language_models.provider import PROVIDERS, connection
+from scenelang.backends.language_models.provider import PROVIDERS, account_of
 from scenelang.backends.pictures.mitsuba import NAMES, trial_command
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
@@ -478,12 +478,12 @@ def service_checks() -> Iterator[Check]:
     """Report the address of each provider, and whether an API key is configured."""
     for family in PROVIDERS.all():
         try:
-            found = connection(family)
+            found = account_of(family)
         except SceneError as error:
             yield Check("services", family.name, CheckState.MISSING, error.message, error.hint or "")
             continue
         key = "API key found" if found.key is not None else "no API key"
-        yield Check("services", family.name, CheckState.NOTE, f"{key} for {found.shown_address}; not contacted")
+        yield Check("services", family.name, CheckState.NOTE, f"{key} for {found.public_address}; not contacted")
 
 
 # --- report ----------------------------------------------------------------------------------------------------------

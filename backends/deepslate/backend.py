@@ -39,7 +39,7 @@ from scenelang.backends.pictures.film import (
 )
 from scenelang.backends.pictures.stage import BELOW, Shot, Staging, box_of, unit_size
 from scenelang.backends.pictures.studio import Studio, from_srgb, studio_for, to_srgb, tone_map
-from scenelang.backends.viewer.page import inlined
+from scenelang.backends.viewer.page import inline_page
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.primitives import block_words
@@ -276,7 +276,7 @@ def page_of(name: str, builds: Builds, looks: BlockLooks, around: PageSurroundin
     """Return the page that shows all frames of ``builds``; ``camera`` determines the direction of the light."""
     studio = studio_for(camera.rescaled(around.center, around.scale), around.environment, around.ground)
     data = _data(name, builds, looks, around, studio)
-    return inlined(_text("page.html"), _text("page.js"), _text("page.css"), "build", data)
+    return inline_page(_text("page.html"), _text("page.js"), _text("page.css"), "build", data)
 
 
 @cache

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
-from scenelang.backends.language_models.provider import family
+from scenelang.backends.language_models.provider import find_family
 from scenelang.backends.neural.wording import DEFAULT_LIMIT, DEFAULT_TEMPLATE, check_template
 from scenelang.cli.neural import invert_generated, z_of
 from scenelang.cli.options import (
@@ -101,7 +101,7 @@ def settings_from(arguments: argparse.Namespace) -> InferenceSettings:
     """Return the settings that a command's options give; raises UsageError for invalid values."""
     settings = service_of(arguments)
     with usage_errors():
-        family(settings.provider)
+        find_family(settings.provider)
     check_limits(given(arguments, InferenceSettings), as_flags=True)
     return settings
 

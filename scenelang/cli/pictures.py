@@ -274,9 +274,9 @@ def _splats(arguments: argparse.Namespace) -> SplatsOf | None:
     """Return the Gaussians to show in place of solids, or None to show solids."""
     if arguments.distilled is None and not arguments.splats:
         return None
-    from scenelang.backends.viewer.packet import distilled_splats, own_splats
+    from scenelang.backends.viewer.packet import distilled_splats, surface_splats
 
-    return own_splats if arguments.distilled is None else distilled_splats(Path(arguments.distilled))
+    return surface_splats if arguments.distilled is None else distilled_splats(Path(arguments.distilled))
 
 
 def _serve(arguments: argparse.Namespace, workspace: Workspace) -> int:

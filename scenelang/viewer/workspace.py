@@ -464,7 +464,7 @@ def _param_data(control: ParamControl, values: Mapping[str, Any], is_live: bool)
 def saved_page(workspace: Workspace, report: Callable[[Sequence[Diagnostic]], None]) -> str | None:
     """Return a self-contained page with the scenes of all files, or None if one has errors. ``told`` is called with the
     diagnostics."""
-    from scenelang.backends.viewer.page import SavedScene, self_contained
+    from scenelang.backends.viewer.page import SavedScene, self_contained_page
 
     scenes = []
     for number, name in enumerate(workspace.files):
@@ -473,4 +473,4 @@ def saved_page(workspace: Workspace, report: Callable[[Sequence[Diagnostic]], No
         if state.packet is None or not state.ok:
             return None
         scenes.append(SavedScene(name, state_data(name, state, is_live=False), state.packet))
-    return self_contained(scenes)
+    return self_contained_page(scenes)
