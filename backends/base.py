@@ -44,7 +44,7 @@ class Work(Enum):
 class Option:
     """One option of a backend: the command line's flag ``--name``, its help, default and allowed values.
 
-    ``default`` also determines the type (None: an optional integer; False: a flag). ``least`` and ``most`` are
+    ``default`` also determines the type (None: an optional integer; False: a flag). ``minimum`` and ``maximum`` are
     inclusive bounds of a number. ``choices`` lists the allowed strings; if it is empty, any string is allowed.
     ``check`` performs further validation and raises SceneError("value").
     """
@@ -53,8 +53,8 @@ class Option:
     doc: str
     default: int | float | str | bool | None
     choices: tuple[str, ...] = ()
-    least: float | None = None
-    most: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
     check: Callable[[Any], object] | None = None
 
     def setting(self, owners: Sequence[str]) -> Setting:
@@ -65,7 +65,7 @@ class Option:
         metavar = "|".join(self.choices) or {int: "N", float: "X"}.get(kind, "TEXT")
         return Setting(self.default, text, (f"--{self.name}",), metavar, None if kind is str else kind)
 
-    def checked(self, value: Any) -> Any:
+    def validate(self, value: Any) -> Any:
         """Return ``value`` converted to the option's type; raises SceneError("value") if it is not allowed."""
         expected = int if self.default is None else type(self.default)
         if expected is float and type(value) is int:
@@ -75,10 +75,10 @@ class Option:
         if self.choices and value not in self.choices:
             hint = suggest(str(value), self.choices)
             raise SceneError("value", f"`--{self.name}` is one of {', '.join(self.choices)}, not `{value}`", hint=hint)
-        if self.least is not None and not float(value) >= self.least:
-            raise SceneError("value", f"`--{self.name}` must be {self.least:,g} or more, not {value:,g}")
-        if self.most is not None and not float(value) <= self.most:
-            raise SceneError("value", f"`--{self.name}` must be {self.most:,g} or less, not {value:,g}")
+        if self.minimum is not None and not float(value) >= self.minimum:
+            raise SceneError("value", f"`--{self.name}` must be {self.minimum:,g} or more, not {value:,g}")
+        if self.maximum is not None and not float(value) <= self.maximum:
+            raise SceneError("value", f"`--{self.name}` must be {self.maximum:,g} or less, not {value:,g}")
         if self.check is not None:
             self.check(value)
         return value
@@ -124,7 +124,7 @@ class BackendOptions:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Backend:
-    """A rendering operation with the metadata needed to select it.
+    """Rendering operation with the metadata needed to select it.
 
     ``doc`` is a one-line description, ``endings`` the file extensions it writes (``.png``), ``packages`` the modules it
     imports when it runs, ``install`` the argument of ``pip install`` that provides them. ``run(scene, path, options)``
@@ -146,12 +146,12 @@ class Backend:
 
     @property
     def is_installed(self) -> bool:
-        """Whether every package that the backend imports is installed; imports none of them."""
+        """Return whether every package that the backend imports is installed; imports none of them."""
         from importlib.util import find_spec
 
         return all(find_spec(package) is not None for package in self.packages)
 
-    def facts(self) -> dict[str, Any]:
+    def metadata(self) -> dict[str, Any]:
         """Return the backend's metadata as JSON data."""
         return {
             "name": self.name,
@@ -181,10 +181,10 @@ class Backend:
     def setting(self, options: BackendOptions, name: str) -> Any:
         """Return the validated value of the backend's own option ``name``; raises SceneError("value")."""
         option = next(option for option in self.options if option.name == name)
-        return option.checked(options.settings[name]) if options.settings.get(name) is not None else option.default
+        return option.validate(options.settings[name]) if options.settings.get(name) is not None else option.default
 
 
-def need(package: str, install: str) -> Any:
+def require(package: str, install: str) -> Any:
     """Import and return the module ``package``; raises SceneError("backend") with an installation hint if that
     fails."""
     from importlib import import_module
@@ -193,11 +193,13 @@ def need(package: str, install: str) -> Any:
         return import_module(package)
     except (ImportError, OSError) as error:  # OSError: one of its shared libraries fails to load
         raise SceneError(
-            "backend", f"the package `{package}` cannot be imported: {error}", hint=f"pip install {install}"
+            "backend",
+            f"the package `{package}` cannot be imported: {error}",
+            hint=f"install it with `pip install {install}`",
         ) from error
 
 
-def part_of(progress: Progress | None, start: float, end: float) -> Progress | None:
+def sub_progress(progress: Progress | None, start: float, end: float) -> Progress | None:
     """Return a callback that maps progress in [0, 1] to the range from ``start`` to ``end`` of ``progress``."""
     if progress is None:
         return None
@@ -221,7 +223,9 @@ def check_settings(options: BackendOptions, backends: Sequence[Backend]) -> None
         for backend in owners:
             backend.setting(options, name)
         if not owners:
-            others = [backend.name for backend in every() if any(option.name == name for option in backend.options)]
+            others = [
+                backend.name for backend in all_backends() if any(option.name == name for option in backend.options)
+            ]
             hint = f"this is an option of {', '.join(others)}" if others else None
             shown = ", ".join(f"`{backend.name}`" for backend in backends)
             raise SceneError("value", f"{shown} has no option `--{name}`", hint=hint)
@@ -258,7 +262,7 @@ class PluginRegistry(Generic[Plugin]):
         listed = f"available: {', '.join(known)}" if known else "none installed: `pip install scenelang`"
         raise SceneError(self.error, f"unknown {self.kind} `{name}` ({listed})", hint=suggest(name, known))
 
-    def every(self) -> list[Plugin]:
+    def all(self) -> list[Plugin]:
         """Return all plug-ins that load, sorted by name; ``find`` reports why the others fail."""
         loaded = []
         for _, point in sorted(self._points().items()):
@@ -295,16 +299,16 @@ def find(name: str) -> Backend:
     return BACKENDS.find(name)
 
 
-def every(work: Work | None = None) -> list[Backend]:
+def all_backends(work: Work | None = None) -> list[Backend]:
     """Return all backends that load, sorted by name; ``find`` reports why the others fail."""
-    return [backend for backend in BACKENDS.every() if work is None or backend.work is work]
+    return [backend for backend in BACKENDS.all() if work is None or backend.work is work]
 
 
 def settings_for(work: Work) -> dict[str, Setting]:
     """Return the options of all backends for ``work``, by name; the help of each lists its backends."""
     owners: dict[str, list[str]] = {}
     options: dict[str, Option] = {}
-    for backend in every(work):
+    for backend in all_backends(work):
         for option in backend.options:
             owners.setdefault(option.name, []).append(backend.name)
             options.setdefault(option.name, option)
@@ -315,7 +319,7 @@ def for_file(path: Path | str, work: Work | None = None) -> Backend:
     """Return the first backend by name that writes files of ``path``'s type; raises SceneError("backend") if
     none does."""
     ending = Path(path).suffix.lower()
-    candidates = every(work)
+    candidates = all_backends(work)
     for backend in candidates:
         if ending in backend.endings:
             return backend

@@ -18,12 +18,13 @@ from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
 
+# Without O_NONBLOCK, opening a named pipe would block until another process writes to it.
 _NONBLOCK = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 _FOLDERS = {"CACHE": ".cache", "CONFIG": ".config", "STATE": ".local/state"}
 
 
 def reason_of(error: Exception) -> str:
-    """Return what a failed read or write says of its cause, in at most 120 characters and without the path."""
+    """Return the cause of a failed read or write, without the path, in at most 120 characters."""
     return str(getattr(error, "strerror", None) or error)[:120]
 
 
@@ -35,25 +36,25 @@ def check_folder(output: Path) -> None:
         raise SceneError("file", f"cannot write {output}: it is a directory")
 
 
-def output_of(program: str, output: str | None, ending: str, is_ours: Callable[[Path], bool]) -> Path:
+def output_path(program: str, output: str | None, ending: str, is_generated: Callable[[Path], bool]) -> Path:
     """Return the path to write: ``output``, or by default that of ``program`` with another file extension.
 
-    Raises SceneError("file") for a program from standard input, and if the default is a file that another program
-    wrote, as ``is_ours`` finds out.
+    Raises SceneError("file") for a program from standard input, and if the default path exists and was not written by
+    scenelang, which ``is_generated`` checks.
     """
     if output:
         return Path(output)
     if program == "-":
         raise SceneError("file", "a program from standard input needs `-o`", hint=f"add `-o out{ending}`")
     default = Path(program).with_suffix(ending)
-    if default.exists() and not is_ours(default):
+    if default.exists() and not is_generated(default):
         message = f"`{default}` exists and was not written by scenelang"
         raise SceneError("file", message, hint=f"add `-o` with another name, or `-o {default}` to replace it")
     return default
 
 
 def user_folder(purpose: str) -> Path:
-    """Return this program's directory of the user for ``purpose`` ("CACHE", "CONFIG" or "STATE"); it may not exist yet.
+    """Return the user's scenelang directory for ``purpose`` ("CACHE", "CONFIG" or "STATE"); it may not exist yet.
 
     Follows the XDG Base Directory Specification.
     """
@@ -61,7 +62,7 @@ def user_folder(purpose: str) -> Path:
     return (Path(base) if base else Path.home() / _FOLDERS[purpose]) / "scenelang"
 
 
-def made_folder(path: Path) -> Path:
+def make_folder(path: Path) -> Path:
     """Create the directory ``path`` if necessary and return it; raises SceneError("file")."""
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -70,8 +71,8 @@ def made_folder(path: Path) -> Path:
     return path
 
 
-def read_regular(path: Path | str, most: int | None = None) -> bytes:
-    """Return at most ``most`` bytes of a regular file.
+def read_regular(path: Path | str, max_bytes: int | None = None) -> bytes:
+    """Return at most ``max_bytes`` bytes of a regular file.
 
     Raises OSError for anything else: reading a device never ends, and reading a pipe may block forever.
     """
@@ -82,11 +83,11 @@ def read_regular(path: Path | str, most: int | None = None) -> bytes:
             raise IsADirectoryError(errno.EISDIR, "it is a directory", str(path))
         if not stat.S_ISREG(mode):
             raise OSError(errno.EINVAL, "it is not a regular file", str(path))
-        return file.read() if most is None else file.read(most)
+        return file.read() if max_bytes is None else file.read(max_bytes)
 
 
 @contextmanager
-def alone_in(folder: Path) -> Iterator[None]:
+def lock_folder(folder: Path) -> Iterator[None]:
     """Hold an exclusive lock on ``folder``, so that concurrent read-modify-write cycles lose no changes.
 
     Does nothing if the system lacks ``flock`` or the directory does not exist.
@@ -106,7 +107,7 @@ def alone_in(folder: Path) -> Iterator[None]:
 
 
 @contextmanager
-def written_whole(path: Path | str, mode: int | None = None) -> Iterator[Path]:
+def atomic_write(path: Path | str, mode: int | None = None) -> Iterator[Path]:
     """Write ``path`` atomically: yield a temporary path in the same directory and rename it to ``path`` on success.
 
     On any error, Ctrl-C included, the temporary file is removed and ``path`` is unchanged. ``mode`` is the permissions
@@ -116,7 +117,7 @@ def written_whole(path: Path | str, mode: int | None = None) -> Iterator[Path]:
     target = Path(path)
     try:
         _sweep(target.parent)
-        handle, name = tempfile.mkstemp(suffix=target.suffix, prefix=_mark(), dir=target.parent)
+        handle, name = tempfile.mkstemp(suffix=target.suffix, prefix=_temporary_prefix(), dir=target.parent)
     except OSError as error:
         raise SceneError("file", f"cannot write `{target}`: {error.strerror or error}") from error
     os.close(handle)
@@ -124,7 +125,7 @@ def written_whole(path: Path | str, mode: int | None = None) -> Iterator[Path]:
     try:
         yield temporary
         if mode is None:
-            _give_usual_mode(temporary)
+            _apply_default_mode(temporary)
         else:
             temporary.chmod(mode)
         os.replace(temporary, target)
@@ -134,7 +135,7 @@ def written_whole(path: Path | str, mode: int | None = None) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
-def _mark() -> str:
+def _temporary_prefix() -> str:
     """Return the prefix of this process's temporary files; it identifies the machine and the process."""
     return f".scenelang-{_machine()}-{os.getpid()}-"
 
@@ -177,13 +178,13 @@ def rewrite(path: Path, text: str) -> None:
     target = path.resolve()
     if not os.access(target, os.W_OK):
         raise SceneError("file", f"cannot write `{path}`: the file is read-only")
-    with written_whole(target, mode=stat.S_IMODE(target.stat().st_mode)) as temporary:
+    with atomic_write(target, mode=stat.S_IMODE(target.stat().st_mode)) as temporary:
         temporary.write_bytes(text.encode("utf-8"))
 
 
 def write_text(path: Path | str, text: str) -> None:
     """Write ``text`` to a UTF-8 file atomically; raises SceneError("file")."""
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text(text, "utf-8")
 
 
@@ -192,9 +193,9 @@ def write_json(path: Path, data: Any) -> None:
     write_text(path, json.dumps(data))
 
 
-def _give_usual_mode(path: Path) -> None:
+def _apply_default_mode(path: Path) -> None:
     """Give a file made by ``mkstemp``, which is private to the user, the permissions of a file made by ``open``."""
-    mask = os.umask(0)
+    mask = os.umask(0)  # there is no call that only reads the mask
     os.umask(mask)
     path.chmod(0o666 & ~mask)
 
@@ -203,7 +204,7 @@ def _give_usual_mode(path: Path) -> None:
 
 
 @contextmanager
-def written_together(folder: Path) -> Iterator[Path]:
+def atomic_write_all(folder: Path) -> Iterator[Path]:
     """Write several files atomically: yield a temporary directory whose files are moved to ``folder`` on success.
 
     On any error, Ctrl-C included, ``folder`` is unchanged: files that were already replaced are restored. Raises
@@ -211,7 +212,7 @@ def written_together(folder: Path) -> Iterator[Path]:
     """
     try:
         _sweep(folder)
-        temporary = Path(tempfile.mkdtemp(prefix=_mark(), dir=folder))
+        temporary = Path(tempfile.mkdtemp(prefix=_temporary_prefix(), dir=folder))
     except OSError as error:
         raise SceneError("file", f"cannot write to `{folder}`: {error.strerror or error}") from error
     try:

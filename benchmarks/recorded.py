@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenelang.backends.neural.describing import color_words
+from scenelang.backends.neural.descriptions import color_words
 from scenelang.grammar.diagnostics import render_text
 from scenelang.interpreter.scene.entity import Entity, count_words, descendants, instance_counts
 from scenelang.interpreter.scene.primitives import items_of

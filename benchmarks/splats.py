@@ -9,7 +9,7 @@ import numpy as np
 import torch
 
 from scenelang.backends.neural.splats import rasterise_numba, rasterise_torch
-from scenelang.backends.neural.splats.gaussians import Gaussians, posed, view_of
+from scenelang.backends.neural.splats.gaussians import Gaussians, apply_pose, view_of
 from scenelang.backends.neural.splats.rasterise import rasterise_by
 from scenelang.backends.neural.splats.rasterise_numba import Engine
 from scenelang.backends.pictures.camera import Viewpoint, place
@@ -33,7 +33,7 @@ def steps(count: int, size: int) -> dict[str, Callable[[], Any]]:
         for column in columns:
             column.grad = None
             column.requires_grad_()
-        drawn = rasterise_by(engine, posed(gaussians, torch.eye(3), torch.zeros(3)), view)
+        drawn = rasterise_by(engine, apply_pose(gaussians, torch.eye(3), torch.zeros(3)), view)
         (drawn.color.square().sum() + drawn.alpha.sum() + drawn.depth.sum()).backward()
 
     return {"torch": lambda: step(rasterise_torch), "numba": lambda: step(rasterise_numba)}

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from scenelang.api import load as load
     from scenelang.api import parse as parse
     from scenelang.api import transpile as transpile
-    from scenelang.backends.neural.distillation.learning import DistillationSettings as DistillationSettings
+    from scenelang.backends.neural.distillation.training import DistillationSettings as DistillationSettings
     from scenelang.backends.neural.inversion import InversionSettings as InversionSettings
-    from scenelang.backends.neural.sentences import Granularity as Granularity
+    from scenelang.backends.neural.prompts import Granularity as Granularity
     from scenelang.backends.neural.weights import Models as Models
     from scenelang.embeddings import Embeddings as Embeddings
     from scenelang.evaluation.subjects import MetricOptions as MetricOptions
@@ -82,8 +82,8 @@ _HOMES = {
     "check": "api", "check_installation": "api", "diff": "api", "evaluate": "api", "expand": "api",
     "explain": "api", "format": "api", "grammar_text": "api", "import_build": "api", "list_backends": "api",
     "load": "api", "parse": "api", "transpile": "api",
-    "DistillationSettings": "backends.neural.distillation.learning",
-    "InversionSettings": "backends.neural.inversion", "Granularity": "backends.neural.sentences",
+    "DistillationSettings": "backends.neural.distillation.training",
+    "InversionSettings": "backends.neural.inversion", "Granularity": "backends.neural.prompts",
     "Models": "backends.neural.weights", "Embeddings": "embeddings", "MetricOptions": "evaluation.subjects",
     "MetricReport": "evaluation.subjects", "evaluate_metrics": "evaluation.subjects", "Datum": "grammar.datum",
     "Source": "grammar.datum", "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics",

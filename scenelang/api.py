@@ -269,9 +269,9 @@ def list_backends() -> tuple[Backend, ...]:
     >>> "gltf" in [backend.name for backend in list_backends()]
     True
     """
-    from scenelang.backends.base import every
+    from scenelang.backends.base import all_backends
 
-    return tuple(every())
+    return tuple(all_backends())
 
 
 def check_installation() -> tuple[Check, ...]:

@@ -21,7 +21,7 @@ from pathlib import Path
 
 from scenelang.backends import base
 from scenelang.backends.base import Backend, Work
-from scenelang.backends.language_models.provider import PROVIDERS, connection
+from scenelang.backends.language_models.provider import PROVIDERS, account_of
 from scenelang.backends.pictures.mitsuba import NAMES, trial_command
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
@@ -43,7 +43,7 @@ def tests() -> Mapping[str, Callable[[Path], str]]:
     """Return all tests by name: each works in a folder, returns a summary, and raises if it fails."""
     found: dict[str, Callable[[Path], str]] = {LANGUAGE: _evaluate, PICTURE: _draw, VIEWER: _view}
     found |= {name: partial(_film, ending) for name, ending in FILMS.items()}
-    return found | {backend.name: partial(_export, backend) for backend in base.every(Work.EXPORT)}
+    return found | {backend.name: partial(_export, backend) for backend in base.all_backends(Work.EXPORT)}
 
 
 def _scene() -> Scene:
@@ -233,7 +233,7 @@ def work_checks() -> Iterator[Check]:
     """Check the language, each backend, each variant of Mitsuba, videos and the viewer."""
     end = time.monotonic() + _SECONDS
     variants = {name: _start(trial_command(name)) for name in NAMES if name != "cuda" or _NVIDIA.exists()}
-    exports = {backend.name: backend for backend in base.every(Work.EXPORT)}
+    exports = {backend.name: backend for backend in base.all_backends(Work.EXPORT)}
     installs = {name: backend.install for name, backend in exports.items() if not backend.is_installed}
     installs |= {} if _has("av") else {"film .mp4": "'scenelang[video]'"}
     names = [name for name in (LANGUAGE, PICTURE, *exports, *FILMS, VIEWER) if name not in installs]
@@ -476,14 +476,14 @@ def _gpu() -> Check:
 
 def service_checks() -> Iterator[Check]:
     """Report the address of each provider, and whether an API key is configured."""
-    for family in PROVIDERS.every():
+    for family in PROVIDERS.all():
         try:
-            found = connection(family)
+            found = account_of(family)
         except SceneError as error:
             yield Check("services", family.name, CheckState.MISSING, error.message, error.hint or "")
             continue
         key = "API key found" if found.key is not None else "no API key"
-        yield Check("services", family.name, CheckState.NOTE, f"{key} for {found.shown_address}; not contacted")
+        yield Check("services", family.name, CheckState.NOTE, f"{key} for {found.public_address}; not contacted")
 
 
 # --- report ----------------------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from scenelang import zfile
 from scenelang.backends.neural.weights import Models
-from scenelang.backends.neural.wording import Wording, filled
+from scenelang.backends.neural.wording import Wording, prompt_for
 from scenelang.grammar.datum import Handle, Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.reader import read
@@ -33,9 +33,9 @@ from scenelang.zfile import Made
 
 if TYPE_CHECKING:
     from scenelang.backends.neural.clip import ClipModel
-    from scenelang.backends.neural.describing import Describe
+    from scenelang.backends.neural.descriptions import Describe
     from scenelang.backends.neural.inversion import PictureWord
-    from scenelang.backends.neural.sentences import Encodings, Granularity, Sayings
+    from scenelang.backends.neural.prompts import Encodings, Granularity, PromptContext
     from scenelang.backends.neural.wording import Wording
 
 
@@ -272,13 +272,13 @@ class Embeddings:
                 break
         return tuple(rows.values())
 
-    def sayings(self, template: str | None = None) -> tuple[Sayings, Mapping[str, Any]]:
+    def prompt_context(self, template: str | None = None) -> tuple[PromptContext, Mapping[str, Any]]:
         """Return the texts of the file, for prompts by ``template``, and its learned vectors by handle."""
-        from scenelang.backends.neural.sentences import Sayings
-        from scenelang.backends.neural.wording import DEFAULT
+        from scenelang.backends.neural.prompts import PromptContext
+        from scenelang.backends.neural.wording import DEFAULT_TEMPLATE
 
         if self.path is None or not self.exists:
-            return Sayings(template=template or DEFAULT), {}
+            return PromptContext(template=template or DEFAULT_TEMPLATE), {}
         entries, vectors = zfile.read_z(self.path)
         wording = self.wording
         texts = {handle: row.text for row in wording.rows for handle in row.handles} if wording is not None else {}
@@ -287,7 +287,7 @@ class Embeddings:
         texts |= {handle: entry.text for handle, entry in entries.items() if entry.text}
         kept = wording.rows if wording is not None and template is None else ()
         templates = {handle: row.template for row in kept for handle in row.handles}
-        return Sayings(frozenset(vectors), texts, template or DEFAULT, templates), vectors
+        return PromptContext(frozenset(vectors), texts, template or DEFAULT_TEMPLATE, templates), vectors
 
     # --- changes -----------------------------------------------------------------------------------------------------
 
@@ -413,14 +413,16 @@ class Embeddings:
         >>> Embeddings(None).words_of(scene)
         <SceneWording: 1 text for 1 embedding>
         """
-        from scenelang.backends.neural.wording import DEFAULT, LIMIT, check_template, merged, wording_of
+        from scenelang.backends.neural.wording import DEFAULT_LIMIT, DEFAULT_TEMPLATE, check_template, merge, wording_of
 
-        check_template(DEFAULT if template is None else template)
+        check_template(DEFAULT_TEMPLATE if template is None else template)
         if describe is not None and not force:
             self.check_undescribed()
         old = None if force else self.wording
-        new = wording_of(scene.graph, DEFAULT if template is None else template, describe, limit or LIMIT)
-        return SceneWording(new) if old is None else SceneWording(*merged(old, new))
+        new = wording_of(
+            scene.graph, DEFAULT_TEMPLATE if template is None else template, describe, limit or DEFAULT_LIMIT
+        )
+        return SceneWording(new) if old is None else SceneWording(*merge(old, new))
 
     def describe(
         self,
@@ -484,15 +486,17 @@ class Embeddings:
         (3, 1024)
         """
         from scenelang.backends.neural.clip import TextEncoder
-        from scenelang.backends.neural.sentences import Granularity, encoded, leaves_of, together
+        from scenelang.backends.neural.prompts import Granularity, encode_conditions, leaves_of, merge_conditions
 
         path = self.place()
-        sayings, vectors = self.sayings(template)
-        frames = leaves_of(scene.graph, granularity or Granularity(), sayings)
-        conditions = together(leaf.condition for leaves in frames for leaf in leaves)
+        context, vectors = self.prompt_context(template)
+        frames = leaves_of(scene.graph, granularity or Granularity(), context)
+        conditions = merge_conditions(leaf.condition for leaves in frames for leaf in leaves)
         chosen = models or Models()
         loaded = _clip(model, chosen)
-        found = encoded(conditions, TextEncoder(loaded), tensors_of(vectors, chosen.computes_on()), str(loaded.name))
+        found = encode_conditions(
+            conditions, TextEncoder(loaded), tensors_of(vectors, chosen.resolve_device()), str(loaded.name)
+        )
         zfile.write_encodings(path, found)
         return found
 
@@ -525,7 +529,7 @@ class Embeddings:
         SceneError
             If the file extension is not supported, or there are no vectors.
         """
-        from scenelang.backends.files import written_whole
+        from scenelang.backends.files import atomic_write
 
         target = Path(output)
         check_export(target)
@@ -538,7 +542,7 @@ class Embeddings:
             rows = {handle: i for i, row in enumerate(encodings.rows) for handle in row.handles}
         if not arrays:
             raise SceneError("value", "nothing to export: no vectors", hint="scenelang embeddings FILE encode")
-        with written_whole(target) as temporary:
+        with atomic_write(target) as temporary:
             _write_arrays(temporary, target.suffix.lower(), arrays, rows)
         return target
 
@@ -641,16 +645,16 @@ def _picture_word(image: Path, start: str | None, model: str | None, models: Mod
 
     picture = open_picture(image)
     loaded = _clip(model, models)  # fails with an install hint if a package is missing
-    from scenelang.backends.neural.inversion import START, picture_word
+    from scenelang.backends.neural.inversion import INITIAL_WORD, learn_picture_word
 
-    return str(loaded.name), picture_word(loaded, picture, start or START)
+    return str(loaded.name), learn_picture_word(loaded, picture, start or INITIAL_WORD)
 
 
 def _clip(model: str | None, models: Models) -> ClipModel:
-    from scenelang.backends.neural.clip import TEXT_SPACE, ClipName, load_clip
+    from scenelang.backends.neural.clip import EMBEDDING_MODEL, ClipName, load_clip
 
-    name = ClipName.parse(model) if model else TEXT_SPACE
-    return load_clip(name, models.shelf(), models.computes_on())
+    name = ClipName.parse(model) if model else EMBEDDING_MODEL
+    return load_clip(name, models.hub(), models.resolve_device())
 
 
 def _query_vector(query: str, encodings: Encodings, models: Models) -> tuple[Any, int | None]:
@@ -719,7 +723,7 @@ def wording_table(wording: Wording) -> str:
     """Format the descriptions of a scene."""
     titles = ("handle", "word", "text", "template")
     rows = [
-        (_some(row.handles, "{:,} in all"), row.word, row.text, filled(row.template, row.handles[0]))
+        (_some(row.handles, "{:,} in all"), row.word, row.text, prompt_for(row.template, row.handles[0]))
         for row in wording.rows[:MAX_ROWS]
     ]
     rest = [f"... only the first {MAX_ROWS} rows are shown"] if len(wording.rows) > MAX_ROWS else []

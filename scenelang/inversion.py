@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang import zfile
-from scenelang.backends.base import Progress, need
+from scenelang.backends.base import Progress, require
 from scenelang.backends.neural.weights import INSTALL, Models
 from scenelang.embeddings import Embeddings
 from scenelang.grammar.diagnostics import SceneError
@@ -168,7 +168,7 @@ class InversionModels:
 def check_installed() -> None:
     """Check that the packages for inversion are installed; raises SceneError("backend") otherwise."""
     for package in ("torch", "diffusers", "transformers"):
-        need(package, INSTALL)
+        require(package, INSTALL)
 
 
 # --- results ---------------------------------------------------------------------------------------------------------
@@ -439,16 +439,16 @@ def _work(
     ending: str,
 ) -> _Work:
     """Validate the arguments of an inversion and check the installed packages; raises SceneError."""
-    from scenelang.backends.base import need
+    from scenelang.backends.base import require
     from scenelang.backends.neural.inversion import InversionSettings
-    from scenelang.backends.neural.sentences import check_anything
+    from scenelang.backends.neural.prompts import check_not_empty
 
     run = run or RunFolder()
     folder, z = run.path(scene, ending), Embeddings.of(scene, embeddings)
     z.place()
-    check_anything(scene.graph)
+    check_not_empty(scene.graph)
     for package in ("torch", "diffusers", "transformers"):
-        need(package, INSTALL)
+        require(package, INSTALL)
     networks, models = networks or InversionModels(), models or Models()
     return _Work(subject, settings or InversionSettings(), networks, run, folder, z, models)
 
@@ -470,11 +470,11 @@ def _targets(scene: Scene, names: Sequence[str]) -> list[InversionTarget]:
 
 def _styled(scene: Scene, name: str | None) -> InversionTarget:
     """Return the entity that gets the style: the root, or the named entity."""
-    from scenelang.backends.neural.describing import thing
+    from scenelang.backends.neural.descriptions import noun_of
     from scenelang.backends.neural.inversion import InversionTarget, style_handle, targets_named
 
     if name is None:
-        return InversionTarget(thing(scene.root), (style_handle(scene.graph),), True)
+        return InversionTarget(noun_of(scene.root), (style_handle(scene.graph),), True)
     return targets_named(scene.graph, [name])[0]
 
 
@@ -489,11 +489,11 @@ def _check_replaced(work: _Work, handles: Sequence[str]) -> None:
 
 def _before(work: _Work) -> SavedInversion | None:
     """Return the run to resume, or None; raises SceneError if it is missing, or would be overwritten."""
-    from scenelang.backends.neural.inversion import STATE, kept_in
+    from scenelang.backends.neural.inversion import CHECKPOINT, load_checkpoint
 
     if work.run.resume:
-        return kept_in(work.folder)
-    if (work.folder / STATE).exists() and not work.run.force and not kept_in(work.folder).finished:
+        return load_checkpoint(work.folder)
+    if (work.folder / CHECKPOINT).exists() and not work.run.force and not load_checkpoint(work.folder).finished:
         raise SceneError("file", f"{work.folder} already contains an unfinished run", hint=_RESUME_HINT)
     return None
 
@@ -538,12 +538,12 @@ def _masked_part(work: _Work, target: InversionTarget, given: _Input) -> _Part:
     """Return the part shown by the mask file, or by the whole image without a mask."""
     import numpy as np
 
-    from scenelang.backends.neural.grounding import cut_out, random_grey, read_mask
+    from scenelang.backends.neural.grounding import crop_masked, random_grey, read_mask
 
     width, height = given.picture.size
     mask = work.subject.mask
     shown = read_mask(Path(mask), width, height) if mask else np.ones((height, width), np.bool_)
-    return _Part(target, given.name, cut_out(np.asarray(given.picture), shown, random_grey(work.settings.seed)))
+    return _Part(target, given.name, crop_masked(np.asarray(given.picture), shown, random_grey(work.settings.seed)))
 
 
 def _found_parts(
@@ -555,32 +555,32 @@ def _found_parts(
         DETECTOR,
         SEGMENTER,
         Grounding,
-        found_in,
+        find_object,
         load_detector,
         load_segmenter,
         random_grey,
     )
 
-    shelf, device = work.models.shelf(), work.models.computes_on()
-    detector = load_detector(work.networks.detector or DETECTOR, shelf, device)
-    segmenter = load_segmenter(work.networks.segmenter or SEGMENTER, shelf, device)
+    hub, device = work.models.hub(), work.models.resolve_device()
+    detector = load_detector(work.networks.detector or DETECTOR, hub, device)
+    segmenter = load_segmenter(work.networks.segmenter or SEGMENTER, hub, device)
     grounding, grey = Grounding(detector, segmenter), random_grey(work.settings.seed)
     found = []
     for target, text in zip(targets, texts, strict=True):
-        seen = found_in(grounding, [each.picture for each in given], text, grey)
+        seen = find_object(grounding, [each.picture for each in given], text, grey)
         if seen is not None:
             found.append(_Part(target, given[seen[0]].name, seen[1]))
     return found
 
 
-def _load_parts(work: _Work, kept: SavedInversion, targets: Sequence[InversionTarget]) -> list[_Part]:
+def _load_parts(work: _Work, saved: SavedInversion, targets: Sequence[InversionTarget]) -> list[_Part]:
     """Load the saved training images of a run to resume; raises SceneError("file" or "value")."""
     import numpy as np
 
     from scenelang.backends.neural.clip import open_picture
 
-    saved = kept.asked.get("parts")
-    sources = {str(name): str(source) for name, source in saved.items()} if isinstance(saved, Mapping) else {}
+    parts = saved.config.get("parts")
+    sources = {str(name): str(source) for name, source in parts.items()} if isinstance(parts, Mapping) else {}
     found = [target for target in targets if target.name in sources]
     if len(found) != len(sources):
         raise SceneError("value", f"the run in {work.folder} is for other entities", hint="use --force to overwrite it")
@@ -593,10 +593,10 @@ def _save_parts(folder: Path, parts: Sequence[_Part]) -> None:
     """Save the cropped training images, for inspection and for resuming the run."""
     from PIL import Image
 
-    from scenelang.backends.files import written_whole
+    from scenelang.backends.files import atomic_write
 
     for part in parts:
-        with written_whole(_cut_file(folder, part.target.name)) as temporary:
+        with atomic_write(_cut_file(folder, part.target.name)) as temporary:
             Image.fromarray(part.square).save(temporary)
 
 
@@ -613,44 +613,44 @@ def _learn(
     parts: Sequence[_Part],
     styles: Sequence[str],
     style_only: bool,
-    tell: Callable[[InversionProgress], None],
+    on_step: Callable[[InversionProgress], None],
     stop: Callable[[], bool] | None,
 ) -> InversionOutcome:
     """Optimize the embeddings of ``parts`` and their common style. At the end, store each part's embedding for the
     handles of its target, and the style for the handles ``styles``. With ``style_only``, the prompt uses the plain
     class word instead of a learned embedding."""
-    from scenelang.backends.files import made_folder
-    from scenelang.backends.neural.diffusion import memory_told
-    from scenelang.backends.neural.diffusion_loading import MULTIVIEW, load_any
-    from scenelang.backends.neural.inversion import STYLE, Inverting, asked_of, start_of
+    from scenelang.backends.files import make_folder
+    from scenelang.backends.neural.diffusion import translate_out_of_memory
+    from scenelang.backends.neural.diffusion_loading import MULTIVIEW_MODEL, load_any
+    from scenelang.backends.neural.inversion import STYLE, InversionTrainer, initial_vector, run_config
     from scenelang.backends.neural.inversion import run as run_steps
 
-    made_folder(work.folder)
-    with memory_told():
-        model = load_any(work.networks.model or MULTIVIEW, work.models.shelf(), work.models.computes_on())
+    make_folder(work.folder)
+    with translate_out_of_memory():
+        model = load_any(work.networks.model or MULTIVIEW_MODEL, work.models.hub(), work.models.resolve_device())
         words = {} if style_only else {p.target.name: work.subject.class_word or p.target.text for p in parts}
         words[STYLE] = work.subject.style_word
         subjects = [_subject(work, part, model.size, style_only) for part in parts]
-        starts = {name: start_of(model.words, word) for name, word in words.items()}
-        asked = asked_of(work.settings, model.name, subjects, words)
-        asked["parts"] = {part.target.name: part.source for part in parts}
+        initial = {name: initial_vector(model.text_encoder, word) for name, word in words.items()}
+        config = run_config(work.settings, model.name, subjects, words)
+        config["parts"] = {part.target.name: part.source for part in parts}
         _save_parts(work.folder, parts)
-        learning = Inverting(model, subjects, starts, work.settings)
-        outcome = run_steps(learning, work.folder, asked, before, tell, stop or (lambda: False))
+        trainer = InversionTrainer(model, subjects, initial, work.settings)
+        outcome = run_steps(trainer, work.folder, config, before, on_step, stop or (lambda: False))
     if outcome.finished:
-        _store(work.z.place(), learning.vectors(), parts, styles, model.name, style_only)
+        _store(work.z.place(), trainer.vectors(), parts, styles, model.name, style_only)
     return outcome
 
 
 def _subject(work: _Work, part: _Part, size: int, style_only: bool) -> LearnedSubject:
     import torch
 
-    from scenelang.backends.neural.grounding import resized
-    from scenelang.backends.neural.inversion import LearnedSubject, sentence_about, sentence_of
+    from scenelang.backends.neural.grounding import resize
+    from scenelang.backends.neural.inversion import LearnedSubject, entity_prompt, style_prompt
 
-    picture = torch.tensor(resized(part.square, size)).permute(2, 0, 1).float() / 255.0
+    picture = torch.tensor(resize(part.square, size)).permute(2, 0, 1).float() / 255.0
     word = work.subject.class_word or part.target.text
-    return LearnedSubject(picture, sentence_about(word) if style_only else sentence_of(part.target.name))
+    return LearnedSubject(picture, style_prompt(word) if style_only else entity_prompt(part.target.name))
 
 
 def _step_callback(

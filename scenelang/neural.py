@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Progress, frame_of, need, part_of
+from scenelang.backends.base import Progress, frame_of, require, sub_progress
 from scenelang.backends.neural.weights import INSTALL, Models
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint
@@ -27,11 +27,16 @@ from scenelang.inversion import RunFolder
 from scenelang.scene import Film, Scene, Size, View
 
 if TYPE_CHECKING:
-    from scenelang.backends.neural.diffusion import Diffusion
-    from scenelang.backends.neural.distillation.learning import Cast, DistillationSettings, Learning, Teachers
+    from scenelang.backends.neural.diffusion import DiffusionModel
     from scenelang.backends.neural.distillation.run import DistillationProgress, SavedDistillation
-    from scenelang.backends.neural.imagine.sampling import Checkpoint, Order, Sampling, Sketch
-    from scenelang.backends.neural.sentences import Granularity, PromptCondition, Sentences
+    from scenelang.backends.neural.distillation.training import (
+        DistillationSettings,
+        DistillationTrainer,
+        SceneGroups,
+        Teachers,
+    )
+    from scenelang.backends.neural.imagine.sampling import Checkpoint, GenerationRequest, Sampling, ShotLayout
+    from scenelang.backends.neural.prompts import Granularity, PromptBuilder, PromptCondition
 
 Pixels = npt.NDArray[np.uint8]
 Warn = Callable[[Diagnostic], None]
@@ -125,30 +130,30 @@ class SceneLayout:
         In pixels.
     """
 
-    _sketch: Sketch
+    _shot_layout: ShotLayout
     _conditions: Sequence[PromptCondition]
-    _sentences: Sentences
+    _prompts: PromptBuilder
     _prompt: str
 
     @property
     def size(self) -> Size:
-        return self._sketch.layout.width, self._sketch.layout.height
+        return self._shot_layout.layout.width, self._shot_layout.layout.height
 
     @property
     def data(self) -> dict[str, Any]:
         """The prompt and all instances with box and prompt, as JSON data (docs/imagine.md)."""
         from scenelang.backends.neural.imagine.layout import layout_json
-        from scenelang.backends.neural.sentences import written
+        from scenelang.backends.neural.prompts import prompt_text
 
-        prompt = written(self._sentences.of_scene(self._prompt))
-        return layout_json(self._sketch.layout, self._conditions, self._sketch.truth, prompt)
+        prompt = prompt_text(self._prompts.scene_prompt(self._prompt))
+        return layout_json(self._shot_layout.layout, self._conditions, self._shot_layout.truth, prompt)
 
     @property
     def pixels(self) -> Pixels:
         """Visualization of the layout (H, W, 3), sRGB."""
         from scenelang.backends.neural.imagine.layout import layout_picture
 
-        return layout_picture(self._sketch.layout, self._conditions)
+        return layout_picture(self._shot_layout.layout, self._conditions)
 
     def save(self, path: str | Path) -> Path:
         """Write the visualization as .png, or the data as .json. Returns the path."""
@@ -189,15 +194,15 @@ class ImaginedPicture:
         """Write a .png with the generation metadata, atomically. Returns the path."""
         from importlib.metadata import version
 
-        from scenelang.backends.files import written_whole
+        from scenelang.backends.files import atomic_write
         from scenelang.backends.pictures.film import SOFTWARE, png_text
 
         target = Path(path)
         check_output(target)
         # JSON in ASCII: a text chunk is Latin-1
         chunks = png_text({"Software": f"{SOFTWARE} {version('scenelang')}", "scenelang": json.dumps(self.notes)})
-        image = need("PIL.Image", "pillow").fromarray(self.pixels)
-        with written_whole(target) as temporary:
+        image = require("PIL.Image", "pillow").fromarray(self.pixels)
+        with atomic_write(target) as temporary:
             image.save(temporary, "PNG", pnginfo=chunks)
         return target
 
@@ -228,8 +233,8 @@ class ImaginedPictures:
     seeds: tuple[int, ...]
     notes: Mapping[str, Any]
     _checkpoint: Checkpoint
-    _sketch: Sketch
-    _order: Order
+    _shot_layout: ShotLayout
+    _request: GenerationRequest
     _sampling: Sampling
     _progress: Progress | None
 
@@ -237,12 +242,12 @@ class ImaginedPictures:
         return len(self.seeds)
 
     def __iter__(self) -> Iterator[ImaginedPicture]:
-        from scenelang.backends.neural.imagine.sampling import imagine as drawn
+        from scenelang.backends.neural.imagine.sampling import imagine as generate
 
         for number, seed in enumerate(self.seeds):
-            part = part_of(self._progress, number / len(self), (number + 1) / len(self))
+            part = sub_progress(self._progress, number / len(self), (number + 1) / len(self))
             sampling = replace(self._sampling, seed=seed)
-            pixels = drawn(self._checkpoint, self._sketch, self._order, sampling, part)
+            pixels = generate(self._checkpoint, self._shot_layout, self._request, sampling, part)
             yield ImaginedPicture(pixels, seed, {**self.notes, "seed": seed})
 
     def paths(self, output: str | Path) -> list[Path]:
@@ -336,15 +341,17 @@ def imagine(
     frame_of(scene.graph, frame)
     checkpoint = _checkpoint(settings, models)
     tell = warn or (lambda _: None)
-    sketch = _sketch(
+    shot_layout = _shot_layout(
         scene, camera, size or _own_size(camera, checkpoint.size), frame, granularity, settings.method, limit, tell
     )
-    sampling = settings.sampling((sketch.layout.width, sketch.layout.height), seed)
+    sampling = settings.sampling((shot_layout.layout.width, shot_layout.layout.height), seed)
     check_sampling(sampling, checkpoint.factor)
     z = Embeddings.of(scene, embeddings)
-    order, notes = _order(scene, z, template, scene_prompt(scene, prompt), checkpoint, sketch, settings, models, tell)
+    request, notes = _request(
+        scene, z, template, scene_prompt(scene, prompt), checkpoint, shot_layout, settings, models, tell
+    )
     seeds = tuple((sampling.seed + number) % (1 << 32) for number in range(count))
-    return ImaginedPictures(seeds, notes, checkpoint, sketch, order, sampling, progress)
+    return ImaginedPictures(seeds, notes, checkpoint, shot_layout, request, sampling, progress)
 
 
 def imagine_layout(
@@ -370,21 +377,21 @@ def imagine_layout(
     >>> imagine_layout(scene, size=(96, 64))
     <SceneLayout 96 x 64: 1 instances>
     """
-    sayings, _ = Embeddings.of(scene, embeddings).sayings(template)
+    context, _ = Embeddings.of(scene, embeddings).prompt_context(template)
     own = size or _own_size(camera, _LAYOUT_SIZE)
-    sketch = _sketch(scene, camera, own, frame, granularity, method, limit, warn or (lambda _: None))
-    sentences = sketch.sentences(sayings)
-    return SceneLayout(sketch, sketch.conditions(sentences), sentences, scene_prompt(scene, prompt))
+    shot_layout = _shot_layout(scene, camera, own, frame, granularity, method, limit, warn or (lambda _: None))
+    prompts = shot_layout.prompts(context)
+    return SceneLayout(shot_layout, shot_layout.conditions(prompts), prompts, scene_prompt(scene, prompt))
 
 
 def scene_prompt(scene: Scene, prompt: str | None = None) -> str:
     """Return the prompt of the whole scene: ``prompt``, else the head comment of the program, else the root's word."""
-    from scenelang.backends.neural.describing import thing
+    from scenelang.backends.neural.descriptions import noun_of
     from scenelang.primer import stated_task
 
     if prompt is None and scene.program is not None:
         prompt = stated_task(scene.program.main.text)
-    return prompt or thing(scene.root)
+    return prompt or noun_of(scene.root)
 
 
 def check_count(count: int) -> None:
@@ -413,7 +420,7 @@ def _own_size(camera: View | None, default: Size) -> Size:
     return (camera.width, camera.height) if isinstance(camera, PlacedCamera) else default
 
 
-def _sketch(
+def _shot_layout(
     scene: Scene,
     camera: View | None,
     size: Size,
@@ -422,58 +429,62 @@ def _sketch(
     method: str,
     limit: int,
     warn: Warn,
-) -> Sketch:
-    from scenelang.backends.neural.imagine.sampling import most_for, sketch_of
-    from scenelang.backends.neural.sentences import Granularity
+) -> ShotLayout:
+    from scenelang.backends.neural.imagine.sampling import max_instances_of, shot_layout_of
+    from scenelang.backends.neural.prompts import Granularity
     from scenelang.backends.pictures.stage import still
 
     check_size(camera, size)
     shot = still(scene.graph, camera or Viewpoint(), frame, *size)
-    return sketch_of(scene.graph, shot, granularity or Granularity(), most_for(method), limit, warn)
+    return shot_layout_of(scene.graph, shot, granularity or Granularity(), max_instances_of(method), limit, warn)
 
 
 def _checkpoint(settings: ImagineSettings, models: Models) -> Checkpoint:
     from scenelang.backends.neural.imagine import migc, regional, sampling
 
-    default = {"gligen": regional.MODEL, "migc": migc.MODEL}.get(settings.method, sampling.MODEL)
+    default = {"gligen": regional.DEFAULT_MODEL, "migc": migc.DEFAULT_MODEL}.get(
+        settings.method, sampling.DEFAULT_MODEL
+    )
     name = settings.model or default
-    return sampling.load_checkpoint(name, models.shelf(), models.computes_on(), settings.scheduler)
+    return sampling.load_checkpoint(name, models.hub(), models.resolve_device(), settings.scheduler)
 
 
-def _order(
+def _request(
     scene: Scene,
     z: Embeddings,
     template: str | None,
     prompt: str,
     checkpoint: Checkpoint,
-    sketch: Sketch,
+    shot_layout: ShotLayout,
     settings: ImagineSettings,
     models: Models,
     warn: Warn,
-) -> tuple[Order, dict[str, Any]]:
+) -> tuple[GenerationRequest, dict[str, Any]]:
     """Return the generation request and the metadata of its images."""
     from scenelang.backends.neural.imagine.layout import layout_json
     from scenelang.backends.neural.imagine.migc import WEIGHTS, load_migc
     from scenelang.backends.neural.imagine.sampling import (
-        CONTROL,
-        Order,
+        DEFAULT_CONTROLNET,
+        GenerationRequest,
+        compatible_vectors,
         load_control,
-        readable_vectors,
-        warn_of_unread,
+        warn_incompatible_vectors,
     )
-    from scenelang.backends.neural.sentences import written
+    from scenelang.backends.neural.prompts import prompt_text
 
-    sayings, vectors = z.sayings(template)
-    read = readable_vectors(checkpoint, vectors)
-    sentences = sketch.sentences(replace(sayings, learned=frozenset(read)))
-    conditions = sketch.conditions(sentences)
-    warn_of_unread(conditions, sketch.handles[0], vectors, read, warn)
-    asked = sentences.of_scene(prompt)
-    shelf = models.shelf()
-    migc = load_migc(str(settings.migc or WEIGHTS), shelf) if settings.method == "migc" else None
-    control_name = CONTROL if settings.control == "" else settings.control
-    control = load_control(control_name, shelf, str(checkpoint.device)) if control_name else None
-    order = Order(asked, settings.negative, conditions, read, settings.method, settings.strength, migc, control)
+    context, vectors = z.prompt_context(template)
+    compatible = compatible_vectors(checkpoint, vectors)
+    prompts = shot_layout.prompts(replace(context, learned=frozenset(compatible)))
+    conditions = shot_layout.conditions(prompts)
+    warn_incompatible_vectors(conditions, shot_layout.handles[0], vectors, compatible, warn)
+    resolved = prompts.scene_prompt(prompt)
+    hub = models.hub()
+    migc = load_migc(str(settings.migc or WEIGHTS), hub) if settings.method == "migc" else None
+    control_name = DEFAULT_CONTROLNET if settings.control == "" else settings.control
+    control = load_control(control_name, hub, str(checkpoint.device)) if control_name else None
+    request = GenerationRequest(
+        resolved, settings.negative, conditions, compatible, settings.method, settings.strength, migc, control
+    )
     notes = {
         "file": Path(scene.name).name,
         "model": checkpoint.name,
@@ -482,9 +493,9 @@ def _order(
         "steps": settings.steps,
         "guidance": settings.guidance,
         "negative": settings.negative,
-        "layout": layout_json(sketch.layout, conditions, sketch.truth, written(asked)),
+        "layout": layout_json(shot_layout.layout, conditions, shot_layout.truth, prompt_text(resolved)),
     }
-    return order, notes
+    return request, notes
 
 
 # --- distill ---------------------------------------------------------------------------------------------------------
@@ -527,14 +538,14 @@ class DistillationStart:
     """Summary of a distillation run before it starts.
 
     ``things`` counts the objects in the scene, ``learned`` those to optimize, ``steps`` the remaining steps;
-    ``sentences`` contains the prompt of each distinct object.
+    ``prompts`` contains the prompt of each distinct object.
     """
 
     things: int
     learned: int
     steps: int
     folder: Path
-    sentences: tuple[str, ...] = field(repr=False)
+    prompts: tuple[str, ...] = field(repr=False)
 
     def __str__(self) -> str:
         return f"{self.things:,} objects, {self.learned:,} to optimize, {self.steps:,} steps in {self.folder}"
@@ -624,110 +635,110 @@ def distill(
     >>> distill(scene, RunFolder("run"), models=Models("weights", device="cuda"))  # doctest: +SKIP
     <Distillation in run: 3 objects, finished>
     """
-    from scenelang.backends.files import made_folder
-    from scenelang.backends.neural.diffusion import memory_told
-    from scenelang.backends.neural.distillation.learning import DistillationSettings, cast_of
-    from scenelang.backends.neural.distillation.run import asked_of, kept_in, write_outcome
+    from scenelang.backends.files import make_folder
+    from scenelang.backends.neural.diffusion import translate_out_of_memory
+    from scenelang.backends.neural.distillation.run import load_checkpoint, run_config, write_outcome
     from scenelang.backends.neural.distillation.run import run as run_steps
-    from scenelang.backends.neural.sentences import Granularity, leaves_of
+    from scenelang.backends.neural.distillation.training import DistillationSettings, group_leaves
+    from scenelang.backends.neural.prompts import Granularity, leaves_of
 
     for package in ("torch", "diffusers", "open_clip"):
-        need(package, INSTALL)
-    sayings, vectors = Embeddings.of(scene, embeddings).sayings(template)
-    cast = cast_of(leaves_of(scene.graph, granularity or Granularity(), sayings))
+        require(package, INSTALL)
+    context, vectors = Embeddings.of(scene, embeddings).prompt_context(template)
+    scene_groups = group_leaves(leaves_of(scene.graph, granularity or Granularity(), context))
     settings, models = settings or DistillationSettings.of(), models or Models()
     folder = run.path(scene, ".distillation")
-    before, device = _before(run, folder), models.computes_on()
-    asked_prompt = scene_prompt(scene, prompt)
-    with memory_told():
-        teachers = _teachers(networks or DistillationModels(), models, asked_prompt, tensors_of(vectors, device))
-        names = [teachers.figures.name, *([teachers.scene.name] if teachers.scene is not None else [])]
-        asked = asked_of(settings, names, asked_prompt)
-        learning = _learning(run, cast, teachers, settings, device, before, asked)
-        made_folder(folder)
-        start = _start(cast, learning, folder)
+    before, device = _before(run, folder), models.resolve_device()
+    resolved_prompt = scene_prompt(scene, prompt)
+    with translate_out_of_memory():
+        teachers = _teachers(networks or DistillationModels(), models, resolved_prompt, tensors_of(vectors, device))
+        names = [teachers.multiview.name, *([teachers.scene.name] if teachers.scene is not None else [])]
+        config = run_config(settings, names, resolved_prompt)
+        trainer = _trainer(run, scene_groups, teachers, settings, device, before, config)
+        make_folder(folder)
+        start = _start(scene_groups, trainer, folder)
         if on_start is not None:
             on_start(start)
         finished = run_steps(
-            learning, folder, asked, seconds=0.0 if before is None else before.seconds, budget=budget,
-            tell=_step_callback(progress, on_step), stopped=stop or (lambda: False),
+            trainer, folder, config, seconds=0.0 if before is None else before.seconds, budget=budget,
+            on_step=_step_callback(progress, on_step), stop=stop or (lambda: False),
         )  # fmt: skip
-    files = write_outcome(kept_in(folder), cast, folder) if finished else []
+    files = write_outcome(load_checkpoint(folder), scene_groups, folder) if finished else []
     return Distillation(folder, start, tuple(files), finished)
 
 
 def _before(run: RunFolder, folder: Path) -> SavedDistillation | None:
     """Return the run to resume, or None; raises SceneError if it is missing, or would be overwritten."""
-    from scenelang.backends.neural.distillation.run import STATE, kept_in
+    from scenelang.backends.neural.distillation.run import CHECKPOINT, load_checkpoint
 
     if folder.exists() and not folder.is_dir():
         raise SceneError("file", f"`{folder}` cannot be a folder: it is a file")
     if run.resume:
-        return kept_in(folder)
-    if (folder / STATE).exists() and not run.force:
+        return load_checkpoint(folder)
+    if (folder / CHECKPOINT).exists() and not run.force:
         hint = "use --resume to continue it, or --force to overwrite it"
         raise SceneError("file", f"{folder} already contains a run", hint=hint)
     return None
 
 
-def _learning(
+def _trainer(
     run: RunFolder,
-    cast: Cast,
+    scene_groups: SceneGroups,
     teachers: Teachers,
     settings: DistillationSettings,
     device: str,
     before: SavedDistillation | None,
-    asked: Mapping[str, Any],
-) -> Learning:
+    config: Mapping[str, Any],
+) -> DistillationTrainer:
     """Create the optimization, restored from the saved run ``before`` if given."""
-    from scenelang.backends.neural.distillation.learning import Learning
     from scenelang.backends.neural.distillation.run import check_same
+    from scenelang.backends.neural.distillation.training import DistillationTrainer
 
     if before is None:
-        return Learning(cast, teachers, settings, device, _reused(run, cast))
-    check_same(before, cast, asked)
-    learning = Learning(cast, teachers, settings, device, before.frozen_states())
-    learning.restore(before.tensors)
-    return learning
+        return DistillationTrainer(scene_groups, teachers, settings, device, _reused(run, scene_groups))
+    check_same(before, scene_groups, config)
+    trainer = DistillationTrainer(scene_groups, teachers, settings, device, before.frozen_states())
+    trainer.restore(before.tensors)
+    return trainer
 
 
-def _reused(run: RunFolder, cast: Cast) -> dict[int, Any]:
+def _reused(run: RunFolder, scene_groups: SceneGroups) -> dict[int, Any]:
     """Return the objects already optimized by an earlier run; raises SceneError if nothing is left to optimize."""
     if run.start is None:
         return {}
-    from scenelang.backends.neural.distillation.run import kept_in, same_figures
+    from scenelang.backends.neural.distillation.run import load_checkpoint, unchanged_groups
 
-    found = same_figures(kept_in(Path(run.start)), cast)
-    if len(found) == len(cast.figures):
+    found = unchanged_groups(load_checkpoint(Path(run.start)), scene_groups)
+    if len(found) == len(scene_groups.groups):
         raise SceneError("value", f"nothing to optimize: all objects are unchanged since {run.start}")
     return found
 
 
 def _teachers(networks: DistillationModels, models: Models, prompt: str, vectors: Mapping[str, Any]) -> Teachers:
     from scenelang.backends.neural.diffusion_loading import load_multiview
-    from scenelang.backends.neural.distillation.learning import Teachers
+    from scenelang.backends.neural.distillation.training import Teachers
 
-    torch = need("torch", INSTALL)
-    shelf, device = models.shelf(), models.computes_on()
+    torch = require("torch", INSTALL)
+    hub, device = models.hub(), models.resolve_device()
     dtype = torch.float16 if networks.half or device.startswith("cuda") else torch.float32
     named: dict[str, Any] = {} if networks.model is None else {"name": networks.model}
-    figures = load_multiview(shelf=shelf, device=device, dtype=dtype, **named)
+    multiview = load_multiview(hub=hub, device=device, dtype=dtype, **named)
     scene = _scene_model(networks, models, dtype) if networks.scene_term else None
-    return Teachers(figures, scene, vectors, (prompt,))
+    return Teachers(multiview, scene, vectors, (prompt,))
 
 
-def _scene_model(networks: DistillationModels, models: Models, dtype: Any) -> Diffusion:
+def _scene_model(networks: DistillationModels, models: Models, dtype: Any) -> DiffusionModel:
     from scenelang.backends.neural.diffusion_loading import load_depth
 
     named: dict[str, Any] = {} if networks.scene_model is None else {"name": networks.scene_model}
-    shelf, device = models.shelf(), models.computes_on()
-    return load_depth(control=networks.control, shelf=shelf, device=device, dtype=dtype, **named)
+    hub, device = models.hub(), models.resolve_device()
+    return load_depth(control=networks.control, hub=hub, device=device, dtype=dtype, **named)
 
 
-def _start(cast: Cast, learning: Learning, folder: Path) -> DistillationStart:
-    left = learning.steps - learning.step_number
-    sentences = tuple(figure.condition.plain for figure in cast.figures)
-    return DistillationStart(len(cast.actors), learning.learned, left, folder, sentences)
+def _start(scene_groups: SceneGroups, trainer: DistillationTrainer, folder: Path) -> DistillationStart:
+    left = trainer.steps - trainer.step_number
+    prompts = tuple(group.condition.plain for group in scene_groups.groups)
+    return DistillationStart(len(scene_groups.instances), trainer.learned, left, folder, prompts)
 
 
 def _step_callback(

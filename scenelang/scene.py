@@ -423,9 +423,9 @@ class ViewerPage:
         return Path(path)
 
     def _repr_html_(self) -> str:
-        from scenelang.backends.viewer.page import frame
+        from scenelang.backends.viewer.page import iframe
 
-        return frame(self.html, self.height)
+        return iframe(self.html, self.height)
 
     def __repr__(self) -> str:
         return f"<ViewerPage of {len(self.html):,} characters>"
@@ -788,11 +788,11 @@ class Scene:
     def html(self) -> str:
         """Return the interactive viewer as a self-contained HTML page."""
         from scenelang.backends.viewer.packet import packet_of
-        from scenelang.backends.viewer.page import SavedScene, self_contained
+        from scenelang.backends.viewer.page import SavedScene, self_contained_page
 
         state: dict[str, Any] = {"name": self.word, "version": 1, "ok": True, "picture": 1}
         state |= {"diagnostics": [], "params": []}
-        return self_contained([SavedScene(self.word, state, packet_of(self.graph))])
+        return self_contained_page([SavedScene(self.word, state, packet_of(self.graph))])
 
     @typed
     def show(self, height: int = 520) -> ViewerPage:

@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.files import alone_in, read_regular, written_whole
+from scenelang.backends.files import atomic_write, lock_folder, read_regular
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.runtime import ZEntry
 from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
 
 if TYPE_CHECKING:
-    from scenelang.backends.neural.sentences import Encodings
+    from scenelang.backends.neural.prompts import Encodings
     from scenelang.backends.neural.wording import Wording
 
 _SUFFIX = ".z.safetensors"
@@ -71,7 +71,7 @@ def read_entries(path: Path) -> dict[str, ZEntry]:
 
 def write_z(path: Path, entries: Mapping[str, ZEntry], vectors: Vectors) -> None:
     """Write entries and vectors atomically; stored descriptions and the provenance of the vectors are preserved."""
-    with alone_in(path.parent):
+    with lock_folder(path.parent):
         _write_z(path, entries, vectors)
 
 
@@ -87,7 +87,7 @@ def set_entry(path: Path, name: str, text: str | None, attributes: Mapping[str, 
     clear : bool
         First remove the existing text, attributes and vectors.
     """
-    with alone_in(path.parent):
+    with lock_folder(path.parent):
         entries, vectors = read_z(path) if path.exists() else ({}, {})
         old = ZEntry() if clear else entries.get(name, ZEntry())
         entry = ZEntry(text if text is not None else old.text, {**old.attributes, **attributes})
@@ -126,7 +126,7 @@ def write_wording(path: Path, wording: Wording) -> None:
     """Write the descriptions atomically, creating the file if necessary; entries and vectors are preserved."""
     from scenelang.backends.neural.wording import to_json
 
-    with alone_in(path.parent):
+    with lock_folder(path.parent):
         header, vectors = _old(path)
         _write(path, {**header, _WORDING: json.dumps(to_json(wording))}, vectors)
 
@@ -159,7 +159,7 @@ def _made(name: str, fields: Any) -> Made:
 
 def write_vectors(path: Path, vectors: Vectors, made: Mapping[str, Made]) -> None:
     """Add or replace learned vectors atomically, creating the file if necessary."""
-    with alone_in(path.parent):
+    with lock_folder(path.parent):
         header, old = _old(path)
         provenance = _table(path, header, _MADE) | {name: asdict(each) for name, each in made.items()}
         _write(path, {**header, _MADE: json.dumps(provenance)}, {**old, **vectors})
@@ -168,7 +168,7 @@ def write_vectors(path: Path, vectors: Vectors, made: Mapping[str, Made]) -> Non
 def swap_handles(path: Path, one: str, other: str) -> bool:
     """Swap text, attributes, vectors and provenance of two handles. Encodings of the old prompts are removed. Returns
     False if the file has no entry of either."""
-    with alone_in(path.parent):
+    with lock_folder(path.parent):
         return _swap_handles(path, one, other)
 
 
@@ -191,7 +191,7 @@ def _swapped(table: Mapping[str, Any], one: str, other: str) -> dict[str, Any]:
 
 def read_encodings(path: Path) -> Encodings | None:
     """Read the stored encodings, or return None; raises SceneError if the file is malformed."""
-    from scenelang.backends.neural.sentences import from_json
+    from scenelang.backends.neural.prompts import from_json
 
     with _read_errors(path):
         header, vectors = _contents(path)
@@ -200,9 +200,9 @@ def read_encodings(path: Path) -> Encodings | None:
 
 def write_encodings(path: Path, encodings: Encodings) -> None:
     """Write the encodings atomically, creating the file if necessary."""
-    from scenelang.backends.neural.sentences import to_json
+    from scenelang.backends.neural.prompts import to_json
 
-    with alone_in(path.parent):
+    with lock_folder(path.parent):
         header, vectors = _old(path)
         header[_ENCODINGS] = json.dumps(to_json(encodings))
         _write(path, header, {**vectors, _MATRIX: encodings.matrix})
@@ -255,7 +255,7 @@ def _write(path: Path, header: Mapping[str, str], vectors: Vectors) -> None:
     from safetensors.numpy import save
 
     data = save(dict(vectors), metadata=dict(header))
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(data)
 
 

@@ -683,7 +683,7 @@ def test_an_interruption_that_a_library_disguises_is_told_as_one(monkeypatch: py
         except KeyboardInterrupt as error:
             raise RuntimeError("the renderer stopped") from error
 
-    monkeypatch.setattr("scenelang.backends.base.every", interrupted)
+    monkeypatch.setattr("scenelang.backends.base.all_backends", interrupted)
     assert main(["backends"]) == 130
     assert capsys.readouterr().err == "interrupted\n"
 

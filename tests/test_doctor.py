@@ -26,7 +26,7 @@ def test_it_tells_what_works_in_a_few_seconds(capsys: pytest.CaptureFixture[str]
     assert [each for each in found if each["state"] == "broken"] == []
     assert code == 0
     assert by_name["packages", "numpy"]["detail"].count(".") >= 1
-    for name in ("language", "draft", "viewer", *(backend.name for backend in base.every(Work.EXPORT))):
+    for name in ("language", "draft", "viewer", *(backend.name for backend in base.all_backends(Work.EXPORT))):
         assert ("works", name) in by_name
     assert by_name["works", "language"]["state"] in ("ok", "note")
     assert {"system", "limits", "works", "packages", "extras", "services", "folders", "terminal"} == {

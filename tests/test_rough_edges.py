@@ -16,7 +16,7 @@ import pytest
 from safetensors.numpy import save_file
 from support import interruptible
 
-from scenelang.backends.files import read_regular, written_whole
+from scenelang.backends.files import atomic_write, read_regular
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.zfile import read_z, set_entry
@@ -165,13 +165,13 @@ def test_no_change_of_embeddings_is_lost(tmp_path: Path) -> None:
 
 
 def test_what_a_killed_process_left_is_swept(tmp_path: Path) -> None:
-    code = "import os, signal, sys\nfrom scenelang.backends.files import written_whole, written_together\n"
-    code += "with written_whole('a.txt') as path, written_together(__import__('pathlib').Path('.')) as folder:\n"
+    code = "import os, signal, sys\nfrom scenelang.backends.files import atomic_write, atomic_write_all\n"
+    code += "with atomic_write('a.txt') as path, atomic_write_all(__import__('pathlib').Path('.')) as folder:\n"
     code += "    path.write_text('half'); (folder / 'x').write_text('x'); os.kill(os.getpid(), signal.SIGKILL)\n"
     done = subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, check=False, timeout=60)
     assert done.returncode == -signal.SIGKILL
     assert len(list(tmp_path.iterdir())) == 2
-    with written_whole(tmp_path / "b.txt") as path:
+    with atomic_write(tmp_path / "b.txt") as path:
         path.write_text("whole")
         assert len(list(tmp_path.iterdir())) == 1, "what another process is writing stays, what a dead one wrote goes"
     assert [path.name for path in tmp_path.iterdir()] == ["b.txt"]

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Accepts, Option, Progress, Work, need
+from scenelang.backends.base import Accepts, Option, Progress, Work, require
 from scenelang.backends.deepslate.builds import WATER_TEXTURES, Builds, builds_of
 from scenelang.backends.deepslate.layers import layers_for
 from scenelang.backends.deepslate.looks import BlockLooks, looks_of
@@ -39,7 +39,7 @@ from scenelang.backends.pictures.film import (
 )
 from scenelang.backends.pictures.stage import BELOW, Shot, Staging, box_of, unit_size
 from scenelang.backends.pictures.studio import Studio, from_srgb, studio_for, to_srgb, tone_map
-from scenelang.backends.viewer.page import inlined
+from scenelang.backends.viewer.page import inline_page
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.primitives import block_words
@@ -128,7 +128,7 @@ class Browser:
     """
 
     def __init__(self, page: str, limit: float = _TIMEOUT) -> None:
-        self._driving = _Driving(page, find_browser(), need("playwright.async_api", INSTALL))
+        self._driving = _Driving(page, find_browser(), require("playwright.async_api", INSTALL))
         self._limit = limit
         self.close = weakref.finalize(self, self._driving.end)
         self._wait(self._driving.start())
@@ -276,7 +276,7 @@ def page_of(name: str, builds: Builds, looks: BlockLooks, around: PageSurroundin
     """Return the page that shows all frames of ``builds``; ``camera`` determines the direction of the light."""
     studio = studio_for(camera.rescaled(around.center, around.scale), around.environment, around.ground)
     data = _data(name, builds, looks, around, studio)
-    return inlined(_text("page.html"), _text("page.js"), _text("page.css"), "build", data)
+    return inline_page(_text("page.html"), _text("page.js"), _text("page.css"), "build", data)
 
 
 @cache
@@ -382,7 +382,7 @@ class BuildPainter:
 
 def _image(png: bytes, camera: Camera, factor: int) -> Image:
     """Return the picture of ``factor`` x ``factor`` samples per pixel, averaged in linear light."""
-    with need("PIL.Image", "pillow").open(io.BytesIO(png)) as drawn:
+    with require("PIL.Image", "pillow").open(io.BytesIO(png)) as drawn:
         samples = np.asarray(drawn.convert("RGB"), np.uint8)
     light = from_srgb(np.arange(256) / 255.0).astype(np.float32)[samples]
     radiance = light.reshape(camera.height, factor, camera.width, factor, 3).mean(axis=(1, 3))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.backends.deepslate.builds import WATER_TEXTURES, is_wet
 from scenelang.backends.deepslate.layers import HINT, Layer, full_name, stacked
 from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState
@@ -52,7 +52,7 @@ class Atlas:
 
 def texture_from(png: bytes, name: str) -> Pixels:
     """Return the first frame of a texture, RGBA; raises SceneError("file") for invalid or too large images."""
-    image_type = need("PIL.Image", "pillow")
+    image_type = require("PIL.Image", "pillow")
     try:
         with image_type.open(io.BytesIO(png), formats=["PNG"]) as picture:
             width, height = picture.size

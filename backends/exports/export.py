@@ -15,7 +15,7 @@ import numpy.typing as npt
 from scenelang.backends.base import LOOKS, Accepts, Backend, BackendOptions, Option, Progress, Work, check_settings
 from scenelang.backends.exports.items import ExportItem, ExportPlan, distinct, planned
 from scenelang.backends.exports.surfaces import MAX_VERTICES, ExportSurface, merged, segments_for, solid_of, surface_of
-from scenelang.backends.files import written_together
+from scenelang.backends.files import atomic_write_all
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.backends.pictures.studio import to_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError
@@ -167,16 +167,16 @@ def leaf_key(item: ExportItem) -> Hashable:
 
 
 DEPTH = Option(
-    "depth", "merge the descendants of each entity at level N into one part; the root is level 0", None, least=0
+    "depth", "merge the descendants of each entity at level N into one part; the root is level 0", None, minimum=0
 )
 PARTS = Option("parts", "write one file per part (default --depth 1): OUT-001-word.ext", False)
-FPS = Option("fps", "frames per second of a 4D scene", 24.0, least=0.01, most=1000.0)
+FPS = Option("fps", "frames per second of a 4D scene", 24.0, minimum=0.01, maximum=1000.0)
 INSTANCES = Option(
     "instance-limit",
     "number of nodes beyond which repeated parts are merged into shared meshes with vertex colours",
     100_000,
-    least=1,
-    most=1_000_000,
+    minimum=1,
+    maximum=1_000_000,
 )
 MAX_FILES = 10_000
 
@@ -230,7 +230,7 @@ def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: 
         limit=options.limit,
         progress=options.progress or (lambda _: None),
     )
-    with written_together(path.parent) as folder:
+    with atomic_write_all(path.parent) as folder:
         names = _write_parts(write, job, folder, path) if parts else [path.name]
         if not parts:
             write(job, folder / path.name)

@@ -16,7 +16,7 @@ from xml.sax.saxutils import quoteattr  # writes only  # nosec B406
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import BackendOptions, need
+from scenelang.backends.base import BackendOptions, require
 from scenelang.backends.exports.export import INSTANCES, Job, leaves, mesh_backend, unsupported_frames
 from scenelang.backends.exports.items import ExportItem, ExportPlan, cut_below, distinct
 from scenelang.backends.exports.mesh_files import write_ply
@@ -122,7 +122,7 @@ def write(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
 
     unsupported_frames(job.plan.roots, ".xml")
-    need("mitsuba", "mitsuba")
+    require("mitsuba", "mitsuba")
     plan = cut_below(job.plan, job.instances)
     whole = [item.entity for item in distinct(*plan.roots) if item.merged]
     shapes = _Shapes(path, segments_for(whole, "the merged meshes"))

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from scenelang.backends.base import Accepts, Backend, BackendOptions, Work, check_settings, frame_of
-from scenelang.backends.files import read_regular, written_whole
+from scenelang.backends.files import atomic_write, read_regular
 from scenelang.backends.geometry.assets import AssetFiles
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
@@ -26,7 +26,7 @@ _AXES = "right-handed: x right, y up, z towards the viewer; poses are the upper 
 
 def write_scene(scene: Scene, path: Path | str) -> None:
     """Write ``scene`` to ``path`` atomically; raises SceneError("file")."""
-    with written_whole(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as file:
+    with atomic_write(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as file:
         file.writelines(scene_text(scene, Path(path).resolve().parent))
 
 

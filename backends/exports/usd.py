@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.backends.exports.export import FPS, Job, Moving, facts_of, matched, merged_facts, mesh_backend, variants
 from scenelang.backends.exports.items import ExportItem, ExportPlan, distinct
 from scenelang.backends.exports.surfaces import ExportSurface, merged, segments_for, solid_of, unit_surface
@@ -67,7 +67,7 @@ class Prims:
     """
 
     def __init__(self, layer: Any) -> None:
-        self.sdf, self.gf, self.vt = (need(f"pxr.{name}", INSTALL) for name in ("Sdf", "Gf", "Vt"))
+        self.sdf, self.gf, self.vt = (require(f"pxr.{name}", INSTALL) for name in ("Sdf", "Gf", "Vt"))
         self.layer = layer
         self._solids: dict[tuple[CanonicalForm, tuple[float, ...]], Any] = {}
         self._shape_names = PrimNames()
@@ -265,7 +265,7 @@ _MAX_DEPTH = 1_000  # USD composes recursively
 
 def write(job: Job, path: Path) -> None:
     """Write the plan to ``path``; raises SceneError("backend") without usd-core, LimitError for too many prims."""
-    sdf = need("pxr.Sdf", INSTALL)
+    sdf = require("pxr.Sdf", INSTALL)
     layer = sdf.Layer.CreateAnonymous(".usda" if path.suffix.lower() == ".usda" else ".usdc")
     with sdf.ChangeBlock():
         _fill(layer, job)
@@ -278,7 +278,7 @@ def write(job: Job, path: Path) -> None:
 
 def _package(layer: Any, path: Path) -> None:
     """Write a .usdz file: the layer as one binary file in an uncompressed archive."""
-    utils, sdf = need("pxr.UsdUtils", INSTALL), need("pxr.Sdf", INSTALL)
+    utils, sdf = require("pxr.UsdUtils", INSTALL), require("pxr.Sdf", INSTALL)
     inner = path.with_suffix(".usdc")
     try:
         if not layer.Export(str(inner)) or not utils.CreateNewUsdzPackage(sdf.AssetPath(str(inner)), str(path)):

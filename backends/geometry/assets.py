@@ -20,7 +20,7 @@ from urllib.parse import unquote
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.backends.pictures.studio import from_srgb
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.primitives.asset import Asset, set_mesh_loader
@@ -244,7 +244,7 @@ def _size_of(data: bytes) -> tuple[int, int] | None:
 
     Raises SceneError for unsupported formats.
     """
-    image = need("PIL.Image", "pillow")
+    image = require("PIL.Image", "pillow")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", image.DecompressionBombWarning)
         try:
@@ -605,7 +605,7 @@ def _loaded(path: str, root: str, changed: int, size: int) -> Mesh:
 
 def _mesh(path: Path, references: References) -> Mesh:
     """Load the mesh of a file; raises SceneError, or any other exception for a malformed file."""
-    trimesh = need("trimesh", "trimesh")
+    trimesh = require("trimesh", "trimesh")
     ending, name = path.suffix.lower(), path.name
     with path.open("rb") as file:
         data = file.read(MAX_FILE_BYTES + 1)

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Progress, frame_of, need, part_of
-from scenelang.backends.files import write_json, written_together, written_whole
+from scenelang.backends.base import Progress, frame_of, require, sub_progress
+from scenelang.backends.files import atomic_write, atomic_write_all, write_json
 from scenelang.backends.geometry.solids import is_semantic
 from scenelang.backends.labels import ground_truth
 from scenelang.backends.labels.ground_truth import (
@@ -205,9 +205,9 @@ def flow_picture(flow: Flow) -> Picture:
 
 def with_boxes(picture: Picture, boxes: Sequence[DrawnBox]) -> Picture:
     """Return a copy of ``picture`` with boxes x0, y0, x1, y1 and their words, in their colours."""
-    image = need("PIL.Image", "pillow").fromarray(picture)
-    pen = need("PIL.ImageDraw", "pillow").Draw(image)
-    font = need("PIL.ImageFont", "pillow").load_default(11)
+    image = require("PIL.Image", "pillow").fromarray(picture)
+    pen = require("PIL.ImageDraw", "pillow").Draw(image)
+    font = require("PIL.ImageFont", "pillow").load_default(11)
     for (x0, y0, x1, y1), word, color in boxes[:_MAX_BOXES]:
         pen.rectangle((x0, y0, max(x0, x1 - 1), max(y0, y1 - 1)), outline=color)
         if x1 - x0 > 24:
@@ -218,8 +218,8 @@ def with_boxes(picture: Picture, boxes: Sequence[DrawnBox]) -> Picture:
 def with_tracks(picture: Picture, tracks: Tracks, frame: int, trail: int = 12) -> Picture:
     """Return a copy of ``picture``, frame number ``frame`` of a film, with the recent trajectories of tracked
     points."""
-    image = need("PIL.Image", "pillow").fromarray(picture)
-    pen = need("PIL.ImageDraw", "pillow").Draw(image)
+    image = require("PIL.Image", "pillow").fromarray(picture)
+    pen = require("PIL.ImageDraw", "pillow").Draw(image)
     first = max(0, frame - trail)
     size = max(1.0, min(picture.shape[:2]) / 160.0)
     for point in range(tracks.pixels.shape[1]):
@@ -235,8 +235,8 @@ def with_tracks(picture: Picture, tracks: Tracks, frame: int, trail: int = 12) -
 
 def legend_picture(rows: Sequence[tuple[str, tuple[int, int, int]]]) -> Picture:
     """Return a legend: a colour swatch beside each name."""
-    module, draw = need("PIL.Image", "pillow"), need("PIL.ImageDraw", "pillow")
-    font = need("PIL.ImageFont", "pillow").load_default(13)
+    module, draw = require("PIL.Image", "pillow"), require("PIL.ImageDraw", "pillow")
+    font = require("PIL.ImageFont", "pillow").load_default(13)
     shown = list(rows[:_MAX_ROWS])
     if len(rows) > len(shown):
         shown.append((f"{len(rows) - len(shown):,} more", (255, 255, 255)))
@@ -577,7 +577,7 @@ def write_maps(
                 skipped(item)
         if missing:
             start = items.index(mine[0]) / total
-            share = part_of(progress, start, start + len(mine) / total)
+            share = sub_progress(progress, start, start + len(mine) / total)
             _write_view(scene, mine, missing, options, backend, share)
     if progress is not None:
         progress(1.0)
@@ -647,7 +647,7 @@ def _write_view(
     tracks = _tracks(view) if len(shots) > 1 else None
     for i, item in enumerate(missing):
         following = item.frame + 1 if item.frame + 1 in shots else None
-        _write_shot(view, item, following, tracks, part_of(progress, i / len(missing), (i + 1) / len(missing)))
+        _write_shot(view, item, following, tracks, sub_progress(progress, i / len(missing), (i + 1) / len(missing)))
     if tracks is not None:
         _write_tracks(items[0].folder.parent, tracks)
 
@@ -666,7 +666,7 @@ def _tracks(view: _View) -> ground_truth.Tracks:
 
 
 def _write_tracks(folder: Path, tracks: ground_truth.Tracks) -> None:
-    with written_whole(folder / "tracks.npz") as temporary, open(temporary, "wb") as file:
+    with atomic_write(folder / "tracks.npz") as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, pixels=tracks.pixels, world=tracks.world, state=tracks.state)
 
 
@@ -676,7 +676,7 @@ def _write_tracks(folder: Path, tracks: ground_truth.Tracks) -> None:
 def _write_shot(
     view: _View, item: DatasetItem, following: int | None, tracks: ground_truth.Tracks | None, progress: Progress | None
 ) -> None:
-    picture = view.painter.paint(view.shots[item.frame], part_of(progress, 0.0, 0.7)).picture
+    picture = view.painter.paint(view.shots[item.frame], sub_progress(progress, 0.0, 0.7)).picture
     maps = ShotMaps(view.truth(item.frame), picture)
     if following is not None:
         there = view.truth(following)
@@ -687,7 +687,7 @@ def _write_shot(
     handles = instance_handles(view.scene, maps.truth.ancestry, view.numbers)
     shot = {"format": FORMAT, "version": VERSION, "name": item.name, "camera": item.view, "frame": item.frame}
     _prepare_folder(item.folder)
-    with written_together(item.folder) as target:
+    with atomic_write_all(item.folder) as target:
         maps.write(target, handles, view.options.annotations)
     write_json(item.folder / "shot.json", shot | {"digest": _digest(item, view.options)})
     if progress is not None:

@@ -1,6 +1,6 @@
-"""Language models as a service: requests, answers, prices, limits of cost.
+"""Language model services: requests, replies, prices and cost limits.
 
-``provider`` is what a family of models is, ``anthropic_messages`` and ``openai_chat`` are two, ``catalogue`` knows
-models, prices and keys, ``client`` counts and keeps. It does not know what is asked for: tasks are in
-``scenelang.inference``.
+``provider`` defines the interface of a service, ``anthropic_messages`` and ``openai_chat`` implement it, ``catalogue``
+contains models, prices and API keys, ``client`` enforces the budget and caches replies. The package does not depend on
+the content of requests: tasks are in ``scenelang.inference``.
 """

@@ -1,4 +1,4 @@
-"""Claude by the Messages API, through the ``anthropic`` package."""
+"""Claude models, by the Messages API of the ``anthropic`` package."""
 
 from __future__ import annotations
 
@@ -15,35 +15,42 @@ from scenelang.backends.language_models.catalogue import (
     Account,
     Blocks,
     ImageContent,
+    Message,
     Part,
     Reply,
     Request,
-    Stop,
+    StopReason,
     TextContent,
-    Turn,
     Usage,
 )
-from scenelang.backends.language_models.openai_chat import tokens_at_most, upper_estimate
-from scenelang.backends.language_models.provider import BrokenStream, Family, Watch, arriving, failure, told
+from scenelang.backends.language_models.openai_chat import estimate_tokens, max_token_count
+from scenelang.backends.language_models.provider import (
+    Family,
+    OnText,
+    StreamError,
+    read_stream,
+    request_error,
+    translate_errors,
+)
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
     from anthropic import Anthropic
 
-_STOPS = {
-    "end_turn": Stop.END,
-    "stop_sequence": Stop.END,
-    "tool_use": Stop.END,
-    "max_tokens": Stop.CUT,
-    "model_context_window_exceeded": Stop.FULL,
-    "refusal": Stop.REFUSED,
-    "pause_turn": Stop.PAUSED,
+_STOP_REASONS = {
+    "end_turn": StopReason.END,
+    "stop_sequence": StopReason.END,
+    "tool_use": StopReason.END,
+    "max_tokens": StopReason.MAX_TOKENS,
+    "model_context_window_exceeded": StopReason.CONTEXT_FULL,
+    "refusal": StopReason.REFUSED,
+    "pause_turn": StopReason.PAUSED,
 }
-_KEPT = {"type": "ephemeral"}
+_CACHE_CONTROL = {"type": "ephemeral"}
 
 
 class AnthropicMessages:
-    """Sends by streaming; the SDK retries what it knows to be safe, and nothing else does."""
+    """Provider for Claude models; requests are streamed, and only the SDK retries them."""
 
     name = "anthropic"
 
@@ -52,7 +59,7 @@ class AnthropicMessages:
 
     @cached_property
     def _client(self) -> Anthropic:
-        """Connects at the first request: an estimate needs neither the package nor a key."""
+        """SDK client, created at the first request, since estimates require neither the package nor a key."""
         from anthropic import Anthropic, Timeout
 
         account = self._account
@@ -61,10 +68,10 @@ class AnthropicMessages:
 
     @property
     def address(self) -> str:
-        return self._account.shown_address
+        return self._account.public_address
 
-    def clean(self, text: str) -> str:
-        return self._account.clean(text)
+    def redact(self, text: str) -> str:
+        return self._account.redact(text)
 
     def payload(self, request: Request) -> dict[str, Any]:
         payload = self._prompt(request) | {"max_tokens": request.max_tokens}
@@ -73,11 +80,11 @@ class AnthropicMessages:
         return payload
 
     def _prompt(self, request: Request) -> dict[str, Any]:
-        """What of a request counts as its prompt."""
+        """Return the part of the payload that counts as input tokens."""
         prompt: dict[str, Any] = {
             "model": request.model,
             "system": [_block(request.system)],
-            "messages": [_message(turn) for turn in request.turns],
+            "messages": [_message(message) for message in request.messages],
         }
         if request.thinking is not None:
             prompt["thinking"] = {"type": request.thinking}
@@ -86,25 +93,25 @@ class AnthropicMessages:
     def count(self, request: Request) -> int:
         prompt = self._prompt(request)
         try:
-            with self._told():
+            with self._translate_errors():
                 return int(self._client.messages.count_tokens(**prompt).input_tokens)
         except SceneError as error:
             if error.name != "model-request":
                 raise
-            return upper_estimate(request)  # gateways do not all count
+            return estimate_tokens(request)  # some gateways do not support counting
 
-    def send(self, request: Request, watch: Watch) -> Reply:
-        received = _Received()
-        with self._told(), self._client.messages.stream(**self.payload(request)) as stream:
+    def send(self, request: Request, on_text: OnText) -> Reply:
+        received = _StreamState()
+        with self._translate_errors(), self._client.messages.stream(**self.payload(request)) as stream:
             try:
-                for text in arriving(self._pieces(stream, received)):
-                    watch(text)
-            except BrokenStream as error:
-                return self._broken(request, received, str(error))
-        return received.reply or self._broken(request, received, "the stream ended early")
+                for text in read_stream(self._texts(stream, received)):
+                    on_text(text)
+            except StreamError as error:
+                return self._interrupted(request, received, str(error))
+        return received.reply or self._interrupted(request, received, "the stream ended early")
 
-    def _pieces(self, stream: Any, received: _Received) -> Iterator[str]:
-        """Read a stream to its end; its texts as they come."""
+    def _texts(self, stream: Any, received: _StreamState) -> Iterator[str]:
+        """Read a stream to its end, and yield its texts."""
         for event in stream:
             if event.type == "text":
                 received.texts.append(event.text)
@@ -115,60 +122,62 @@ class AnthropicMessages:
         if message.stop_reason is not None:
             received.reply = self._reply(message)
 
-    def _broken(self, request: Request, received: _Received, why: str) -> Reply:
-        """An answer that broke off; what it cost beyond the prompt is not known, so its length is an estimate."""
-        text = self._account.clean("".join(received.texts))
-        usage = replace(received.usage, answered=max(received.usage.answered, tokens_at_most(text)))
-        return Reply(text, Stop.BROKEN, usage, request.model, self._account.clean(why)[:200])
+    def _interrupted(self, request: Request, received: _StreamState, reason: str) -> Reply:
+        """Return an interrupted reply; its output tokens are an upper bound, since the service does not report them."""
+        text = self._account.redact("".join(received.texts))
+        usage = replace(received.usage, answered=max(received.usage.answered, max_token_count(text)))
+        return Reply(text, StopReason.INTERRUPTED, usage, request.model, self._account.redact(reason)[:200])
 
     def _reply(self, message: Any) -> Reply:
-        stop, clean = _STOPS.get(message.stop_reason, Stop.BROKEN), self._account.clean
+        stop, redact = _STOP_REASONS.get(message.stop_reason, StopReason.INTERRUPTED), self._account.redact
         text = "".join(block.text for block in message.content if block.type == "text")
-        note = _note(message) if stop is not Stop.BROKEN else f"it stopped for `{message.stop_reason}`"
+        note = _note(message) if stop is not StopReason.INTERRUPTED else f"unknown stop reason `{message.stop_reason}`"
         blocks: tuple[Mapping[str, Any], ...] = ()
-        if stop is Stop.PAUSED:
+        if stop is StopReason.PAUSED:
             blocks = tuple(block.to_dict() for block in message.content)
-        return Reply(clean(text), stop, _usage(message.usage), clean(str(message.model)), clean(note)[:200], blocks)
+        usage = _usage(message.usage)
+        return Reply(redact(text), stop, usage, redact(str(message.model)), redact(note)[:200], blocks)
 
     # --- batches -----------------------------------------------------------------------------------------------
 
     def submit(self, requests: Mapping[str, Request]) -> str:
-        listed: Any = [{"custom_id": name, "params": self.payload(request)} for name, request in requests.items()]
-        with self._told():
-            return str(self._client.messages.batches.create(requests=listed).id)
+        batch_requests: Any = [
+            {"custom_id": name, "params": self.payload(request)} for name, request in requests.items()
+        ]
+        with self._translate_errors():
+            return str(self._client.messages.batches.create(requests=batch_requests).id)
 
     def pending(self, batch: str) -> int:
-        with self._told():
+        with self._translate_errors():
             found = self._client.messages.batches.retrieve(batch)
         return 0 if found.processing_status == "ended" else max(1, found.request_counts.processing)
 
     def collect(self, batch: str) -> dict[str, Reply | SceneError]:
         found: dict[str, Reply | SceneError] = {}
-        with self._told():
+        with self._translate_errors():
             lines = self._client.messages.batches.results(batch)
             try:
-                for name, reply in arriving((line.custom_id, self._result(line.result)) for line in lines):
+                for name, reply in read_stream((line.custom_id, self._result(line.result)) for line in lines):
                     found[name] = reply
-            except BrokenStream as error:
-                said = f"the answers of the batch cannot be read: {error}"
-                raise failure(None, said, self._account) from None
+            except StreamError as error:
+                raise request_error(None, f"cannot read the replies of the batch: {error}", self._account) from None
         return found
 
     def _result(self, result: Any) -> Reply | SceneError:
         if result.type == "succeeded":
             return self._reply(result.message)
-        said = getattr(getattr(getattr(result, "error", None), "error", None), "message", "") or result.type
-        return failure(None, f"the batch's request did not succeed: {said}", self._account)
+        reason = getattr(getattr(getattr(result, "error", None), "error", None), "message", "") or result.type
+        return request_error(None, f"the request in the batch failed: {reason}", self._account)
 
-    def _told(self) -> AbstractContextManager[None]:
-        """Turns the SDK's exceptions into errors in users' words."""
+    def _translate_errors(self) -> AbstractContextManager[None]:
+        """Translate the SDK's exceptions to SceneError."""
         import anthropic
 
-        return told(anthropic, anthropic.AnthropicError, self._account)
+        return translate_errors(anthropic, anthropic.AnthropicError, self._account)
 
 
-class _Received:
-    """What has arrived of an answer; ``reply`` once it is complete."""
+class _StreamState:
+    """Received part of a reply; ``reply`` is set when it is complete."""
 
     def __init__(self) -> None:
         self.texts: list[str] = []
@@ -176,11 +185,11 @@ class _Received:
         self.reply: Reply | None = None
 
 
-def _message(turn: Turn) -> dict[str, Any]:
+def _message(message: Message) -> dict[str, Any]:
     content: list[Any] = []
-    for part in turn.parts:
+    for part in message.parts:
         content += [dict(block) for block in part.blocks] if isinstance(part, Blocks) else [_block(part)]
-    return {"role": turn.role, "content": content}
+    return {"role": message.role, "content": content}
 
 
 def _block(part: Part) -> dict[str, Any]:
@@ -189,7 +198,7 @@ def _block(part: Part) -> dict[str, Any]:
         return {"type": "image", "source": {"type": "base64", "media_type": part.media_type, "data": data}}
     assert isinstance(part, TextContent)
     block: dict[str, Any] = {"type": "text", "text": part.text}
-    return block | {"cache_control": _KEPT} if part.is_fixed else block
+    return block | {"cache_control": _CACHE_CONTROL} if part.is_cacheable else block
 
 
 def _usage(usage: Any) -> Usage:
@@ -202,7 +211,7 @@ def _usage(usage: Any) -> Usage:
 
 
 def _note(message: Any) -> str:
-    """What a refusal says of itself."""
+    """Return the explanation of a refusal, if any."""
     details = getattr(message, "stop_details", None)
     if details is None:
         return ""

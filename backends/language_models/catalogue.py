@@ -1,4 +1,4 @@
-"""What is known of models: prices with their date, the longest answer, ways of thinking, efforts."""
+"""Requests and replies; API keys and configuration; catalogue of models with prices, limits and reasoning options."""
 
 from __future__ import annotations
 
@@ -21,21 +21,20 @@ from urllib.parse import SplitResult, unquote, urlsplit, urlunsplit
 from scenelang.backends.files import user_folder
 from scenelang.grammar.diagnostics import SceneError, suggest
 
-# What is said to a language model and what it answers, whichever family it is of.
+# Requests to language models and their replies, independent of the provider.
 
 
 @dataclass(frozen=True, slots=True)
 class TextContent:
-    """A piece of text. ``is_fixed``: what was said up to its end is the same in many requests, so services may keep
-    it."""
+    """Text block; with ``is_cacheable``, the prompt up to its end is shared by many requests and may be cached."""
 
     text: str
-    is_fixed: bool = False
+    is_cacheable: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class ImageContent:
-    """An encoded picture; ``media_type`` such as ``image/png``."""
+    """Encoded image; ``media_type`` is a MIME type such as ``image/png``."""
 
     media_type: str
     data: bytes = field(repr=False)
@@ -43,7 +42,7 @@ class ImageContent:
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """What a provider answered, in its own form, to be sent back to it as it came (a turn that was paused)."""
+    """Content blocks of a paused reply in the provider's format, to be sent back unchanged."""
 
     blocks: tuple[Mapping[str, Any], ...]
 
@@ -52,48 +51,75 @@ Part = TextContent | ImageContent | Blocks
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
-    """What one side said. ``role`` is "user" or "assistant"."""
+class Message:
+    """Message of a conversation; ``role`` is "user" or "assistant"."""
 
     role: str
     parts: tuple[Part, ...]
 
 
-def said(role: str, text: str) -> Turn:
-    """A turn of text alone."""
-    return Turn(role, (TextContent(text),))
+def text_message(role: str, text: str) -> Message:
+    """Return a message with a single text."""
+    return Message(role, (TextContent(text),))
 
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """One question. ``system`` is said before all turns. ``thinking`` is how the model is to think, None to leave that
-    to it, and ``effort`` how much it is to work: both as the model's row of the catalogue allows. ``grammar`` is a GBNF
-    grammar that the answer must follow, for services that can."""
+    """Request to a language model.
+
+    Attributes
+    ----------
+    model
+        Name of the model.
+    system
+        System prompt.
+    messages
+        Conversation so far.
+    max_tokens
+        Maximum number of output tokens.
+    thinking, effort
+        Reasoning mode and effort, as supported by the model according to the catalogue; None: its default.
+    grammar
+        GBNF grammar of the reply, for services that support constrained decoding.
+    """
 
     model: str
     system: TextContent
-    turns: tuple[Turn, ...]
+    messages: tuple[Message, ...]
     max_tokens: int
     thinking: str | None = None
     effort: str | None = None
     grammar: str | None = None
 
 
-class Stop(Enum):
-    """Why an answer ended. CUT: at ``max_tokens``. FULL: the model's context has no more room. PAUSED: to be sent back
-    as it came, so that the model goes on. BROKEN: the connection ended first."""
+class StopReason(Enum):
+    """Reason for the end of a reply.
+
+    MAX_TOKENS: the limit ``max_tokens`` was reached. CONTEXT_FULL: the context window is full. PAUSED: the model
+    continues if the reply is sent back. INTERRUPTED: the connection failed.
+    """
 
     END = "end"
-    CUT = "cut"
-    FULL = "full"
+    MAX_TOKENS = "cut"
+    CONTEXT_FULL = "full"
     REFUSED = "refused"
     PAUSED = "paused"
-    BROKEN = "broken"
+    INTERRUPTED = "broken"
 
 
 @dataclass(frozen=True, slots=True)
 class Usage:
-    """Tokens: sent and read anew, sent and read from the service's cache, written to it, and answered."""
+    """Token usage of a request.
+
+    Attributes
+    ----------
+    sent
+        Input tokens that are not in the service's prompt cache.
+    cache_read, cache_written
+        Input tokens read from the prompt cache, and written to it.
+    answered
+        Output tokens.
+    """
 
     sent: int = 0
     cache_read: int = 0
@@ -110,40 +136,68 @@ class Usage:
 
     @property
     def prompt(self) -> int:
-        """All that was sent."""
+        """Total number of input tokens."""
         return self.sent + self.cache_read + self.cache_written
 
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """An answer. ``note`` says more about why it ended, such as a refusal's explanation; ``blocks`` are the provider's
-    own form of it where it was paused."""
+    """Reply of a language model.
+
+    Attributes
+    ----------
+    text
+        Text of the reply.
+    stop
+        Reason for its end.
+    usage
+        Token usage.
+    model
+        Name of the model that replied.
+    note
+        Details about the end, such as the explanation of a refusal.
+    blocks
+        Content blocks of a paused reply, in the provider's format.
+    """
 
     text: str
-    stop: Stop
+    stop: StopReason
     usage: Usage
     model: str
     note: str = ""
     blocks: tuple[Mapping[str, Any], ...] = ()
 
 
-# Keys and addresses of services: from the environment or the configuration file, and never shown.
+# API keys and base URLs, from the environment or the configuration file; they are redacted in all output.
 
 
-_SHORTEST_SECRET = 8  # a shorter key would blot out ordinary text
-_LARGEST_FILE = 1_000_000
+_MIN_SECRET_LENGTH = 8  # redacting shorter secrets would affect ordinary text
+_MAX_CONFIG_BYTES = 1_000_000
 _HEADERS = ("ANTHROPIC_CUSTOM_HEADERS", "OPENAI_CUSTOM_HEADERS")
-_HIDDEN = "[key]"
-_KEY = re.compile(r"[!#-\[\]-~]+")  # what headers can carry and JSON writes as it is
-TIMEOUT = 120.0
-CONNECT_TIMEOUT = 10.0
-NO_KEY = "none"  # what the packages are given where a service wants no key
+_REDACTED = "[key]"
+_KEY = re.compile(r"[!#-\[\]-~]+")  # characters allowed in HTTP headers and not escaped in JSON
+TIMEOUT = 120.0  # seconds
+CONNECT_TIMEOUT = 10.0  # seconds
+NO_KEY = "none"  # placeholder for the SDKs, which require a key, if the service does not
 
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """How a provider is reached. ``secrets`` are texts that must not be shown or kept, the key among them. ``timeout``:
-    seconds without a byte from the service, at each try."""
+    """Credentials for a provider.
+
+    Attributes
+    ----------
+    key
+        API key.
+    address
+        Base URL.
+    settings
+        Table of the provider in the configuration file.
+    secrets
+        Texts to redact, including the key.
+    timeout
+        Seconds without data from the service after which an attempt fails.
+    """
 
     key: str | None = field(repr=False)
     address: str = field(repr=False)
@@ -151,63 +205,68 @@ class Account:
     secrets: tuple[str, ...] = field(default=(), repr=False)
     timeout: float = TIMEOUT
 
-    def clean(self, text: str) -> str:
-        """A text without secrets."""
-        return cleaned(text, self.secrets)
+    def redact(self, text: str) -> str:
+        """Remove secrets from a text."""
+        return redact(text, self.secrets)
 
     @property
-    def shown_address(self) -> str:
-        """The address without user, password and query."""
+    def public_address(self) -> str:
+        """Base URL without user, password and query."""
         parts = urlsplit(self.address)
-        host = parts.hostname or ""
-        place = f"[{host}]" if ":" in host else host
-        return urlunsplit((parts.scheme, f"{place}:{parts.port}" if parts.port else place, parts.path, "", ""))
+        hostname = parts.hostname or ""
+        host = f"[{hostname}]" if ":" in hostname else hostname
+        return urlunsplit((parts.scheme, f"{host}:{parts.port}" if parts.port else host, parts.path, "", ""))
 
 
-def cleaned(text: str, secrets: Sequence[str]) -> str:
-    """A text with every secret blotted out, and without half characters, which JSON can carry and no file can hold."""
+def redact(text: str, secrets: Sequence[str]) -> str:
+    """Replace every secret in a text, and lone surrogates, which JSON may contain but UTF-8 cannot encode."""
     text = text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
     for secret in secrets:
-        text = text.replace(secret, _HIDDEN)
+        text = text.replace(secret, _REDACTED)
     return text
 
 
 def config_file() -> Path:
-    """Where the configuration is looked for."""
+    """Return the path of the configuration file."""
     return user_folder("CONFIG") / "config.toml"
 
 
-def configuration() -> dict[str, Any]:
-    """The configuration, empty where there is none. Raises SceneError for a file that is malformed, or that holds a key
-    and that others may read."""
+def load_config() -> dict[str, Any]:
+    """Load the configuration file; empty if it does not exist.
+
+    Raises SceneError for a malformed file, or one that contains an API key and is readable by other users.
+    """
     path = config_file()
     try:
-        if path.stat().st_size > _LARGEST_FILE:
-            raise SceneError("file", f"{path} is too large for a configuration")
+        if path.stat().st_size > _MAX_CONFIG_BYTES:
+            raise SceneError("file", f"{path} is larger than {_MAX_CONFIG_BYTES:,} bytes")
         text = path.read_text("utf-8")
         mode = path.stat().st_mode
     except FileNotFoundError:
         return {}
     except (OSError, UnicodeDecodeError) as error:
-        raise SceneError("file", f"cannot read {path}: {getattr(error, 'strerror', None) or 'no UTF-8 text'}") from None
+        raise SceneError("file", f"cannot read {path}: {getattr(error, 'strerror', None) or 'not UTF-8'}") from None
     try:
         found = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise SceneError("file", f"{path} is no TOML: {error}") from None
+        raise SceneError("file", f"{path} is not valid TOML: {error}") from None
     except RecursionError:
         raise SceneError("file", f"{path} is nested too deeply") from None
-    holds_key = any(isinstance(table, dict) and "api_key" in table for table in found.values())
-    if holds_key and os.name == "posix" and stat.S_IMODE(mode) & 0o077:
-        raise SceneError("model-key", f"{path} holds a key and others may read it", f"chmod 600 {path}")
+    has_key = any(isinstance(table, dict) and "api_key" in table for table in found.values())
+    if has_key and os.name == "posix" and stat.S_IMODE(mode) & 0o077:
+        message = f"{path} contains an API key but is readable by other users"
+        raise SceneError("model-key", message, f"run `chmod 600 {path}`")
     return found
 
 
-def account(
+def load_account(
     family: str, key_variables: Sequence[str], address_variable: str, default_address: str, needs_key: bool
 ) -> Account:
-    """The account for a family: the environment comes before the configuration's table of that name. Raises SceneError
-    where there is no key and one is needed."""
-    table = configuration().get(family, {})
+    """Load the account for a provider; the environment overrides the table of that name in the configuration file.
+
+    Raises SceneError if a required API key is missing or a value is invalid.
+    """
+    table = load_config().get(family, {})
     if not isinstance(table, dict):
         raise SceneError("file", f"{config_file()}: expected `{family}` to be a TOML table")
     key = next((os.environ[name] for name in key_variables if os.environ.get(name)), None) or table.get("api_key")
@@ -215,7 +274,7 @@ def account(
         raise SceneError("model-key", f"the API key for `{family}` contains characters that no HTTP header can carry")
     if key is None and needs_key:
         message = f"no API key for `{family}` in the environment or in {config_file()}"
-        raise SceneError("model-key", message, f"export {key_variables[0]}=...")
+        raise SceneError("model-key", message, f"set it with `export {key_variables[0]}=...`")
     address = os.environ.get(address_variable) or table.get("base_url") or default_address
     if not isinstance(address, str) or not _is_address(address.strip()):
         raise SceneError("value", f"invalid base URL for `{family}`", "use a URL that starts with http:// or https://")
@@ -233,53 +292,72 @@ def _is_address(text: str) -> bool:
 
 def _secrets(key: str | None, address: str) -> tuple[str, ...]:
     parts = urlsplit(address)
-    found = {key, parts.query, *_login(parts), *_sent_along()}
-    kept = {secret for secret in found if secret and len(secret) >= _SHORTEST_SECRET}
-    return tuple(sorted(kept, key=len, reverse=True))
+    found = {key, parts.query, *_url_credentials(parts), *_custom_header_values()}
+    secrets = {secret for secret in found if secret and len(secret) >= _MIN_SECRET_LENGTH}
+    return tuple(sorted(secrets, key=len, reverse=True))  # longest first, since one may contain another
 
 
-def _login(parts: SplitResult) -> Iterator[str]:
-    """What of an address lets people in, in every form that it is sent in."""
+def _url_credentials(parts: SplitResult) -> Iterator[str]:
+    """Yield the credentials in a URL, in every encoding in which they are sent."""
     name, password = parts.username or "", parts.password or ""
-    alone = password or name  # some services take a token as the name
-    yield from (alone, unquote(alone))
-    if alone:
+    secret = password or name  # some services use a token as the user name
+    yield from (secret, unquote(secret))
+    if secret:
         yield b64encode(f"{unquote(name)}:{unquote(password)}".encode()).decode()
 
 
-def _sent_along() -> Iterator[str]:
-    """The values of the headers that the environment adds to requests, and their words, such as a token's."""
+def _custom_header_values() -> Iterator[str]:
+    """Yield the values of custom headers in the environment, and their words, such as a bearer token."""
     lines = [line for name in _HEADERS for line in os.environ.get(name, "").splitlines()]
     for line in lines:
         value = line.partition(":")[2].strip()
         yield from (value, *value.split())
 
 
+# Models and prices.
+
+
 _MILLION = 1_000_000
-_DATED = re.compile(r"-20\d{6}\Z")  # a snapshot of a model: claude-opus-4-5-20251101
+_DATED = re.compile(r"-20\d{6}\Z")  # suffix of a snapshot: claude-opus-4-5-20251101
 _PRICES = ("input", "output", "cache_write", "cache_read", "over")
-_MAX_OUTPUT = 8_192  # of models that are not in the catalogue
+_DEFAULT_MAX_OUTPUT = 8_192  # tokens, of models that are not in the catalogue
 BATCH_DISCOUNT = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class Prices:
-    """US dollars per million tokens."""
+    """Prices in US dollars per million tokens."""
 
     input: float
     output: float
     cache_write: float
     cache_read: float
 
-    def of(self, usage: Usage) -> float:
-        """US dollars."""
+    def cost(self, usage: Usage) -> float:
+        """Return the cost in US dollars."""
         sent = usage.sent * self.input + usage.cache_written * self.cache_write + usage.cache_read * self.cache_read
         return (sent + usage.answered * self.output) / _MILLION
 
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """A model. Prompts of more than ``threshold`` tokens have the prices ``over``."""
+    """Model with its prices and limits.
+
+    Attributes
+    ----------
+    name
+        Name of the model.
+    prices
+        Prices.
+    max_output
+        Maximum number of output tokens.
+    thinking
+        Default reasoning mode.
+    efforts
+        Supported reasoning efforts.
+    threshold, over
+        Number of input tokens above which the prices ``over`` apply.
+    """
 
     name: str
     prices: Prices
@@ -290,23 +368,23 @@ class Model:
     over: Prices | None = None
 
     def cost(self, usage: Usage, is_batch: bool = False) -> float:
-        """What a request of this usage costs, in US dollars."""
+        """Return the cost of a request in US dollars."""
         is_long = self.over is not None and self.threshold is not None and usage.prompt > self.threshold
         prices = self.over if is_long and self.over is not None else self.prices
-        return prices.of(usage) * (BATCH_DISCOUNT if is_batch else 1.0)
+        return prices.cost(usage) * (BATCH_DISCOUNT if is_batch else 1.0)
 
-    def highest_cost(self, prompt: int, max_tokens: int, is_batch: bool = False) -> float:
-        """What a request can cost at most: its prompt is read anew or written to the cache, whichever is dearer."""
-        anew, written = Usage(sent=prompt, answered=max_tokens), Usage(cache_written=prompt, answered=max_tokens)
-        return max(self.cost(anew, is_batch), self.cost(written, is_batch))
+    def max_cost(self, prompt: int, max_tokens: int, is_batch: bool = False) -> float:
+        """Return the maximum cost of a request: with the prompt uncached or written to the cache."""
+        uncached, written = Usage(sent=prompt, answered=max_tokens), Usage(cache_written=prompt, answered=max_tokens)
+        return max(self.cost(uncached, is_batch), self.cost(written, is_batch))
 
-    def effort(self, wanted: str | None) -> str | None:
-        """The effort to send; raises SceneError for one that the model does not know."""
-        if wanted is not None and wanted not in self.efforts:
+    def check_effort(self, effort: str | None) -> str | None:
+        """Return ``effort``; raises SceneError if the model does not support it."""
+        if effort is not None and effort not in self.efforts:
             known = ", ".join(self.efforts)
-            hint = f"it knows {known}" if known else "leave --effort out for it"
-            raise SceneError("value", f"`{self.name}` has no effort `{wanted}`", hint)
-        return wanted
+            hint = f"supported efforts: {known}" if known else "omit --effort for this model"
+            raise SceneError("value", f"`{self.name}` does not support the effort `{effort}`", hint)
+        return effort
 
 
 @cache
@@ -315,49 +393,54 @@ def _data() -> Mapping[str, Any]:
 
 
 def catalogue_date() -> date:
-    """When the prices were published."""
+    """Return the date of the prices."""
     found: date = _data()["date"]
     return found
 
 
 def known_models() -> tuple[str, ...]:
-    """The models of the catalogue and the configuration."""
-    return (*_data()["models"], *_configured())
+    """Return the names of the models in the catalogue and the configuration file."""
+    return (*_data()["models"], *_configured_models())
 
 
-def model(name: str, price: str | None = None, is_free: bool = False) -> Model:
-    """A model by name. ``price`` is "INPUT,OUTPUT" in US dollars per million tokens and goes before what is known;
-    ``is_free``: a model that is not known costs nothing. Raises SceneError for a model whose price is not known."""
+def find_model(name: str, price: str | None = None, is_free: bool = False) -> Model:
+    """Return a model by name.
+
+    ``price`` is "INPUT,OUTPUT" in US dollars per million tokens and overrides the catalogue; with ``is_free``, unknown
+    models have no cost. Raises SceneError for a model with unknown price.
+    """
     row = _row(name)
     if price is not None:
-        row = dict(row or {}) | _given(price)
+        row = dict(row or {}) | _parse_price(price)
         row.pop("over", None)
     if row is None and is_free:
         row = {"input": 0.0, "output": 0.0}
     if row is None:
         near = suggest(name, known_models())
-        hint = f"{near + ', or ' if near else ''}give its price: --price INPUT,OUTPUT in dollars per million tokens"
-        raise SceneError("model-price", f"the price of the model `{name}` is not known, so its cost has no limit", hint)
+        hint = f"{near + ' If not, ' if near else ''}specify it with --price INPUT,OUTPUT in dollars per million tokens"
+        message = f"unknown price of the model `{name}`, so its cost cannot be limited"
+        raise SceneError("model-price", message, hint)
     return _model(name, row)
 
 
 def _row(name: str) -> Mapping[str, Any] | None:
-    known, configured = (rows.get(name, rows.get(_DATED.sub("", name))) for rows in (_data()["models"], _configured()))
+    tables = (_data()["models"], _configured_models())
+    known, configured = (rows.get(name, rows.get(_DATED.sub("", name))) for rows in tables)
     if known is None and configured is None:
         return None
-    if "input" in (configured or {}):  # its own prices, not a mixture
+    if "input" in (configured or {}):  # configured prices replace all of the catalogue's
         known = {name: value for name, value in (known or {}).items() if name not in _PRICES}
     return {**(known or {}), **(configured or {})}
 
 
-def _configured() -> Mapping[str, Any]:
-    found = configuration().get("models", {})
+def _configured_models() -> Mapping[str, Any]:
+    found = load_config().get("models", {})
     if not isinstance(found, dict) or not all(isinstance(row, dict) for row in found.values()):
         raise SceneError("file", f"{config_file()}: expected `models` to be a table of tables")
     return found
 
 
-def _given(text: str) -> dict[str, float]:
+def _parse_price(text: str) -> dict[str, float]:
     try:
         numbers = [float(piece) for piece in text.split(",")]
     except ValueError:
@@ -371,11 +454,11 @@ def _model(name: str, row: Mapping[str, Any]) -> Model:
     try:
         thinking, efforts, over = row.get("thinking"), row.get("efforts", []), row.get("over")
         if not isinstance(efforts, list) or not all(isinstance(word, str) for word in [*efforts, thinking or ""]):
-            raise ValueError("`thinking` is a word and `efforts` a list of words")
+            raise ValueError("expected a string for `thinking` and a list of strings for `efforts`")
         return Model(
             name,
             _prices(row),
-            _tokens(row.get("max_output", _MAX_OUTPUT)),
+            _tokens(row.get("max_output", _DEFAULT_MAX_OUTPUT)),
             thinking,
             tuple(efforts),
             _tokens(over["tokens"]) if over else None,
@@ -392,9 +475,9 @@ def _tokens(number: Any) -> int:
 
 
 def _prices(row: Mapping[str, Any]) -> Prices:
-    """Prices of a row. What it leaves out is no lower than it can be: writing to a cache costs a quarter more."""
-    sent, answered = float(row["input"]), float(row["output"])
-    prices = (sent, answered, float(row.get("cache_write", 1.25 * sent)), float(row.get("cache_read", sent)))
+    """Return the prices of a row; the defaults for the cache are upper bounds (writing costs a quarter more)."""
+    input_, output = float(row["input"]), float(row["output"])
+    prices = (input_, output, float(row.get("cache_write", 1.25 * input_)), float(row.get("cache_read", input_)))
     if not all(isfinite(price) and price >= 0 for price in prices):
         raise ValueError("a price must be an amount in US dollars")
     return Prices(*prices)

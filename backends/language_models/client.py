@@ -1,4 +1,4 @@
-"""One question to a provider: kept replies, money set aside before it is sent, paused answers continued."""
+"""Client for a model: cached replies, a budget reserved before each request, and continuation of paused replies."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ from pathlib import Path
 from threading import Condition
 from typing import Any
 
-from scenelang.backends.files import user_folder, written_whole
-from scenelang.backends.language_models.catalogue import Blocks, Model, Reply, Request, Stop, Turn, Usage
-from scenelang.backends.language_models.provider import BatchProvider, Provider, Watch
+from scenelang.backends.files import atomic_write, user_folder
+from scenelang.backends.language_models.catalogue import Blocks, Message, Model, Reply, Request, StopReason, Usage
+from scenelang.backends.language_models.provider import BatchProvider, OnText, Provider
 from scenelang.grammar.diagnostics import SceneError
 
-# Replies kept on disk, so that the same question is not paid for twice; safe for processes side by side.
+# Cache of replies on disk, so that equal requests are paid for once; safe for concurrent processes.
 #
-# A reply is kept under a digest of all that was sent and of the numbers of sample and attempt, so that samples
-# differ. A lock per question makes a second process wait for the first one's answer.
+# The key is a digest of the payload and of the numbers of sample and attempt, so that samples differ. A lock per key
+# makes a second process wait for the first one's reply.
 
 
-_PRIVATE = 0o600
+_PRIVATE = 0o600  # file mode
 
 
-def reply_folder() -> Path:
-    """Where replies are kept."""
+def reply_cache_folder() -> Path:
+    """Return the folder of the cache."""
     return user_folder("CACHE") / "replies"
 
 
-def digest(*facts: Any) -> str:
-    """A name for what was asked."""
-    return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+def digest_of(*values: Any) -> str:
+    """Return a digest of JSON values."""
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 
 
 def reply_data(reply: Reply) -> dict[str, Any]:
-    """A reply as JSON data, without what only continues a conversation."""
+    """Return a reply as JSON data, without the content blocks."""
     return {
         "text": reply.text,
         "stop": reply.stop.value,
@@ -48,42 +48,42 @@ def reply_data(reply: Reply) -> dict[str, Any]:
 
 
 def reply_of(data: Mapping[str, Any]) -> Reply:
-    """The inverse of ``reply_data``; raises KeyError, TypeError or ValueError for other data."""
+    """Parse the result of ``reply_data``; raises KeyError, TypeError or ValueError for invalid data."""
     usage = Usage(**{name: int(number) for name, number in data["usage"].items()})
-    return Reply(str(data["text"]), Stop(data["stop"]), usage, str(data["model"]), str(data["note"]))
+    return Reply(str(data["text"]), StopReason(data["stop"]), usage, str(data["model"]), str(data["note"]))
 
 
-class Replies:
-    """Replies in a folder that only its owner can read."""
+class ReplyCache:
+    """Cache of replies in a folder that only its owner can read."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
-    def find(self, key: str) -> Reply | None:
-        """The reply that is kept under a digest; one that cannot be read counts as none."""
+    def get(self, key: str) -> Reply | None:
+        """Return a cached reply, None if it does not exist or cannot be read."""
         try:
             return reply_of(json.loads(self._path(key).read_text("utf-8")))
         except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
             return None
 
-    def keep(self, key: str, reply: Reply) -> None:
-        """Keep a complete reply. Where the folder cannot be written nothing is kept."""
-        if reply.stop is not Stop.END:
+    def put(self, key: str, reply: Reply) -> None:
+        """Cache a complete reply, if the folder is writable."""
+        if reply.stop is not StopReason.END:
             return
         try:
             self._make_folder()
-            with written_whole(self._path(key), mode=_PRIVATE) as temporary:
+            with atomic_write(self._path(key), mode=_PRIVATE) as temporary:
                 temporary.write_text(json.dumps(reply_data(reply)), "utf-8")
         except (SceneError, OSError):
             return
 
     @contextmanager
-    def asking(self, key: str) -> Iterator[None]:
-        """Only one process asks a question at a time; without locks on this system they ask side by side."""
+    def lock(self, key: str) -> Iterator[None]:
+        """Hold the lock of a key, so that only one process sends the request; does nothing without ``flock``."""
         path = self._path(key).with_suffix(".lock")
         try:
             self._make_folder()
-            file = _locked(path)
+            file = _lock_file(path)
         except (ImportError, OSError):
             yield
             return
@@ -91,7 +91,7 @@ class Replies:
             yield
         finally:
             path.unlink(missing_ok=True)
-            os.close(file)  # lets go of the lock too
+            os.close(file)  # also releases the lock
 
     def _make_folder(self) -> None:
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -100,8 +100,8 @@ class Replies:
         return self._folder / f"{key}.json"
 
 
-def _locked(path: Path) -> int:
-    """A file that this process holds alone, as a descriptor. Raises ImportError or OSError where there are no locks."""
+def _lock_file(path: Path) -> int:
+    """Open and lock a file; returns its descriptor. Raises ImportError or OSError if locks are not supported."""
     import fcntl
 
     while True:
@@ -115,17 +115,17 @@ def _locked(path: Path) -> int:
         except OSError:
             os.close(file)
             raise
-        os.close(file)  # whoever held it before took it away
+        os.close(file)  # the previous holder has removed the file, so the lock is void
 
 
-# A limit on what requests cost together: money is reserved before a request is sent and settled after it.
+# Budget for all requests: the maximum cost is reserved before a request and the actual cost settled after it.
 
 
-_SLACK = 1e-9  # dollars that sums of floats may be off by
+_TOLERANCE = 1e-9  # dollars, for rounding errors of sums
 
 
-class Spending:
-    """Dollars spent and reserved, safe for requests that run side by side."""
+class Budget:
+    """Spent and reserved US dollars; thread-safe."""
 
     def __init__(self, limit: float, spent: float = 0.0) -> None:
         self.limit = limit
@@ -138,160 +138,167 @@ class Spending:
         return self._spent
 
     def reserve(self, amount: float) -> None:
-        """Set ``amount`` dollars aside. Raises SceneError where the limit does not allow it."""
+        """Reserve ``amount`` dollars; raises SceneError if this exceeds the limit."""
         with self._changed:
             self._reserve(amount)
 
-    def reserve_when_free(self, amount: float) -> None:
-        """``reserve``, but wait while others have money set aside, of which they may give back enough."""
+    def wait_and_reserve(self, amount: float) -> None:
+        """Reserve ``amount``, after waiting for other requests whose settlement may release enough."""
         with self._changed:
-            while self._reserved > _SLACK and amount > self._left + _SLACK:
+            while self._reserved > _TOLERANCE and amount > self._remaining + _TOLERANCE:
                 self._changed.wait()
             self._reserve(amount)
 
     @property
-    def _left(self) -> float:
+    def _remaining(self) -> float:
         return self.limit - self._spent - self._reserved
 
     def _reserve(self, amount: float) -> None:
-        if amount > self._left + _SLACK:
-            left = max(0.0, self._left)
-            message = f"the next request could cost ${amount:.4f}, and ${left:.4f} is left of --max-cost"
-            raise SceneError("model-cost", message, "raise --max-cost, or lower --max-tokens, -n or --critique")
+        if amount > self._remaining + _TOLERANCE:
+            remaining = max(0.0, self._remaining)
+            message = f"the next request could cost ${amount:.4f}, but only ${remaining:.4f} of --max-cost remains"
+            raise SceneError("model-cost", message, "increase --max-cost, or decrease --max-tokens, -n or --critique")
         self._reserved += amount
 
     def settle(self, reserved: float, cost: float) -> None:
-        """A request for which ``reserved`` was set aside has cost ``cost``."""
+        """Release a reservation of ``reserved`` dollars and record the actual ``cost``."""
         with self._changed:
             self._reserved = max(0.0, self._reserved - reserved)
             self._spent += cost
             self._changed.notify_all()
 
 
-_MOST_PAUSES = 8
-Sending = Callable[[float], None]
+# Sending requests.
+
+
+_MAX_PAUSES = 8
+OnSend = Callable[[float], None]  # called with the maximum cost before a request is sent
 
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """A reply and what it cost in US dollars; one that was kept from an earlier run cost nothing."""
+    """Reply with its cost in US dollars, which is 0 for a cached one."""
 
     reply: Reply
     cost: float
-    was_kept: bool = False
+    was_cached: bool = False
 
 
 class Client:
-    """Asks one model of one provider."""
+    """Client for one model of a provider, with a budget and an optional cache of replies."""
 
-    def __init__(self, provider: Provider, model: Model, spending: Spending, replies: Replies | None) -> None:
+    def __init__(self, provider: Provider, model: Model, budget: Budget, cache: ReplyCache | None) -> None:
         self.provider = provider
         self.model = model
-        self.spending = spending
-        self._replies = replies
+        self.budget = budget
+        self._cache = cache
 
-    def clean(self, text: str) -> str:
-        """A text without the key and other secrets."""
-        return self.provider.clean(text)
+    def redact(self, text: str) -> str:
+        """Remove the API key and other secrets from a text."""
+        return self.provider.redact(text)
 
     def payload(self, request: Request) -> dict[str, Any]:
-        """What is sent for a request, as JSON data."""
+        """Return the body of a request as JSON data."""
         return self.provider.payload(request)
 
     def key(self, request: Request, sample: int, attempt: int) -> str:
-        """The digest under which the answer to a request is kept."""
-        return digest(self.provider.name, self.provider.address, self.payload(request), sample, attempt)
+        """Return the cache key of a request."""
+        return digest_of(self.provider.name, self.provider.address, self.payload(request), sample, attempt)
 
     def ask(
-        self, request: Request, sample: int, attempt: int, watch: Watch, sending: Sending = lambda _: None
+        self, request: Request, sample: int, attempt: int, on_text: OnText, on_send: OnSend = lambda _: None
     ) -> Answer:
-        """The answer to a request; ``sending`` is told what it can cost before it is sent. Raises SceneError where it
-        cannot be had, or could cost more than is left."""
-        if self._replies is None:
-            return self._ask(request, watch, sending)
+        """Return the reply to a request, from the cache or the service.
+
+        Raises SceneError if the request fails, or its maximum cost exceeds the budget.
+        """
+        if self._cache is None:
+            return self._ask(request, on_text, on_send)
         key = self.key(request, sample, attempt)
-        with self._replies.asking(key):
-            kept = self.kept(key)
-            if kept is not None:
-                return kept
-            answer = self._ask(request, watch, sending)
-            self.keep(key, answer.reply)
+        with self._cache.lock(key):
+            cached = self.cached(key)
+            if cached is not None:
+                return cached
+            answer = self._ask(request, on_text, on_send)
+            self.cache(key, answer.reply)
             return answer
 
-    def kept(self, key: str) -> Answer | None:
-        """The answer that an earlier run got to the same question."""
-        reply = self._replies.find(key) if self._replies is not None else None
-        return Answer(reply, 0.0, was_kept=True) if reply is not None else None
+    def cached(self, key: str) -> Answer | None:
+        """Return the cached reply of an earlier run, or None."""
+        reply = self._cache.get(key) if self._cache is not None else None
+        return Answer(reply, 0.0, was_cached=True) if reply is not None else None
 
-    def keep(self, key: str, reply: Reply) -> None:
-        """Keep an answer for later runs."""
-        if self._replies is not None:
-            self._replies.keep(key, reply)
+    def cache(self, key: str, reply: Reply) -> None:
+        """Cache a reply for later runs."""
+        if self._cache is not None:
+            self._cache.put(key, reply)
 
-    def highest_cost(self, request: Request, is_batch: bool = False) -> float:
-        """What a request can cost at most, in US dollars."""
-        return self.model.highest_cost(self.provider.count(request), request.max_tokens, is_batch)
+    def max_cost(self, request: Request, is_batch: bool = False) -> float:
+        """Return the maximum cost of a request in US dollars."""
+        return self.model.max_cost(self.provider.count(request), request.max_tokens, is_batch)
 
-    def _ask(self, request: Request, watch: Watch, sending: Sending) -> Answer:
-        """Send, and send back what was paused until the model has said all."""
+    def _ask(self, request: Request, on_text: OnText, on_send: OnSend) -> Answer:
+        """Send a request, and send paused replies back until the model has finished."""
         text, usage, cost = "", Usage(), 0.0
-        turns = request.turns
-        for _ in range(_MOST_PAUSES):
-            answer = self._send(replace(request, turns=turns), watch, sending)
+        messages = request.messages
+        for _ in range(_MAX_PAUSES):
+            answer = self._send(replace(request, messages=messages), on_text, on_send)
             text, usage, cost = text + answer.reply.text, usage + answer.reply.usage, cost + answer.cost
-            if answer.reply.stop is not Stop.PAUSED:
+            if answer.reply.stop is not StopReason.PAUSED:
                 return Answer(replace(answer.reply, text=text, usage=usage), cost)
-            turns = (*turns, Turn("assistant", (Blocks(answer.reply.blocks),)))
-        note = f"the model paused {_MOST_PAUSES} times"
-        return Answer(Reply(text, Stop.BROKEN, usage, request.model, note), cost)
+            messages = (*messages, Message("assistant", (Blocks(answer.reply.blocks),)))
+        note = f"the model paused {_MAX_PAUSES} times"
+        return Answer(Reply(text, StopReason.INTERRUPTED, usage, request.model, note), cost)
 
-    def _send(self, request: Request, watch: Watch, sending: Sending) -> Answer:
-        reserved = self.highest_cost(request)
-        self.spending.reserve_when_free(reserved)
-        sending(reserved)
-        cost = reserved  # an interrupted request may have cost all of it
+    def _send(self, request: Request, on_text: OnText, on_send: OnSend) -> Answer:
+        reserved = self.max_cost(request)
+        self.budget.wait_and_reserve(reserved)
+        on_send(reserved)
+        cost = reserved  # the actual cost of an interrupted request is unknown
         try:
-            reply = self.provider.send(request, watch)
-            cost = reserved if reply.stop is Stop.BROKEN else self.model.cost(reply.usage)
+            reply = self.provider.send(request, on_text)
+            cost = reserved if reply.stop is StopReason.INTERRUPTED else self.model.cost(reply.usage)
             return Answer(reply, cost)
         except SceneError:
-            cost = 0.0  # it was refused before anything was answered
+            cost = 0.0  # rejected requests are free
             raise
         finally:
-            self.spending.settle(reserved, cost)
+            self.budget.settle(reserved, cost)
 
-    # --- many at once --------------------------------------------------------------------------------------------
+    # --- batches -------------------------------------------------------------------------------------------------
 
     def submit(self, requests: Mapping[str, Request]) -> tuple[str, dict[str, float]]:
-        """Send requests by name as one batch: its identifier, and the dollars that are set aside for each until
-        ``collect``. Raises SceneError where the provider has no batches."""
+        """Submit requests by name as a batch.
+
+        Returns its identifier, and the dollars reserved for each request until ``collect``. Raises SceneError if the
+        provider does not support batches.
+        """
         provider = self.batches()
-        reserved = {name: self.highest_cost(request, is_batch=True) for name, request in requests.items()}
-        self.spending.reserve(sum(reserved.values()))
+        reserved = {name: self.max_cost(request, is_batch=True) for name, request in requests.items()}
+        self.budget.reserve(sum(reserved.values()))
         try:
             return provider.submit(requests), reserved
         except SceneError:
-            self.spending.settle(sum(reserved.values()), 0.0)
+            self.budget.settle(sum(reserved.values()), 0.0)
             raise
 
     def collect(self, batch: str, reserved: Mapping[str, float]) -> dict[str, Answer | SceneError]:
-        """The answers of a batch that is done to the questions that money is ``reserved`` for, by name; it becomes what
-        they cost."""
+        """Return the replies of a finished batch by name, and settle their reservations."""
         found: dict[str, Answer | SceneError] = {}
         for name, reply in self.batches().collect(batch).items():
             if name in reserved:
-                found[name] = reply if isinstance(reply, SceneError) else self._in_batch(reply)
-        self.spending.settle(sum(reserved.values()), sum(a.cost for a in found.values() if isinstance(a, Answer)))
+                found[name] = reply if isinstance(reply, SceneError) else self._batch_answer(reply)
+        self.budget.settle(sum(reserved.values()), sum(a.cost for a in found.values() if isinstance(a, Answer)))
         return found
 
-    def _in_batch(self, reply: Reply) -> Answer:
-        if reply.stop is Stop.PAUSED:  # a batch cannot go on with it
-            reply = replace(reply, stop=Stop.BROKEN, note="the model paused", blocks=())
+    def _batch_answer(self, reply: Reply) -> Answer:
+        if reply.stop is StopReason.PAUSED:  # batches cannot continue paused replies
+            reply = replace(reply, stop=StopReason.INTERRUPTED, note="the model paused", blocks=())
         return Answer(reply, self.model.cost(reply.usage, is_batch=True))
 
     def batches(self) -> BatchProvider:
-        """The provider, if it has batches; raises SceneError otherwise."""
+        """Return the provider; raises SceneError if it does not support batches."""
         if not hasattr(self.provider, "submit"):
-            raise SceneError("value", f"the provider `{self.provider.name}` has no batches", "leave --batch out")
+            raise SceneError("value", f"the provider `{self.provider.name}` does not support batches", "omit --batch")
         provider: BatchProvider = self.provider  # type: ignore[assignment]
         return provider

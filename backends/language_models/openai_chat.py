@@ -1,6 +1,6 @@
-"""Servers of OpenAI's chat completions, through the ``openai`` package: vLLM, llama.cpp, Ollama and others.
+"""Servers with OpenAI's chat completions API, by the ``openai`` package: vLLM, llama.cpp, Ollama and others.
 
-Which of them a server is decides how it takes a grammar; it is asked once, by the addresses that only it answers.
+The parameter for grammars depends on the server's software, which is detected once by endpoints specific to it.
 """
 
 from __future__ import annotations
@@ -19,51 +19,59 @@ from scenelang.backends.language_models.catalogue import (
     Account,
     Blocks,
     ImageContent,
+    Message,
     Part,
     Reply,
     Request,
-    Stop,
+    StopReason,
     TextContent,
-    Turn,
     Usage,
 )
-from scenelang.backends.language_models.provider import BrokenStream, Family, Watch, arriving, told
+from scenelang.backends.language_models.provider import Family, OnText, StreamError, read_stream, translate_errors
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
     from openai import OpenAI
 
 
-# Tokens counted without a service: never fewer than there are.
+# Upper bounds of token counts, without a tokenizer.
 
 
-_BYTES_PER_TOKEN = 2  # fewer than the tokens of prose and programs have
-_TOKENS_OF_PICTURE = 6_000  # more than the largest picture that services take
-_FRAME = 100  # what services add around a request
+_BYTES_PER_TOKEN = 2  # lower bound of the mean in English text and programs
+_TOKENS_PER_IMAGE = 6_000  # upper bound for the largest images that services accept
+_REQUEST_OVERHEAD = 100  # tokens that services add to a request
 
 
-def tokens_at_most(text: str) -> int:
-    """More tokens than a text has."""
+def max_token_count(text: str) -> int:
+    """Return an upper bound of the number of tokens of a text."""
     return math.ceil(len(text.encode()) / _BYTES_PER_TOKEN)
 
 
-def upper_estimate(request: Request) -> int:
-    """More tokens than a request has."""
-    parts = [part for turn in request.turns for part in turn.parts]
+def estimate_tokens(request: Request) -> int:
+    """Return an upper bound of the number of input tokens of a request."""
+    parts = [part for message in request.messages for part in message.parts]
     texts = [request.system.text, *(part.text for part in parts if isinstance(part, TextContent))]
     texts += [str(block) for part in parts if isinstance(part, Blocks) for block in part.blocks]
-    pictures = sum(isinstance(part, ImageContent) for part in parts)
-    return sum(map(tokens_at_most, texts)) + pictures * _TOKENS_OF_PICTURE + _FRAME
+    images = sum(isinstance(part, ImageContent) for part in parts)
+    return sum(map(max_token_count, texts)) + images * _TOKENS_PER_IMAGE + _REQUEST_OVERHEAD
 
 
-_STOPS = {"stop": Stop.END, "tool_calls": Stop.END, "length": Stop.CUT, "content_filter": Stop.REFUSED}
+# The provider.
+
+
+_STOP_REASONS = {
+    "stop": StopReason.END,
+    "tool_calls": StopReason.END,
+    "length": StopReason.MAX_TOKENS,
+    "content_filter": StopReason.REFUSED,
+}
 _DIALECTS = ("llama.cpp", "vllm", "none")
 _PROBES = (("/props", "default_generation_settings", "llama.cpp"), ("/version", "version", "vllm"))
-_PATIENCE = 3.0  # seconds for a server to say what it is
+_PROBE_TIMEOUT = 3.0  # seconds
 
 
 class OpenAIChat:
-    """Sends by streaming; retries are the package's own. A server on this machine needs no key."""
+    """Provider for servers with the chat completions API; requests are streamed, and only the SDK retries them."""
 
     name = "openai"
 
@@ -72,7 +80,7 @@ class OpenAIChat:
 
     @cached_property
     def _client(self) -> OpenAI:
-        """Connects at the first request: an estimate needs neither the package nor a key."""
+        """SDK client, created at the first request, since estimates require neither the package nor a key."""
         from openai import OpenAI, Timeout
 
         account = self._account
@@ -81,19 +89,20 @@ class OpenAIChat:
 
     @property
     def address(self) -> str:
-        return self._account.shown_address
+        return self._account.public_address
 
-    def clean(self, text: str) -> str:
-        return self._account.clean(text)
+    def redact(self, text: str) -> str:
+        return self._account.redact(text)
 
     @cached_property
     def dialect(self) -> str:
-        """How the server takes a grammar: the configuration's ``grammar``, else what the server says that it is."""
-        wanted = self._account.settings.get("grammar")
-        if wanted is not None:
-            if wanted not in _DIALECTS:
-                raise SceneError("value", f"`grammar` of [openai] is one of {', '.join(_DIALECTS)}")
-            return str(wanted)
+        """Server software, which determines the parameter for grammars: as configured by ``grammar``, or detected."""
+        configured = self._account.settings.get("grammar")
+        if configured is not None:
+            if configured not in _DIALECTS:
+                message = f"expected `grammar` in [openai] to be one of {', '.join(_DIALECTS)}, got {configured!r}"
+                raise SceneError("value", message)
+            return str(configured)
         parts = urlsplit(self._account.address)
         root = urlunsplit((parts.scheme, parts.netloc, parts.path.removesuffix("/v1"), "", ""))
         for path, field, dialect in _PROBES:
@@ -103,11 +112,11 @@ class OpenAIChat:
         return "none"
 
     def _probe(self, url: str) -> Any:
-        """What a server answers at an address that it may not have; None where it has none."""
+        """Return the response of an endpoint, None if the server does not have it."""
         import openai
 
         try:
-            return self._client.with_options(timeout=_PATIENCE, max_retries=0).get(url, cast_to=object)
+            return self._client.with_options(timeout=_PROBE_TIMEOUT, max_retries=0).get(url, cast_to=object)
         except (openai.OpenAIError, ValueError):
             return None
 
@@ -115,7 +124,7 @@ class OpenAIChat:
         system = {"role": "system", "content": request.system.text}
         payload: dict[str, Any] = {
             "model": request.model,
-            "messages": [system, *(_message(turn) for turn in request.turns)],
+            "messages": [system, *(_message(message) for message in request.messages)],
             "max_tokens": request.max_tokens,
         }
         if request.effort is not None:
@@ -130,44 +139,44 @@ class OpenAIChat:
         return {"structured_outputs": {"grammar": grammar}} if self.dialect == "vllm" else {}
 
     def count(self, request: Request) -> int:
-        return upper_estimate(request)  # the protocol has no way to ask
+        return estimate_tokens(request)  # the API has no endpoint for counting
 
-    def send(self, request: Request, watch: Watch) -> Reply:
+    def send(self, request: Request, on_text: OnText) -> Reply:
         payload = self.payload(request)
         extra = {name: payload.pop(name) for name in ("grammar", "structured_outputs") if name in payload}
-        received = _Received()
-        with self._told():
+        received = _StreamState()
+        with self._translate_errors():
             stream = self._client.chat.completions.create(
                 **payload, stream=True, stream_options={"include_usage": True}, extra_body=extra or None
             )
             try:
                 with stream:
-                    for text in arriving(received.pieces(stream)):
-                        watch(text)
-            except BrokenStream as error:
-                return self._reply(request, received, Stop.BROKEN, str(error))
+                    for text in read_stream(received.read(stream)):
+                        on_text(text)
+            except StreamError as error:
+                return self._reply(request, received, StopReason.INTERRUPTED, str(error))
         if received.refusals:
-            return self._reply(request, received, Stop.REFUSED, "".join(received.refusals))
-        stop = _STOPS.get(received.stop or "", Stop.BROKEN)
-        said = f"it stopped for `{received.stop}`" if received.stop else "the stream ended early"
-        return self._reply(request, received, stop, said if stop is Stop.BROKEN else "")
+            return self._reply(request, received, StopReason.REFUSED, "".join(received.refusals))
+        stop = _STOP_REASONS.get(received.stop or "", StopReason.INTERRUPTED)
+        reason = f"unknown stop reason `{received.stop}`" if received.stop else "the stream ended early"
+        return self._reply(request, received, stop, reason if stop is StopReason.INTERRUPTED else "")
 
-    def _reply(self, request: Request, received: _Received, stop: Stop, note: str) -> Reply:
-        clean = self._account.clean
-        text, usage = clean("".join(received.texts)), received.usage
+    def _reply(self, request: Request, received: _StreamState, stop: StopReason, note: str) -> Reply:
+        redact = self._account.redact
+        text, usage = redact("".join(received.texts)), received.usage
         if usage == Usage():
-            usage = Usage(upper_estimate(request), answered=tokens_at_most(text))
-        return Reply(text, stop, usage, clean(received.model) or request.model, clean(note)[:200])
+            usage = Usage(estimate_tokens(request), answered=max_token_count(text))
+        return Reply(text, stop, usage, redact(received.model) or request.model, redact(note)[:200])
 
-    def _told(self) -> AbstractContextManager[None]:
-        """Turns the package's exceptions into errors in users' words."""
+    def _translate_errors(self) -> AbstractContextManager[None]:
+        """Translate the SDK's exceptions to SceneError."""
         import openai
 
-        return told(openai, openai.OpenAIError, self._account)
+        return translate_errors(openai, openai.OpenAIError, self._account)
 
 
-class _Received:
-    """What has arrived of an answer."""
+class _StreamState:
+    """Received part of a reply."""
 
     def __init__(self) -> None:
         self.texts: list[str] = []
@@ -176,9 +185,9 @@ class _Received:
         self.usage = Usage()
         self.model = ""
 
-    def pieces(self, stream: Any) -> Iterator[str]:
-        """Read a stream to its end; its texts as they come. Servers leave out what they have nothing to say about."""
-        for chunk in stream:
+    def read(self, stream: Any) -> Iterator[str]:
+        """Read a stream to its end, and yield its texts."""
+        for chunk in stream:  # servers omit fields without a value, so none can be relied on
             self.model = str(getattr(chunk, "model", None) or self.model)
             self.usage = _usage(getattr(chunk, "usage", None)) or self.usage
             for choice in getattr(chunk, "choices", None) or ():
@@ -200,11 +209,11 @@ def _usage(usage: Any) -> Usage | None:
     return Usage(max(0, int(sent) - cached), cached, 0, int(answered))
 
 
-def _message(turn: Turn) -> dict[str, Any]:
-    texts = [part.text for part in turn.parts if isinstance(part, TextContent)]
-    if len(texts) == len(turn.parts):
-        return {"role": turn.role, "content": "\n\n".join(texts)}
-    return {"role": turn.role, "content": [_part(part) for part in turn.parts]}
+def _message(message: Message) -> dict[str, Any]:
+    texts = [part.text for part in message.parts if isinstance(part, TextContent)]
+    if len(texts) == len(message.parts):
+        return {"role": message.role, "content": "\n\n".join(texts)}
+    return {"role": message.role, "content": [_part(part) for part in message.parts]}
 
 
 def _part(part: Part) -> dict[str, Any]:
@@ -213,10 +222,10 @@ def _part(part: Part) -> dict[str, Any]:
         return {"type": "image_url", "image_url": {"url": f"data:{part.media_type};base64,{data}"}}
     if isinstance(part, TextContent):
         return {"type": "text", "text": part.text}
-    raise SceneError("model-request", "this service cannot take a paused answer back")
+    raise SceneError("model-request", "this service cannot continue a paused reply")
 
 
 OPENAI = Family(
-    "openai", "any server of OpenAI's chat completions: vLLM, llama.cpp, Ollama", None, OpenAIChat,
+    "openai", "any server with OpenAI's chat completions API: vLLM, llama.cpp, Ollama", None, OpenAIChat,
     ("OPENAI_API_KEY",), "OPENAI_BASE_URL", "http://localhost:8000/v1", needs_key=False, package="openai",
 )  # fmt: skip

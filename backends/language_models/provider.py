@@ -1,4 +1,4 @@
-"""What a provider of language models is, how one is found, and what goes wrong with them in users' words."""
+"""Providers of language models: interface, discovery, and translation of errors."""
 
 from __future__ import annotations
 
@@ -9,54 +9,70 @@ from importlib.util import find_spec
 from typing import Any, Protocol, TypeVar
 
 from scenelang.backends.base import PluginRegistry
-from scenelang.backends.language_models.catalogue import TIMEOUT, Account, Reply, Request, account
+from scenelang.backends.language_models.catalogue import TIMEOUT, Account, Reply, Request, load_account
 from scenelang.grammar.diagnostics import SceneError
 
 Piece = TypeVar("Piece")
-Watch = Callable[[str], None]  # told of every piece of text as it arrives; raises to stop
+OnText = Callable[[str], None]  # called with every chunk of text as it arrives; an exception cancels the request
 
 
 class Provider(Protocol):
-    """A family of models behind a service. Its methods raise SceneError: ``model-offline``, ``model-key``,
-    ``model-request``."""
+    """Connection to a service. Its methods raise SceneError: "model-offline", "model-key", "model-request"."""
 
     @property
     def name(self) -> str: ...
 
     @property
     def address(self) -> str:
-        """Where requests go, without anything secret."""
+        """Base URL without secrets."""
 
-    def clean(self, text: str) -> str:
-        """A text without the key and other secrets."""
+    def redact(self, text: str) -> str:
+        """Remove the API key and other secrets from a text."""
 
     def payload(self, request: Request) -> dict[str, Any]:
-        """What is sent for a request, as JSON data."""
+        """Return the body of a request as JSON data."""
 
     def count(self, request: Request) -> int:
-        """The tokens of what is sent, as the service counts them or as an upper estimate."""
+        """Return the number of input tokens, as counted by the service, or an upper bound."""
 
-    def send(self, request: Request, watch: Watch) -> Reply:
-        """Send a request and read the answer as it comes. An answer that breaks off has ``Stop.BROKEN``."""
+    def send(self, request: Request, on_text: OnText) -> Reply:
+        """Send a request and stream the reply; an interrupted reply has ``StopReason.INTERRUPTED``."""
 
 
 class BatchProvider(Provider, Protocol):
-    """A provider that also takes many requests at once, cheaper and later."""
+    """Provider with batch processing of requests, at lower prices and with longer delays."""
 
     def submit(self, requests: Mapping[str, Request]) -> str:
-        """Send requests by name; the batch's identifier."""
+        """Submit requests by name; returns the identifier of the batch."""
 
     def pending(self, batch: str) -> int:
-        """How many requests of a batch are not done yet."""
+        """Return the number of unfinished requests of a batch."""
 
     def collect(self, batch: str) -> dict[str, Reply | SceneError]:
-        """The answers of a batch that is done, by name."""
+        """Return the replies of a finished batch by name."""
 
 
 @dataclass(frozen=True, slots=True)
 class Family:
-    """A provider before it is connected: where its key and address come from, and how it is made. Packages add their
-    own through the entry-point group ``scenelang.providers``."""
+    """Type of provider, registered in the entry-point group ``scenelang.providers``.
+
+    Attributes
+    ----------
+    name, doc
+        Name, and one-line description.
+    default_model
+        Model that is used by default.
+    connect
+        Creates a provider for an account.
+    key_variables, address_variable
+        Environment variables of API key and base URL.
+    default_address
+        Default base URL.
+    needs_key
+        Whether an API key is required.
+    package
+        Package that is imported to send requests.
+    """
 
     name: str
     doc: str
@@ -66,113 +82,123 @@ class Family:
     address_variable: str
     default_address: str
     needs_key: bool = True
-    package: str | None = None  # that it imports when a request is sent
+    package: str | None = None
 
 
 PROVIDERS = PluginRegistry("scenelang.providers", "provider", Family, error="value")
 
 
-def family(name: str) -> Family:
-    """The family of a name; raises SceneError with the nearest one."""
+def find_family(name: str) -> Family:
+    """Return the provider type ``name``; raises SceneError if it does not exist."""
     return PROVIDERS.find(name)
 
 
 def connect(name: str, timeout: float = TIMEOUT) -> Provider:
-    """The provider of a name, with its key and address from the environment or the configuration. Raises SceneError."""
-    found = family(name)
+    """Return the provider ``name``, with API key and base URL from the environment or the configuration file.
+
+    Raises SceneError.
+    """
+    found = find_family(name)
     if found.package is not None and not is_installed(found.package):
-        message = f"the provider `{name}` needs the package `{found.package}`"
-        raise SceneError("model-request", message, "pip install 'scenelang[lm]'")
-    return found.connect(replace(connection(found), timeout=timeout))
+        message = f"the provider `{name}` requires the package `{found.package}`"
+        raise SceneError("model-request", message, "install it with `pip install 'scenelang[lm]'`")
+    return found.connect(replace(account_of(found), timeout=timeout))
 
 
 def is_installed(package: str) -> bool:
-    """Whether a package can be imported; imports nothing."""
+    """Return whether a package can be imported, without importing it."""
     try:
         return find_spec(package) is not None
     except ValueError:  # it was imported without a spec, or its import is blocked
         return False
 
 
-def connection(family: Family) -> Account:
-    """The key and the address of a family, from the environment or the configuration. Raises SceneError."""
+def account_of(family: Family) -> Account:
+    """Return API key and base URL of a provider, from the environment or the configuration file; raises SceneError."""
     variables = family.key_variables
-    return account(family.name, variables, family.address_variable, family.default_address, family.needs_key)
+    return load_account(family.name, variables, family.address_variable, family.default_address, family.needs_key)
 
 
-def unconnected(name: str) -> Provider:
-    """The provider of a name for what needs no service: it has no key, and nothing may be sent through it."""
-    found = family(name)
-    return found.connect(account(found.name, (), found.address_variable, found.default_address, needs_key=False))
+def offline_provider(name: str) -> Provider:
+    """Return the provider ``name`` without an API key, for use without sending requests, such as estimates."""
+    found = find_family(name)
+    return found.connect(load_account(found.name, (), found.address_variable, found.default_address, needs_key=False))
 
 
-LONGEST_ANSWER = 2_000_000  # characters; the longest answers of models have a tenth
+MAX_REPLY_LENGTH = 2_000_000  # characters, ten times the longest replies of current models
 
 
-class BrokenStream(Exception):
-    """An answer ended too early, or made no sense on its way."""
+class StreamError(Exception):
+    """Error while reading a streamed reply."""
 
 
-def arriving(pieces: Iterable[Piece]) -> Iterator[Piece]:
-    """The pieces of an answer. Whatever goes wrong while they are read, which libraries have no common class for, is a
-    BrokenStream; what goes wrong where they are used is not."""
+def read_stream(pieces: Iterable[Piece]) -> Iterator[Piece]:
+    """Iterate over a streamed reply, with any error raised while reading converted to StreamError.
+
+    The libraries' errors have no common class. Errors of the code that consumes the pieces are not converted.
+    """
     received = 0
     try:
         for piece in pieces:
             received += len(piece) if isinstance(piece, str) else 0
-            if received > LONGEST_ANSWER:
-                raise BrokenStream(f"it is longer than {LONGEST_ANSWER:,} characters")
+            if received > MAX_REPLY_LENGTH:
+                raise StreamError(f"it is longer than {MAX_REPLY_LENGTH:,} characters")
             yield piece
-    except BrokenStream:
+    except StreamError:
         raise
     except Exception as error:
-        raise BrokenStream(getattr(error, "api_message", None) or str(error) or "the stream ended early") from None
+        raise StreamError(getattr(error, "api_message", None) or str(error) or "the stream ended early") from None
 
 
 @contextmanager
-def told(package: Any, base: type[Exception], account: Account) -> Iterator[None]:
-    """Turns what an SDK raises into errors in users' words. The SDKs of both families name their exceptions alike;
-    ``base`` is what all those of ``package`` derive from."""
+def translate_errors(package: Any, base: type[Exception], account: Account) -> Iterator[None]:
+    """Translate the exceptions of an SDK to SceneError.
+
+    The SDKs of OpenAI and Anthropic have equal class names; ``base`` is the base class of all exceptions of
+    ``package``.
+    """
     try:
         yield
     except package.APIStatusError as error:
-        said = getattr(error, "api_message", None) or error.message
-        raise failure(error.status_code, said, account) from None
+        reason = getattr(error, "api_message", None) or error.message
+        raise request_error(error.status_code, reason, account) from None
     except package.APITimeoutError:
-        said = f"{account.shown_address} did not answer within {account.timeout:g} seconds, several times"
-        raise SceneError("model-offline", said, "--timeout waits longer") from None
+        message = (
+            f"no response from {account.public_address} within {account.timeout:g} seconds, after several attempts"
+        )
+        raise SceneError("model-offline", message, "increase the limit with --timeout") from None
     except package.APIConnectionError as error:
-        raise unreachable(account, str(error.__cause__ or error)) from None
+        raise offline_error(account, str(error.__cause__ or error)) from None
     except base as error:
-        raise failure(None, str(error), account) from None
+        raise request_error(None, str(error), account) from None
 
 
-def failure(status: int | None, said: str, account: Account) -> SceneError:
-    """What a service's refusal of a request means, by its HTTP status."""
-    name, message, hint = _FAILURES.get(status or 0, ("model-request", "the service failed", None))
-    if status is not None and status >= 500 and status not in _FAILURES:
+def request_error(status: int | None, reason: str, account: Account) -> SceneError:
+    """Return the error for a failed request, by its HTTP status."""
+    name, message, hint = _STATUS_ERRORS.get(status or 0, ("model-request", "the service failed", None))
+    if status is not None and status >= 500 and status not in _STATUS_ERRORS:
         message, hint = "the service failed", "try again later"
-    shown = account.clean(" ".join(said.split()))[:300]
+    shown = account.redact(" ".join(reason.split()))[:300]
     code = f" ({status})" if status else ""
     return SceneError(name, f"{message}{code}" + (f": {shown}" if shown else ""), hint)
 
 
-_FAILURES: dict[int, tuple[str, str, str | None]] = {
-    400: ("model-request", "the service does not accept the request", None),
-    401: ("model-key", "the service does not accept the key", "check the key in the environment or the configuration"),
+_STATUS_ERRORS: dict[int, tuple[str, str, str | None]] = {
+    400: ("model-request", "the service rejected the request", None),
+    401: ("model-key", "the service rejected the API key", "check it in the environment or the configuration file"),
     402: ("model-key", "the account has no credit", None),
-    403: ("model-key", "the key may not do this", None),
-    404: ("model-request", "the service does not know the model or the address", "check --model and the base URL"),
-    413: ("model-request", "the request is too large", "send smaller or fewer pictures"),
-    429: ("model-request", "too many requests for this account", "wait a while, then continue with --resume"),
+    403: ("model-key", "the API key lacks the permission", None),
+    404: ("model-request", "unknown model or base URL", "check --model and the base URL"),
+    413: ("model-request", "the request is too large", "send smaller or fewer images"),
+    429: ("model-request", "the rate limit of the account is exceeded", "wait a while, then continue with --resume"),
     529: ("model-request", "the service is overloaded", "wait a while, then continue with --resume"),
 }
 
 
-def unreachable(account: Account, reason: str) -> SceneError:
-    """The one line for a machine that is offline, or a service that is down."""
-    shown = account.clean(" ".join(reason.split()))[:160]
+def offline_error(account: Account, reason: str) -> SceneError:
+    """Return the error for a machine without network or a service that is down."""
+    shown = account.redact(" ".join(reason.split()))[:160]
     return SceneError(
-        "model-offline", f"cannot reach {account.shown_address}" + (f": {shown}" if shown else ""),
-        "is this machine offline? `--dry-run` shows what would be sent",
+        "model-offline", f"cannot reach {account.public_address}" + (f": {shown}" if shown else ""),
+        "check the network connection; `--dry-run` shows requests without sending them",
     )  # fmt: skip

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.files import write_text, written_together, written_whole
+from scenelang.backends.files import atomic_write, atomic_write_all, write_text
 from scenelang.backends.minecraft.blocks import AIR, AIR_STATE, NOTHING, BlockState, Build, merged, trimmed, unified
 from scenelang.backends.minecraft.nbt import (
     Compounds,
@@ -486,7 +486,7 @@ def write_structure(build: Build, path: Path, version: GameVersion) -> list[Path
     pieces = list(_pieces(build))
     is_one = max(build.size) <= LARGEST
     names = [path.name if is_one else f"{path.stem}-{x}-{y}-{z}{path.suffix}" for (x, y, z), _ in pieces]
-    with written_together(path.parent) as folder:
+    with atomic_write_all(path.parent) as folder:
         for name, (_, piece) in zip(names, pieces):
             write_nbt(folder / name, "", _root(piece, version))
     return [path.parent / name for name in names]
@@ -624,7 +624,7 @@ def write_datapack(build: Build, path: Path, version: GameVersion) -> list[Path]
     name = _namespace(path)
     lines = list(place_commands(as_written(build, version), version))
     folder = f"data/{name}/{'functions' if version.is_before(_FIRST_SINGULAR) else 'function'}"
-    with written_whole(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as pack:
+    with atomic_write(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as pack:
         _add_text(pack, "pack.mcmeta", json.dumps({"pack": _metadata(name, version)}, indent=2))
         for function, body in _functions(name, lines, version):
             _add_text(pack, f"{folder}/{function}.mcfunction", "\n".join([*body, ""]))

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from scenelang.backends.minecraft.blocks import AIR_STATE, SIDES, BlockState, Build, Cells, unified
 from scenelang.backends.minecraft.table import BlockKind, BlockTable, alias, load_table, nearest, renamed
 from scenelang.backends.minecraft.voxels import NAMESPACE, Voxels, ignored, modern, namespaced
-from scenelang.backends.neural.clip import by_meaning
+from scenelang.backends.neural.clip import nearest_by_meaning
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, suggest
 
@@ -322,7 +322,7 @@ class Settled:
     warnings: tuple[Diagnostic, ...]
 
 
-def settled(voxels: Voxels, table: BlockTable | None = None, similar: Similar | None = by_meaning) -> Settled:
+def settled(voxels: Voxels, table: BlockTable | None = None, similar: Similar | None = nearest_by_meaning) -> Settled:
     """Resolve ``voxels`` to complete states of the version of ``table``.
 
     Unknown blocks are replaced (see ``resolve``), neighbour-dependent properties are computed unless the program sets

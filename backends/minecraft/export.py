@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.base import Accepts, Backend, BackendOptions, Option, Work, check_settings, frame_of
-from scenelang.backends.files import write_text, written_together, written_whole
+from scenelang.backends.files import atomic_write, atomic_write_all, write_text
 from scenelang.backends.minecraft.blocks import BlockState, Build, Cuboids, merged
 from scenelang.backends.minecraft.build_files import (
     DEFAULT,
@@ -72,7 +72,7 @@ def write_frames(builds: Sequence[Build], path: Path, version: GameVersion) -> l
     sides = dict(zip(("width", "height", "depth"), (high - low).tolist()))
     frames = ("[\n" + ",\n".join(map(json.dumps, _cuboids(build, low))) + "\n]" for build in named)
     head = ", ".join(f"{json.dumps(name)}: {side}" for name, side in sides.items())
-    with written_whole(path) as temporary, temporary.open("w", encoding="utf-8") as file:
+    with atomic_write(path) as temporary, temporary.open("w", encoding="utf-8") as file:
         file.write("{" + head + ', "frames": [' + ",\n".join(frames) + "]}\n")
     return [path]
 
@@ -251,7 +251,7 @@ def _unique(word: str, taken: set[str]) -> str:
 
 
 VOXELIZE = Option(
-    "voxelize", "voxelise primitives and meshes into blocks, N along the longest side", None, least=1, most=1000
+    "voxelize", "voxelise primitives and meshes into blocks, N along the longest side", None, minimum=1, maximum=1000
 )
 PALETTE = Option(
     "palette",
@@ -302,7 +302,7 @@ def _exported(backend: Backend, write: Write, scene: Scene, path: Path, options:
         )
     digits = max(3, len(str(len(roots))))
     written: list[Path] = []
-    with written_together(path.parent) as folder:
+    with atomic_write_all(path.parent) as folder:
         for number, build in enumerate(_builds(backend, roots, options, version), start=1):
             name = path.name if len(roots) == 1 else f"{path.stem}-{number:0{digits}d}{path.suffix}"
             written += write(build, folder / name, version)

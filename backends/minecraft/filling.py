@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.backends.geometry.solids import Solids, solids_of
 from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build, Cells, trimmed, unified
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.minecraft.table import BlockKind, BlockTable, load_table
 from scenelang.backends.minecraft.voxels import BoolArray, FloatArray, IntArray, namespaced
-from scenelang.backends.neural.describing import oklab
+from scenelang.backends.neural.descriptions import oklab
 from scenelang.backends.pictures.appearance import Looks
 from scenelang.backends.pictures.studio import from_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
@@ -172,7 +172,7 @@ def _fill_mesh(cells: Cells, matrices: FloatArray, looks: IntArray) -> None:
     for points, index in _on_triangles(corner - low, along, up):
         _mark(shell, points, looks[index].astype(np.uint32))
     surface = shell != 0
-    inside = need("scipy.ndimage", "'scenelang[minecraft]'").binary_fill_holes(surface) & ~surface
+    inside = require("scipy.ndimage", "'scenelang[minecraft]'").binary_fill_holes(surface) & ~surface
     values, counts = np.unique(looks, return_counts=True)
     shell[inside] = values[np.argmax(counts)]
     part = cells[tuple(slice(a, b) for a, b in zip(low.tolist(), high.tolist()))]

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.files import read_regular, written_whole
+from scenelang.backends.files import atomic_write, read_regular
 from scenelang.backends.minecraft.voxels import MAX_CELLS
 
 # Errors in a file, raised before the name of the file is known.
@@ -308,7 +308,7 @@ class Compounds:
 def write_nbt(path: Path, name: str, root: Mapping[str, Any]) -> None:
     """Write the compound ``root`` named ``name``, compressed with gzip, atomically; raises SceneError("file")."""
     with (
-        written_whole(path) as temporary,
+        atomic_write(path) as temporary,
         temporary.open("wb") as file,
         gzip.GzipFile("", "wb", _LEVEL, file, mtime=0) as packed,
     ):

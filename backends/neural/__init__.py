@@ -1,6 +1,6 @@
-"""Everything that runs a neural model; torch is imported when it is first used.
+"""Neural models and methods that use them; torch is imported on first use.
 
-``weights`` finds models and devices, ``clip``, ``diffusion``, ``mvdream`` and ``grounding`` load them; ``describing``,
-``wording`` and ``sentences`` turn entities into text; ``inversion`` and ``metrics`` are methods of one file. It knows
-nothing of what a user typed.
+``weights`` locates models and devices; ``clip``, ``diffusion``, ``mvdream`` and ``grounding`` load networks;
+``descriptions``, ``wording`` and ``prompts`` convert entities to text; ``inversion`` and ``metrics`` are methods with
+one module each. The package does not depend on the command line.
 """

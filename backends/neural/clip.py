@@ -1,4 +1,7 @@
-"""The text encoder of a CLIP model, with learned vectors in place of handles (Textual Inversion's pseudo-words)."""
+"""CLIP models of OpenCLIP, and prompts with learned token embeddings in place of handles.
+
+Learned embeddings are the pseudo-words of Textual Inversion (Gal et al., "An Image is Worth One Word", 2022).
+"""
 
 from __future__ import annotations
 
@@ -15,17 +18,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import need
-from scenelang.backends.files import reason_of, user_folder, written_whole
-from scenelang.backends.neural.weights import INSTALL, Shelf, shelf
+from scenelang.backends.base import require
+from scenelang.backends.files import atomic_write, reason_of, user_folder
+from scenelang.backends.neural.weights import INSTALL, ModelHub, model_hub
 from scenelang.grammar.diagnostics import SceneError
 
-# OpenCLIP models by name: loaded from a folder, from the hub's cache or from the hub.
+# Loading OpenCLIP models by name, from a folder, the hub's cache or the hub.
 
 
 @dataclass(frozen=True, slots=True)
 class ClipName:
-    """An architecture of OpenCLIP and the tag of its weights; ``weights`` is empty for a folder that has its own."""
+    """OpenCLIP architecture and the tag of its pretrained weights; ``weights`` is empty for a folder."""
 
     architecture: str
     weights: str = ""
@@ -35,20 +38,20 @@ class ClipName:
 
     @staticmethod
     def parse(text: str) -> ClipName:
-        """``ViT-H-14/laion2b_s32b_b79k``, or a folder."""
+        """Parse a name such as ``ViT-H-14/laion2b_s32b_b79k``, or the path of a folder."""
         if Path(text).expanduser().is_dir():
             return ClipName(text)
         architecture, _, weights = text.partition("/")
         return ClipName(architecture, weights)
 
 
-TEXT_SPACE = ClipName("ViT-H-14", "laion2b_s32b_b79k")  # Z_CLIP, the space of the paper's embeddings
-JUDGE = ClipName("ViT-H-14-378-quickgelu", "dfn5b")  # that of its metric
+EMBEDDING_MODEL = ClipName("ViT-H-14", "laion2b_s32b_b79k")  # its text space is the paper's Z_CLIP (section 4)
+SCORE_MODEL = ClipName("ViT-H-14-378-quickgelu", "dfn5b")  # of the paper's CLIP similarity metric
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClipModel:
-    """A model, its tokenizer and the function that prepares a PIL picture for it; weights are frozen."""
+    """CLIP network with frozen weights, its tokenizer, and the preprocessing function ``prepare`` for PIL images."""
 
     name: ClipName
     network: Any
@@ -56,16 +59,16 @@ class ClipModel:
     prepare: Any
 
 
-def load_clip(name: ClipName = TEXT_SPACE, shelf: Shelf | None = None, device: str = "cpu") -> ClipModel:
-    """The model ``name``, ready to encode.
+def load_clip(name: ClipName = EMBEDDING_MODEL, hub: ModelHub | None = None, device: str = "cpu") -> ClipModel:
+    """Load the model ``name`` for inference.
 
-    A folder on the shelf called after the architecture holds ``open_clip_config.json`` and the weights, as OpenCLIP
-    writes them. Raises SceneError: "weights" where these are not to be had, "backend" without the packages.
+    A local folder contains ``open_clip_config.json`` and the weights, as OpenCLIP saves them. Raises SceneError:
+    "value" for an unknown name, "weights" if the weights are unavailable, "backend" without the packages.
     """
-    open_clip = need("open_clip", INSTALL)
-    network, prepare, tokenizer = (shelf or Shelf()).load(
+    open_clip = require("open_clip", INSTALL)
+    network, prepare, tokenizer = (hub or ModelHub()).load(
         name.architecture,
-        lambda folder: _made(open_clip, f"local-dir:{folder}", device),
+        lambda folder: _create(open_clip, f"local-dir:{folder}", device),
         partial(_from_hub, open_clip, name, device),
     )
     network.eval().requires_grad_(False)
@@ -75,38 +78,38 @@ def load_clip(name: ClipName = TEXT_SPACE, shelf: Shelf | None = None, device: s
 def _from_hub(open_clip: Any, name: ClipName, device: str, architecture: str, offline: bool) -> Any:
     if (architecture, name.weights) not in open_clip.list_pretrained():
         known = sorted({tag for model, tag in open_clip.list_pretrained() if model == architecture})
-        hint = f"its weights are {', '.join(known)}" if known else "name a model of OpenCLIP, or a folder"
-        raise SceneError("value", f"OpenCLIP has no model `{name}`", hint=hint)
+        hint = f"available weights: {', '.join(known)}" if known else "specify a model of OpenCLIP, or a folder"
+        raise SceneError("value", f"unknown OpenCLIP model `{name}`", hint=hint)
     if offline:
         _check_cached(open_clip, name)
-    return _made(open_clip, architecture, device, pretrained=name.weights)
+    return _create(open_clip, architecture, device, pretrained=name.weights)
 
 
 def _check_cached(open_clip: Any, name: ClipName) -> None:
-    """Raises FileNotFoundError where the hub would be asked for the weights."""
-    hub = need("huggingface_hub", INSTALL)
+    """Raise FileNotFoundError if the weights would have to be downloaded; OpenCLIP has no offline mode itself."""
+    huggingface_hub = require("huggingface_hub", INSTALL)
     found = open_clip.get_pretrained_cfg(name.architecture, name.weights).get("hf_hub", "")
     repository = found.rstrip("/")
     for file in ("open_clip_model.safetensors", "open_clip_pytorch_model.bin"):
-        if isinstance(hub.try_to_load_from_cache(repository, file), str):
+        if isinstance(huggingface_hub.try_to_load_from_cache(repository, file), str):
             return
     raise FileNotFoundError(f"{repository or name} is not in the cache, and downloads are disabled")
 
 
-def _made(open_clip: Any, architecture: str, device: str, **options: Any) -> Any:
+def _create(open_clip: Any, architecture: str, device: str, **options: Any) -> Any:
     network, _, prepare = open_clip.create_model_and_transforms(architecture, device=device, **options)
     return network, prepare, open_clip.get_tokenizer(architecture)
 
 
-# The image encoder of a CLIP model.
+# Image encoder.
 
 
-_LARGEST = 64_000_000  # pixels
+_MAX_PIXELS = 64_000_000
 
 
 def encode_images(model: ClipModel, pictures: Sequence[Any], batch: int = 16) -> Any:
-    """The embeddings (N, D) of PIL pictures, not normalised; gradients stop here."""
-    torch = need("torch", INSTALL)
+    """Return the embeddings (N, D) of PIL images, not normalised and without gradients."""
+    torch = require("torch", INSTALL)
     device = next(model.network.parameters()).device
     found = []
     with torch.no_grad():
@@ -117,18 +120,18 @@ def encode_images(model: ClipModel, pictures: Sequence[Any], batch: int = 16) ->
 
 
 def open_picture(path: Path | str | BytesIO) -> Any:
-    """A picture file as RGB; raises SceneError("file") where it is none, or too large."""
-    image = need("PIL.Image", "pillow")
+    """Open an image file as an RGB PIL image; raises SceneError("file") if it is unreadable or too large."""
+    image = require("PIL.Image", "pillow")
     try:
         with image.open(path) as picture:
-            if picture.width * picture.height > _LARGEST:
-                raise SceneError("file", f"{path} has more than {_LARGEST:,} pixels")
-            return need("PIL.ImageOps", "pillow").exif_transpose(picture).convert("RGB")
+            if picture.width * picture.height > _MAX_PIXELS:
+                raise SceneError("file", f"{path} has more than {_MAX_PIXELS:,} pixels")
+            return require("PIL.ImageOps", "pillow").exif_transpose(picture).convert("RGB")
     except (OSError, ValueError, SyntaxError, image.DecompressionBombError) as error:
         raise SceneError("file", f"cannot read {path} as an image: {reason_of(error)}") from None
 
 
-# Prompts with handles: text in which `<z2>` stands for learned vectors, or for a text of its own.
+# Prompts with handles: `<z2>` is a placeholder for learned token embeddings, or for the text of that handle.
 
 
 _HANDLE = re.compile(r"<([A-Za-z][A-Za-z0-9_-]*\*?)>")
@@ -136,16 +139,16 @@ _HANDLE = re.compile(r"<([A-Za-z][A-Za-z0-9_-]*\*?)>")
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """The place of the handle ``name`` in a prompt."""
+    """Placeholder of the handle ``name`` in a prompt."""
 
     name: str
 
 
-Prompt = tuple[str | Slot, ...]  # no two texts beside each other, no empty ones
+Prompt = tuple[str | Slot, ...]  # normalised: no empty texts, and no two adjacent texts
 
 
 def parse_prompt(text: str) -> Prompt:
-    """``a <z2> moai`` as its parts: ``("a ", Slot("z2"), " moai")``."""
+    """Parse a text with handles: ``a <z2> moai`` becomes ``("a ", Slot("z2"), " moai")``."""
     pieces: list[str | Slot] = []
     for number, piece in enumerate(_HANDLE.split(text)):
         if number % 2:
@@ -155,8 +158,8 @@ def parse_prompt(text: str) -> Prompt:
     return tuple(pieces)
 
 
-def with_texts(prompt: Prompt, text_of: Callable[[str], str | None]) -> Prompt:
-    """The prompt with the slots that ``text_of`` has a text for written out."""
+def substitute_texts(prompt: Prompt, text_of: Callable[[str], str | None]) -> Prompt:
+    """Replace each slot by ``text_of(name)``; slots for which it returns None remain."""
     pieces: list[str | Slot] = []
     for piece in prompt:
         text = text_of(piece.name) if isinstance(piece, Slot) else piece
@@ -170,239 +173,261 @@ def with_texts(prompt: Prompt, text_of: Callable[[str], str | None]) -> Prompt:
 
 
 def slots(prompt: Prompt) -> tuple[str, ...]:
-    """The names of the handles in a prompt, each once, in order."""
+    """Return the names of the handles in a prompt, without duplicates, in order."""
     return tuple(dict.fromkeys(piece.name for piece in prompt if isinstance(piece, Slot)))
 
 
-# Prompts as the tokens that a text encoder reads, with learned vectors in the places of handles.
+# Tokenized prompts, with learned embeddings at the positions of handles.
 
 
-Vectors = Mapping[str, Any]  # by handle: tensors (K, width) in the space of the tokens' own vectors, K words each
+Vectors = Mapping[str, Any]  # learned token embeddings by handle: tensors (K, width), which occupy K tokens
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Tokens:
-    """Prompts as token numbers ``ids`` (B, T), with ``vectors`` (B, T, width) in the places where ``mask`` (B, T);
-    ``ends`` (B,) are the places of the end tokens."""
+class TokenBatch:
+    """Tokenized prompts: token ``ids`` (B, T); learned ``vectors`` (B, T, width), which replace the embeddings of the
+    tokens where ``mask`` (B, T) is set; and ``eos_positions`` (B,)."""
 
     ids: Any
     vectors: Any
     mask: Any
-    ends: Any
+    eos_positions: Any
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PromptVocabulary:
-    """How an encoder reads text: ``numbers`` gives the tokens of a text, ``start``, ``end`` and ``padding`` stand
-    around them; ``context`` tokens in all, each a vector of ``width``."""
+    """Tokenization of a text encoder: ``tokenize`` maps a text to token ids without special tokens; ``bos``, ``eos``
+    and ``padding`` are the ids of the special tokens; every prompt has ``context_length`` tokens, embedded in ``width``
+    dimensions."""
 
-    numbers: Callable[[str], list[int]]
-    start: int
-    end: int
+    tokenize: Callable[[str], list[int]]
+    bos: int
+    eos: int
     padding: int
-    context: int
+    context_length: int
     width: int
 
 
-def tokens_of(prompts: Sequence[Prompt], vectors: Vectors, vocabulary: PromptVocabulary, device: Any) -> Tokens:
-    """What an encoder reads of each prompt; longer ones are cut, as CLIP does.
+def tokenize_prompts(
+    prompts: Sequence[Prompt], vectors: Vectors, vocabulary: PromptVocabulary, device: Any
+) -> TokenBatch:
+    """Tokenize prompts; longer ones are truncated, as CLIP does.
 
-    Raises SceneError("value") for a handle without vectors, or of vectors of another width.
+    Raises SceneError("value") for a handle without vectors, or with vectors of another width.
     """
-    torch = need("torch", INSTALL)
-    context, width = vocabulary.context, vocabulary.width
-    ids = torch.full((len(prompts), context), vocabulary.padding, dtype=torch.long, device=device)
-    mask = torch.zeros((len(prompts), context), dtype=torch.bool, device=device)
-    rows, ends = [], []
+    torch = require("torch", INSTALL)
+    length, width = vocabulary.context_length, vocabulary.width
+    ids = torch.full((len(prompts), length), vocabulary.padding, dtype=torch.long, device=device)
+    mask = torch.zeros((len(prompts), length), dtype=torch.bool, device=device)
+    rows, eos_positions = [], []
     for b, prompt in enumerate(prompts):
-        pieces = [_piece(piece, vectors, vocabulary) for piece in prompt]
-        numbers = [n for piece, _ in pieces for n in piece][: context - 2]
-        learned = [vector for _, piece in pieces for vector in piece][: context - 2]
-        line = [vocabulary.start, *numbers, vocabulary.end]
+        pieces = [_tokenize_piece(piece, vectors, vocabulary) for piece in prompt]
+        tokens = [n for piece, _ in pieces for n in piece][: length - 2]
+        learned = [vector for _, piece in pieces for vector in piece][: length - 2]
+        line = [vocabulary.bos, *tokens, vocabulary.eos]
         ids[b, : len(line)] = torch.tensor(line, device=device)
         zero = torch.zeros(width, device=device)
         row = [zero, *(zero if vector is None else vector.to(device) for vector in learned)]
-        for place, vector in enumerate(learned, start=1):
-            mask[b, place] = vector is not None
-        rows.append(torch.stack([*row, *[zero] * (context - len(row))]))
-        ends.append(len(line) - 1)
-    return Tokens(ids, torch.stack(rows), mask, torch.tensor(ends, device=device))
+        for position, vector in enumerate(learned, start=1):
+            mask[b, position] = vector is not None
+        rows.append(torch.stack([*row, *[zero] * (length - len(row))]))
+        eos_positions.append(len(line) - 1)
+    return TokenBatch(ids, torch.stack(rows), mask, torch.tensor(eos_positions, device=device))
 
 
-def _piece(piece: str | Slot, vectors: Vectors, vocabulary: PromptVocabulary) -> tuple[list[int], list[Any]]:
-    """The token numbers of a piece, and the vector in place of each, None for a token's own."""
+def _tokenize_piece(piece: str | Slot, vectors: Vectors, vocabulary: PromptVocabulary) -> tuple[list[int], list[Any]]:
+    """Return the token ids of a piece and the learned vector at each; None: the embedding of the token itself."""
     if isinstance(piece, str):
-        numbers = vocabulary.numbers(piece)
-        return numbers, [None] * len(numbers)
+        tokens = vocabulary.tokenize(piece)
+        return tokens, [None] * len(tokens)
     found = vectors.get(piece.name)
     if found is None:
-        raise SceneError("value", f"nothing is known of <{piece.name}>: neither vectors nor a text")
+        raise SceneError("value", f"<{piece.name}> has neither learned vectors nor a text")
     if found.ndim != 2 or found.shape[1] != vocabulary.width:
         shape = " x ".join(map(str, found.shape))
-        message = f"the vectors of <{piece.name}> are {shape}; those of this model are {vocabulary.width} wide"
+        message = (
+            f"the vectors of <{piece.name}> have the shape {shape}, but this model requires width {vocabulary.width}"
+        )
         raise SceneError("value", message, hint="they were learned for another model")
     return [0] * len(found), list(found)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EncodedText:
-    """B prompts encoded: ``words`` (B, T, width) are the states of the last layer after the final norm, ``earlier``
-    those of the layer before (what MVDream and Stable Diffusion 2 listen to), ``pooled`` (B, D) the embedding in
-    Z_CLIP, not normalised."""
+    """Encodings of B prompts.
 
-    words: Any
-    earlier: Any
+    Attributes
+    ----------
+    hidden_states
+        (B, T, width), of the last layer after the final norm.
+    penultimate
+        (B, T, width), of the layer before it after the final norm: the conditioning of MVDream and Stable Diffusion 2.
+    pooled
+        (B, D), the embeddings in Z_CLIP, not normalised.
+    """
+
+    hidden_states: Any
+    penultimate: Any
     pooled: Any
 
 
 class TextEncoder:
-    """Encodes prompts; gradients flow into the vectors and nowhere else."""
+    """Text encoder for prompts; gradients flow into the learned vectors only."""
 
     def __init__(self, model: ClipModel) -> None:
-        self._torch = need("torch", INSTALL)
-        self._text = getattr(model.network, "text", model.network)  # some models have a tower of its own
+        self._torch = require("torch", INSTALL)
+        self._text = getattr(model.network, "text", model.network)  # some architectures have a separate text tower
         self._tokenizer = model.tokenizer
 
     @property
     def width(self) -> int:
-        """Numbers of a token's vector."""
+        """Dimensions of a token embedding."""
         return int(self._text.token_embedding.weight.shape[1])
 
     @property
     def fingerprint(self) -> str:
-        """What tells these weights from others of the same architecture."""
+        """Hash that distinguishes these weights from others of the same architecture."""
         weight = self._text.ln_final.weight.detach().float().cpu().numpy()
         position = self._text.positional_embedding.detach().float().cpu().numpy()
         return hashlib.sha256(weight.tobytes() + position.tobytes()).hexdigest()
 
     @property
-    def context(self) -> int:
-        """Tokens of a prompt, the two at its ends included."""
+    def context_length(self) -> int:
+        """Number of tokens of a prompt, including the two special tokens."""
         return int(self._text.positional_embedding.shape[0])
 
-    def vectors_of(self, text: str) -> Any:
-        """The vectors (K, width) of a text's own tokens: what a pseudo-word may start from."""
+    def token_embeddings(self, text: str) -> Any:
+        """Return the embeddings (K, width) of a text's tokens, from which a pseudo-word may be initialized."""
         ids = self._tokenizer.encode(text)
         device = self._text.token_embedding.weight.device
         return self._text.token_embedding(self._torch.tensor(ids, device=device, dtype=self._torch.long))
 
     def encode(self, prompts: Sequence[Prompt], vectors: Vectors | None = None) -> EncodedText:
-        """The prompts with the vectors of their handles; raises SceneError("value") for a handle without any, or of
-        vectors of another width."""
-        tokens = self.tokens(prompts, vectors or {})
+        """Encode prompts with the vectors of their handles.
+
+        Raises SceneError("value") for a handle without vectors, or with vectors of another width.
+        """
+        tokens = self.tokenize(prompts, vectors or {})
         torch, text = self._torch, self._text
-        own = text.token_embedding(tokens.ids)
-        state = torch.where(tokens.mask[..., None], tokens.vectors.to(own.dtype), own)
-        state = state + text.positional_embedding.to(own.dtype)
+        embedded = text.token_embedding(tokens.ids)
+        state = torch.where(tokens.mask[..., None], tokens.vectors.to(embedded.dtype), embedded)
+        state = state + text.positional_embedding.to(embedded.dtype)
+        # OpenCLIP's encode_text runs all blocks at once; here the state before the last one is needed too
         blocks = list(text.transformer.resblocks)
         mask = text.attn_mask
         for block in blocks[:-1]:
             state = block(state, attn_mask=mask)
-        earlier = text.ln_final(state)
-        words = text.ln_final(blocks[-1](state, attn_mask=mask))
-        pooled = words[torch.arange(len(words), device=words.device), tokens.ends]
+        penultimate = text.ln_final(state)
+        hidden_states = text.ln_final(blocks[-1](state, attn_mask=mask))
+        rows = torch.arange(len(hidden_states), device=hidden_states.device)
+        pooled = hidden_states[rows, tokens.eos_positions]
         projection = text.text_projection
         if projection is not None:
             pooled = projection(pooled) if callable(projection) else pooled @ projection
-        return EncodedText(words, earlier, pooled)
+        return EncodedText(hidden_states, penultimate, pooled)
 
-    def tokens(self, prompts: Sequence[Prompt], vectors: Vectors) -> Tokens:
-        """What the encoder reads of each prompt; longer ones are cut, as CLIP does."""
+    def tokenize(self, prompts: Sequence[Prompt], vectors: Vectors) -> TokenBatch:
+        """Tokenize prompts; longer ones are truncated, as CLIP does."""
         tokenizer = self._tokenizer
         vocabulary = PromptVocabulary(
-            tokenizer.encode, tokenizer.sot_token_id, tokenizer.eot_token_id, 0, self.context, self.width
+            tokenizer.encode, tokenizer.sot_token_id, tokenizer.eot_token_id, 0, self.context_length, self.width
         )
-        return tokens_of(prompts, vectors, vocabulary, self._text.token_embedding.weight.device)
+        return tokenize_prompts(prompts, vectors, vocabulary, self._text.token_embedding.weight.device)
 
 
-# The text encoder of an OpenCLIP model alone, without that of pictures, which is as large again.
+# The text tower of an OpenCLIP model alone, without the image tower, which is as large.
 
 
-_SETTINGS = {"context_length", "vocab_size", "width", "heads", "layers", "mlp_ratio"}
+_SUPPORTED_SETTINGS = {"context_length", "vocab_size", "width", "heads", "layers", "mlp_ratio"}
 
 
-def empty_tower(config: Mapping[str, Any]) -> Any:
-    """The text encoder of a ``model_cfg`` of OpenCLIP on torch's device "meta": shapes without weights.
+def build_text_tower(config: Mapping[str, Any]) -> Any:
+    """Build the text tower of an OpenCLIP ``model_cfg`` on the device "meta", without weights.
 
-    Raises SceneError("weights") where it is more than a plain transformer.
+    Raises SceneError("weights") if it is not a plain transformer.
     """
-    torch = need("torch", INSTALL)
-    transformer = need("open_clip.transformer", INSTALL)
+    torch = require("torch", INSTALL)
+    transformer = require("open_clip.transformer", INSTALL)
     settings = config.get("text_cfg")
     if not isinstance(settings, dict) or not isinstance(config.get("embed_dim"), int):
-        raise SceneError("weights", "the settings of the text encoder are not OpenCLIP's")
-    foreign = sorted(set(settings) - _SETTINGS)
-    if foreign:
-        raise SceneError("weights", f"a text encoder with `{foreign[0]}` cannot be used by a diffusion model here")
+        raise SceneError("weights", "invalid OpenCLIP configuration: expected `text_cfg` and `embed_dim`")
+    unsupported = sorted(set(settings) - _SUPPORTED_SETTINGS)
+    if unsupported:
+        raise SceneError("weights", f"unsupported setting `{unsupported[0]}` of the OpenCLIP text encoder")
     activation = transformer.QuickGELU if config.get("quick_gelu") else torch.nn.GELU
     with torch.device("meta"):
         tower = transformer.TextTransformer(**settings, output_dim=config["embed_dim"], act_layer=activation)
-    tower.attn_mask = tower.build_causal_mask()  # no weight, so no file brings it
+    tower.attn_mask = tower.build_causal_mask()  # not a weight, so it is not in the checkpoint
     return tower
 
 
 def text_weights(tensors: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of an OpenCLIP model's ``tensors`` that are its text encoder's, named as there."""
+    """Return the tensors of the text tower among those of an OpenCLIP checkpoint."""
     own = {key.removeprefix("text."): tensor for key, tensor in tensors.items() if not key.startswith("visual.")}
     return {key: tensor for key, tensor in own.items() if key not in ("logit_scale", "logit_bias", "attn_mask")}
 
 
-def tower_model(name: str, tower: Any) -> ClipModel:
-    """The text encoder with OpenCLIP's tokenizer, which encodes no pictures."""
-    open_clip = need("open_clip", INSTALL)
+def text_only_model(name: str, tower: Any) -> ClipModel:
+    """Return a model with the text tower and OpenCLIP's tokenizer, which cannot encode images."""
+    open_clip = require("open_clip", INSTALL)
     return ClipModel(ClipName(name), tower, open_clip.SimpleTokenizer(context_length=tower.context_length), None)
 
 
-_SENTENCE = "a block of {} in Minecraft"
+# Nearest name by meaning, for unknown Minecraft blocks.
+
+
+_BLOCK_PROMPT = "a block of {} in Minecraft"
 
 
 _BATCH = 32
 
 
-def by_meaning(name: str, candidates: Sequence[str]) -> str | None:
-    """The candidate nearest to ``name`` in OpenCLIP's text space; None where the extra `neural` or the weights are not
-    on this machine: none are fetched for this."""
+def nearest_by_meaning(name: str, candidates: Sequence[str]) -> str | None:
+    """Return the candidate with the largest cosine similarity to ``name`` in OpenCLIP's text space.
+
+    None if the extra `neural` or the weights are not installed locally; this never downloads weights.
+    """
     if find_spec("open_clip") is None or find_spec("torch") is None:
         return None
     try:
-        encoder = _encoder(str(shelf().folder or ""))
+        encoder = _encoder(str(model_hub().folder or ""))
     except SceneError:
         return None
-    known = _known(encoder, tuple(candidates))
-    (wanted,) = _encoded(encoder, [name])
-    return candidates[int(np.argmax(known @ wanted))]
+    embeddings = _candidate_embeddings(encoder, tuple(candidates))
+    (query,) = _embed_names(encoder, [name])
+    return candidates[int(np.argmax(embeddings @ query))]
 
 
 @lru_cache(maxsize=1)
 def _encoder(folder: str) -> TextEncoder:
-    """The encoder of the paper's text space from the shelf at ``folder``, or the hub's cache."""
-    return TextEncoder(load_clip(TEXT_SPACE, shelf(folder or None, fetch=False)))
+    """Return the encoder of the paper's text space, from the local ``folder`` or the hub's cache."""
+    return TextEncoder(load_clip(EMBEDDING_MODEL, model_hub(folder or None, download=False)))
 
 
-def _known(encoder: TextEncoder, names: tuple[str, ...]) -> npt.NDArray[np.float32]:
-    """The embeddings of all blocks' names (N, D), worked out once and kept in the user's cache."""
-    told = "\n".join([str(TEXT_SPACE), encoder.fingerprint, *names])
-    path = user_folder("CACHE") / f"blocks-{hashlib.sha256(told.encode()).hexdigest()[:16]}.npy"
-    kept = _kept(path, len(names))
-    if kept is not None:
-        return kept
-    made = _encoded(encoder, names)
-    _keep(path, made)
-    return made
+def _candidate_embeddings(encoder: TextEncoder, names: tuple[str, ...]) -> npt.NDArray[np.float32]:
+    """Return the unit embeddings (N, D) of all candidate names, cached in the user's cache folder."""
+    key = "\n".join([str(EMBEDDING_MODEL), encoder.fingerprint, *names])
+    path = user_folder("CACHE") / f"blocks-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npy"
+    cached = _load_cached(path, len(names))
+    if cached is not None:
+        return cached
+    embeddings = _embed_names(encoder, names)
+    _save_cached(path, embeddings)
+    return embeddings
 
 
-def _encoded(encoder: TextEncoder, names: Sequence[str]) -> npt.NDArray[np.float32]:
-    """Of length 1 each."""
+def _embed_names(encoder: TextEncoder, names: Sequence[str]) -> npt.NDArray[np.float32]:
+    """Return the unit embeddings (N, D) of block names."""
     rows = []
     for start in range(0, len(names), _BATCH):
-        said = [(_SENTENCE.format(name.replace("_", " ")),) for name in names[start : start + _BATCH]]
-        rows.append(encoder.encode(said).pooled.float().cpu().numpy())
+        prompts = [(_BLOCK_PROMPT.format(name.replace("_", " ")),) for name in names[start : start + _BATCH]]
+        rows.append(encoder.encode(prompts).pooled.float().cpu().numpy())
     matrix: npt.NDArray[np.float32] = np.concatenate(rows, dtype=np.float32)
     matrix /= np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-12)
     return matrix
 
 
-def _kept(path: Path, count: int) -> npt.NDArray[np.float32] | None:
+def _load_cached(path: Path, count: int) -> npt.NDArray[np.float32] | None:
     try:
         found: npt.NDArray[np.float32] = np.load(path, allow_pickle=False)
     except (OSError, ValueError):
@@ -410,11 +435,11 @@ def _kept(path: Path, count: int) -> npt.NDArray[np.float32] | None:
     return found if found.ndim == 2 and len(found) == count else None
 
 
-def _keep(path: Path, matrix: npt.NDArray[np.float32]) -> None:
-    """Written for the next time; where that cannot be, it is worked out again then."""
+def _save_cached(path: Path, matrix: npt.NDArray[np.float32]) -> None:
+    """Save embeddings to the cache, if it is writable."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with written_whole(path) as temporary, temporary.open("wb") as file:
+        with atomic_write(path) as temporary, temporary.open("wb") as file:
             np.save(file, matrix)
     except (OSError, SceneError):
         return

@@ -1,4 +1,4 @@
-"""A diffusion model with all that belongs to it."""
+"""Diffusion models: network, noise schedule, image codec and prompt encoder; multi-view attention of MVDream."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from scenelang.backends.base import need
-from scenelang.backends.neural.clip import Prompt, PromptVocabulary, TextEncoder, Vectors, tokens_of
+from scenelang.backends.base import require
+from scenelang.backends.neural.clip import Prompt, PromptVocabulary, TextEncoder, Vectors, tokenize_prompts
 from scenelang.backends.neural.weights import INSTALL
 from scenelang.backends.pictures.camera import Camera, FloatArray
 from scenelang.grammar.diagnostics import SceneError
@@ -21,31 +21,32 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-# A GPU whose memory is full, told in one line.
+# Errors of CUDA.
 
 
 @contextmanager
-def memory_told() -> Iterator[None]:
-    """Raises SceneError("unsupported") in place of torch's error where the block runs out of the GPU's memory."""
-    torch = need("torch", INSTALL)
+def translate_out_of_memory() -> Iterator[None]:
+    """Translate torch's out-of-memory error in the block to SceneError("unsupported")."""
+    torch = require("torch", INSTALL)
     try:
         yield
     except torch.OutOfMemoryError as error:
-        hint = "smaller pictures or models, fewer Gaussians or steps at once, or --device cpu"
-        raise SceneError("unsupported", "the memory of the GPU is full", hint=hint) from error
+        hint = "use smaller images or models, fewer Gaussians, a smaller batch, or --device cpu"
+        raise SceneError("unsupported", "out of GPU memory", hint=hint) from error
 
 
-# What makes a UNet of diffusers one of several views: cameras as conditions, self-attention over all views (MVDream).
+# Multi-view UNets (Shi et al., "MVDream", 2023, section 3): camera conditioning, and self-attention across all views.
 #
-# The network is a ``UNet2DConditionModel(class_embed_type="projection", projection_class_embeddings_input_dim=16)``.
+# The network is a ``UNet2DConditionModel(class_embed_type="projection", projection_class_embeddings_input_dim=16)``:
+# the camera takes the place of the class embedding.
 
 
-VIEWS = 4  # that MVDream was trained on
+VIEWS = 4  # number of views that MVDream was trained on
 
-# Our world in MVDream's. Ours has +y up, and the front of a thing at +z (azimuth 0). MVDream's is Blender's, +z up,
-# with the front at +x: its sampling script begins with the view of azimuth 90, where `get_camera` puts the eye at +x,
-# and threestudio, which trains with its cameras, counts azimuths from +x with the front at 0. So +z becomes +x, +y
-# becomes +z and, since the turn keeps handedness, +x becomes +y.
+# Rotation from this project's world frame to MVDream's. Here +y is up and an object's front faces +z (azimuth 0).
+# MVDream uses Blender's frame, +z up, with the front at +x: its sampling script starts with the view of azimuth 90, for
+# which `get_camera` places the eye at +x, and threestudio, which trains with its cameras, measures azimuths from +x
+# with the front at 0. So +z maps to +x, +y to +z and, since rotations preserve handedness, +x to +y.
 _WORLD = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
@@ -53,22 +54,22 @@ _WORLD = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
 def camera_row(world_to_camera: FloatArray) -> FloatArray:
-    """The 16 numbers that MVDream knows a camera by, which looks at a thing around the origin.
+    """Return MVDream's camera condition (16,) for a camera that looks at an object around the origin.
 
-    ``world_to_camera`` (4, 4) is rigid, its axes those of ``camera.Camera``. The numbers are the rows of the matrix
-    from camera (x right, y up, z back) to Blender's world, the eye moved to distance 1.
+    ``world_to_camera`` (4, 4) is rigid, with the axes of ``camera.Camera``. The result is the flattened matrix from
+    camera space (OpenGL: x right, y up, z backwards) to Blender's world, with the eye at distance 1.
     """
-    turn = world_to_camera[:3, :3].T
-    eye = -turn @ world_to_camera[:3, 3]
+    rotation = world_to_camera[:3, :3].T
+    eye = -rotation @ world_to_camera[:3, 3]
     pose = np.eye(4)
-    pose[:3, :3] = _WORLD @ turn @ np.diag([1.0, -1.0, -1.0])
+    pose[:3, :3] = _WORLD @ rotation @ np.diag([1.0, -1.0, -1.0])
     pose[:3, 3] = _WORLD @ eye / max(float(np.linalg.norm(eye)), 1e-8)
     return pose.reshape(16)
 
 
 def camera_rows(cameras: Sequence[Camera]) -> Tensor:
-    """(V, 16) of cameras whose thing stands around the origin."""
-    torch = need("torch", INSTALL)
+    """Return MVDream's conditions (V, 16) for V cameras around the origin."""
+    torch = require("torch", INSTALL)
     rows = np.stack([camera_row(camera.world_to_camera) for camera in cameras])
     return torch.from_numpy(rows).float()  # type: ignore[no-any-return]
 
@@ -77,10 +78,10 @@ def camera_rows(cameras: Sequence[Camera]) -> Tensor:
 
 
 def fold_views(network: Any) -> None:
-    """Gives ``network``, a UNet or ControlNet with cameras for classes, what it needs to denoise views together.
+    """Enable joint denoising of views in ``network``, a UNet or ControlNet with camera conditioning.
 
-    It then takes ``cross_attention_kwargs={"views": V}``: each run of V rows of a batch is one group. A row of zeros
-    in ``class_labels`` stands for no camera, and adds nothing to the embedding of the step.
+    The network then accepts ``cross_attention_kwargs={"views": V}``: each V consecutive rows of a batch form a group. A
+    row of zeros in ``class_labels`` means no camera, and adds nothing to the timestep embedding.
     """
     if any(isinstance(processor, FoldedAttention) for processor in network.attn_processors.values()):
         return
@@ -89,10 +90,13 @@ def fold_views(network: Any) -> None:
 
 
 class FoldedAttention:
-    """Attention of diffusers whose tokens look at those of all views of their group; words are looked at as usual."""
+    """Attention processor of diffusers: self-attention over the tokens of all views of a group, usual cross-attention.
+
+    MVDream calls this 3D self-attention: the views are folded into the sequence dimension (section 3.1).
+    """
 
     def __init__(self) -> None:
-        self._plain = need("diffusers.models.attention_processor", INSTALL).AttnProcessor2_0()
+        self._plain = require("diffusers.models.attention_processor", INSTALL).AttnProcessor2_0()
 
     def __call__(
         self,
@@ -103,7 +107,7 @@ class FoldedAttention:
         temb: Tensor | None = None,
         views: int = 1,
     ) -> Tensor:
-        """``hidden_states`` (B, L, C), B a multiple of ``views``; the same shape comes back."""
+        """Apply attention to ``hidden_states`` (B, L, C), where B is a multiple of ``views``; preserves the shape."""
         if encoder_hidden_states is not None:
             found = self._plain(attn, hidden_states, encoder_hidden_states, attention_mask, temb)
             return found  # type: ignore[no-any-return]
@@ -113,30 +117,33 @@ class FoldedAttention:
 
 
 def _without_camera(module: Any, given: tuple[Tensor, ...], embedding: Tensor) -> Tensor:
-    """Nothing for rows without a camera; a camera's own row is never zero, since it ends in 1."""
+    """Zero the embedding of rows without a camera; a camera's row is never zero, since it ends in 1."""
     return embedding * (given[0] != 0).any(-1, keepdim=True)
 
 
-# From pictures to what a diffusion model denoises, and back.
+# Image codecs.
 
 
-class Pixels(Protocol):
-    """Both ways are differentiable. Pictures (B, 3, H, W) are sRGB in [0, 1], H and W multiples of ``factor``;
-    latents (B, C, H / factor, W / factor). What comes back of a picture keeps its type and device."""
+class LatentCodec(Protocol):
+    """Differentiable mapping between images and latents.
+
+    Images (B, 3, H, W) are sRGB in [0, 1], with H and W multiples of ``factor``; latents are
+    (B, C, H / factor, W / factor). The dtype and device of the input are preserved.
+    """
 
     @property
     def factor(self) -> int:
-        """Pixels of a picture for one of the latents, along a side."""
+        """Downsampling factor: pixels per latent along each side."""
 
     def encode(self, pictures: Tensor) -> Tensor:
-        """The latents of pictures."""
+        """Encode images to latents."""
 
     def decode(self, latents: Tensor) -> Tensor:
-        """The pictures of latents, not cut to [0, 1]."""
+        """Decode latents to images, which are not clamped to [0, 1]."""
 
 
 class Autoencoder:
-    """Latents of an AutoencoderKL: the mean of what it takes a picture for, times its scaling factor."""
+    """Latents of an AutoencoderKL: the mean of the posterior, times the scaling factor."""
 
     def __init__(self, network: Any) -> None:
         self._network = network
@@ -155,11 +162,11 @@ class Autoencoder:
         return (found.to(latents.dtype) + 1.0) / 2.0  # type: ignore[no-any-return]
 
 
-class Unshuffled:
-    """Latents of models without an autoencoder: the pixels of squares of ``factor`` x ``factor`` as channels."""
+class PixelUnshuffle:
+    """Latents of pixel-space models: space-to-depth, with blocks of ``factor`` x ``factor`` pixels as channels."""
 
     def __init__(self, factor: int) -> None:
-        self._functional = need("torch.nn.functional", INSTALL)
+        self._functional = require("torch.nn.functional", INSTALL)
         self._factor = factor
 
     @property
@@ -173,18 +180,18 @@ class Unshuffled:
         return (self._functional.pixel_shuffle(latents, self._factor) + 1.0) / 2.0  # type: ignore[no-any-return]
 
 
-# Libraries of models that say on the terminal what we say in errors.
+# Third-party logging.
 
 
 @contextmanager
-def quiet_libraries(bars: bool) -> Iterator[None]:
-    """diffusers and transformers report errors only in the block; ``bars``: they still show how far downloads are."""
-    libraries = [need(f"{name}.utils.logging", INSTALL) for name in ("diffusers", "transformers")]
+def silence_libraries(progress_bars: bool) -> Iterator[None]:
+    """Limit the logging of diffusers and transformers to errors; ``progress_bars``: still show those of downloads."""
+    libraries = [require(f"{name}.utils.logging", INSTALL) for name in ("diffusers", "transformers")]
     levels = [library.get_verbosity() for library in libraries]
     shown = libraries[1].is_progress_bar_enabled()
     for library in libraries:
         library.set_verbosity_error()
-    if not bars and shown:
+    if not progress_bars and shown:
         libraries[1].disable_progress_bar()
     try:
         with warnings.catch_warnings():
@@ -193,95 +200,104 @@ def quiet_libraries(bars: bool) -> Iterator[None]:
     finally:
         for library, level in zip(libraries, levels, strict=True):
             library.set_verbosity(level)
-        if not bars and shown:
+        if not progress_bars and shown:
             libraries[1].enable_progress_bar()
 
 
-# How much noise there is at each step, and what a network's output says of picture and noise.
+# Noise schedule (Ho et al., "Denoising Diffusion Probabilistic Models", 2020).
 
 
-PREDICTIONS = ("epsilon", "v_prediction", "sample")
-_MOST_STEPS = 10_000
+PREDICTION_TYPES = ("epsilon", "v_prediction", "sample")
+_MAX_TIMESTEPS = 10_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Schedule:
-    """``alphas`` (T,) are the shares of the picture's variance that are left after each step, the cumulative products
-    of DDPM; ``prediction``, one of PREDICTIONS, is what the network's output means: the noise, the velocity
-    ``sqrt(a) noise - sqrt(1 - a) clean``, or the clean picture."""
+class NoiseSchedule:
+    """Noise schedule with T timesteps, from 0 (least noise) to T - 1.
 
-    alphas: Tensor
-    prediction: str = "epsilon"
+    Attributes
+    ----------
+    alphas_cumprod
+        (T,), cumulative products of ``1 - beta``: the fraction of the signal's variance left at each timestep.
+    prediction_type
+        Meaning of the network's output, one of PREDICTION_TYPES: the noise, the velocity
+        ``sqrt(a) noise - sqrt(1 - a) original`` (Salimans and Ho 2022), or the original sample.
+    """
+
+    alphas_cumprod: Tensor
+    prediction_type: str = "epsilon"
 
     @property
-    def steps(self) -> int:
-        """T; steps count from 0, the least noise, to T - 1."""
-        return len(self.alphas)
+    def num_timesteps(self) -> int:
+        """Number T of timesteps."""
+        return len(self.alphas_cumprod)
 
-    def noised(self, clean: Tensor, noise: Tensor, steps: Tensor) -> Tensor:
-        """``clean`` (B, ...) with ``noise`` of that shape as after ``steps`` (B,)."""
-        signal, spread = self._shares(clean, steps)
-        return signal * clean + spread * noise
+    def add_noise(self, original: Tensor, noise: Tensor, timesteps: Tensor) -> Tensor:
+        """Return ``original`` (B, ...) with ``noise`` of the same shape added for ``timesteps`` (B,)."""
+        signal, sigma = self._scales(original, timesteps)
+        return signal * original + sigma * noise
 
-    def target(self, clean: Tensor, noise: Tensor, steps: Tensor) -> Tensor:
-        """What the network was trained to say of ``clean`` (B, ...) with ``noise`` as after ``steps`` (B,)."""
-        if self.prediction == "epsilon":
+    def training_target(self, original: Tensor, noise: Tensor, timesteps: Tensor) -> Tensor:
+        """Return the network's training target (B, ...) for ``original`` with ``noise`` at ``timesteps`` (B,)."""
+        if self.prediction_type == "epsilon":
             return noise
-        if self.prediction == "sample":
-            return clean
-        signal, spread = self._shares(clean, steps)
-        return signal * noise - spread * clean
+        if self.prediction_type == "sample":
+            return original
+        signal, sigma = self._scales(original, timesteps)
+        return signal * noise - sigma * original
 
-    def noise_of(self, output: Tensor, noisy: Tensor, steps: Tensor) -> Tensor:
-        """The noise that ``output`` (B, ...) of the network sees in ``noisy`` after ``steps`` (B,)."""
-        if self.prediction == "epsilon":
+    def predicted_noise(self, output: Tensor, noisy: Tensor, timesteps: Tensor) -> Tensor:
+        """Convert the network's ``output`` (B, ...) for ``noisy`` at ``timesteps`` (B,) to noise."""
+        if self.prediction_type == "epsilon":
             return output
-        signal, spread = self._shares(noisy, steps)
-        if self.prediction == "v_prediction":
-            return signal * output + spread * noisy
-        return (noisy - signal * output) / spread
+        signal, sigma = self._scales(noisy, timesteps)
+        if self.prediction_type == "v_prediction":
+            return signal * output + sigma * noisy
+        return (noisy - signal * output) / sigma
 
-    def clean_of(self, output: Tensor, noisy: Tensor, steps: Tensor) -> Tensor:
-        """What ``output`` (B, ...) of the network takes for the picture in ``noisy`` after ``steps`` (B,).
+    def predicted_original(self, output: Tensor, noisy: Tensor, timesteps: Tensor) -> Tensor:
+        """Convert the network's ``output`` (B, ...) for ``noisy`` at ``timesteps`` (B,) to the original sample.
 
-        From predicted noise it is not finite at a step that leaves nothing of the picture.
+        With the prediction type "epsilon" the result is not finite at a timestep without any signal (zero SNR).
         """
-        if self.prediction == "sample":
+        if self.prediction_type == "sample":
             return output
-        signal, spread = self._shares(noisy, steps)
-        if self.prediction == "v_prediction":
-            return signal * noisy - spread * output
-        return (noisy - spread * output) / signal
+        signal, sigma = self._scales(noisy, timesteps)
+        if self.prediction_type == "v_prediction":
+            return signal * noisy - sigma * output
+        return (noisy - sigma * output) / signal
 
-    def _shares(self, like: Tensor, steps: Tensor) -> tuple[Tensor, Tensor]:
-        alphas = self.alphas.to(like.device)[steps.to(like.device)]
+    def _scales(self, like: Tensor, timesteps: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the scales of signal and noise, broadcastable to ``like``."""
+        alphas = self.alphas_cumprod.to(like.device)[timesteps.to(like.device)]
         alphas = alphas.reshape(-1, *[1] * (like.ndim - 1))
         return alphas.sqrt().to(like.dtype), (1.0 - alphas).sqrt().to(like.dtype)
 
 
-def schedule_of(config: Mapping[str, Any]) -> Schedule:
-    """The schedule of a ``scheduler_config.json`` of diffusers, as its DDPMScheduler computes it.
+def schedule_of(config: Mapping[str, Any]) -> NoiseSchedule:
+    """Return the schedule of a ``scheduler_config.json`` of diffusers, computed as by its DDPMScheduler.
 
-    Raises SceneError("weights") for schedules that are not known here.
+    Raises SceneError("weights") for unsupported configurations.
     """
-    torch = need("torch", INSTALL)
+    torch = require("torch", INSTALL)
     prediction = config.get("prediction_type", "epsilon")
-    if prediction not in PREDICTIONS:
-        raise SceneError("weights", f"a scheduler that predicts {prediction!r} is not known ({', '.join(PREDICTIONS)})")
+    if prediction not in PREDICTION_TYPES:
+        message = f"unsupported prediction type {prediction!r}; expected one of {', '.join(PREDICTION_TYPES)}"
+        raise SceneError("weights", message)
     alphas = torch.cumprod(1.0 - _betas(torch, config), dim=0)
     if config.get("rescale_betas_zero_snr"):
-        alphas = _to_nothing(alphas)
+        alphas = _rescale_to_zero_snr(alphas)
     if not bool(torch.isfinite(alphas).all() and (alphas >= 0.0).all() and (alphas <= 1.0).all()):
         raise SceneError("weights", "the scheduler's betas are not between 0 and 1")
-    return Schedule(alphas, prediction)
+    return NoiseSchedule(alphas, prediction)
 
 
 def _betas(torch: Any, config: Mapping[str, Any]) -> Any:
     kind = config.get("beta_schedule", "linear")
     given = config.get("trained_betas")
     steps = len(given) if given is not None else config.get("num_train_timesteps", 1000)
-    if type(steps) is not int or not 2 <= steps <= _MOST_STEPS:
-        raise SceneError("weights", f"a scheduler has 2 to {_MOST_STEPS:,} steps, not {steps!r}")
+    if type(steps) is not int or not 2 <= steps <= _MAX_TIMESTEPS:
+        raise SceneError("weights", f"a scheduler must have 2 to {_MAX_TIMESTEPS:,} timesteps, not {steps!r}")
     if given is not None:
         return torch.tensor(given, dtype=torch.float32)
     start, end = float(config.get("beta_start", 0.0001)), float(config.get("beta_end", 0.02))
@@ -291,43 +307,47 @@ def _betas(torch: Any, config: Mapping[str, Any]) -> Any:
         return torch.linspace(start, end, steps, dtype=torch.float32)
     if kind == "scaled_linear":
         return torch.linspace(start**0.5, end**0.5, steps, dtype=torch.float32) ** 2
-    if kind == "squaredcos_cap_v2":
-        left = [math.cos((i / steps + 0.008) / 1.008 * math.pi / 2.0) ** 2 for i in range(steps + 1)]
-        return torch.tensor([min(1.0 - left[i + 1] / left[i], 0.999) for i in range(steps)], dtype=torch.float32)
-    raise SceneError("weights", f"the beta schedule {kind!r} is not known (linear, scaled_linear, squaredcos_cap_v2)")
+    if kind == "squaredcos_cap_v2":  # cosine schedule (Nichol and Dhariwal 2021, equation 17)
+        bars = [math.cos((i / steps + 0.008) / 1.008 * math.pi / 2.0) ** 2 for i in range(steps + 1)]
+        return torch.tensor([min(1.0 - bars[i + 1] / bars[i], 0.999) for i in range(steps)], dtype=torch.float32)
+    known = "linear, scaled_linear, squaredcos_cap_v2"
+    raise SceneError("weights", f"unsupported beta schedule {kind!r}; expected one of {known}")
 
 
-def _to_nothing(alphas: Any) -> Any:
-    """Shifted and stretched so that the last step leaves nothing of the picture, and the first stays as it is."""
+def _rescale_to_zero_snr(alphas: Any) -> Any:
+    """Rescale ``alphas_cumprod`` to zero signal at the last timestep, preserving the first (Lin et al., "Common
+    Diffusion Noise Schedules and Sample Steps are Flawed", 2024, algorithm 1)."""
     roots = alphas.sqrt()
     first, last = roots[0].clone(), roots[-1].clone()
     return ((roots - last) * (first / (first - last))) ** 2
 
 
-# Prompts as the states that a diffusion model listens to, with learned vectors in place of handles.
+# Text conditioning: the encoder hidden states of prompts, with learned embeddings in place of handles.
 
 
-class Words(Protocol):
-    """Gradients flow into the vectors and nowhere else."""
+class PromptEncoder(Protocol):
+    """Text encoder of a diffusion model; gradients flow into the learned vectors only."""
 
     @property
     def width(self) -> int:
-        """Numbers of a token's vector, and of a state."""
+        """Dimensions of a token embedding and of a hidden state."""
 
     @property
-    def context(self) -> int:
-        """Tokens of a prompt, the two at its ends included."""
+    def context_length(self) -> int:
+        """Number of tokens of a prompt, including the two special tokens."""
 
-    def vectors_of(self, text: str) -> Tensor:
-        """The vectors (K, width) of a text's own tokens: what a pseudo-word may start from."""
+    def token_embeddings(self, text: str) -> Tensor:
+        """Return the embeddings (K, width) of a text's tokens, from which a pseudo-word may be initialized."""
 
     def encode(self, prompts: Sequence[Prompt], vectors: Vectors | None = None) -> Tensor:
-        """The states (B, context, width) of prompts with the vectors of their handles; raises SceneError("value") for
-        a handle without any, or of vectors of another width."""
+        """Return the hidden states (B, context_length, width) of prompts with the vectors of their handles.
+
+        Raises SceneError("value") for a handle without vectors, or with vectors of another width.
+        """
 
 
-class ClipWords:
-    """States of the layer before the last of an OpenCLIP text encoder, what MVDream and Stable Diffusion 2 hear."""
+class ClipPromptEncoder:
+    """Penultimate hidden states of an OpenCLIP text encoder, the conditioning of MVDream and Stable Diffusion 2."""
 
     def __init__(self, encoder: TextEncoder) -> None:
         self._encoder = encoder
@@ -337,29 +357,29 @@ class ClipWords:
         return self._encoder.width
 
     @property
-    def context(self) -> int:
-        return self._encoder.context
+    def context_length(self) -> int:
+        return self._encoder.context_length
 
-    def vectors_of(self, text: str) -> Tensor:
-        return self._encoder.vectors_of(text)  # type: ignore[no-any-return]
+    def token_embeddings(self, text: str) -> Tensor:
+        return self._encoder.token_embeddings(text)  # type: ignore[no-any-return]
 
     def encode(self, prompts: Sequence[Prompt], vectors: Vectors | None = None) -> Tensor:
-        return self._encoder.encode(prompts, vectors).earlier  # type: ignore[no-any-return]
+        return self._encoder.encode(prompts, vectors).penultimate  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PromptEmbeddings:
-    """B prompts encoded: ``words`` (B, T, D) are what attention reads, ``pooled`` (B, D) the states at their ends."""
+    """Encodings of B prompts: ``hidden_states`` (B, T, D), and ``pooled`` (B, D), those at the end-of-text tokens."""
 
-    words: Tensor
+    hidden_states: Tensor
     pooled: Tensor
 
 
-class TransformerWords:
-    """States of the last layer of ``network``, a CLIPTextModel of transformers; ``tokenizer`` is its CLIPTokenizer."""
+class TransformersPromptEncoder:
+    """Last hidden states of ``network``, a CLIPTextModel of transformers, with its CLIPTokenizer."""
 
     def __init__(self, network: Any, tokenizer: Any) -> None:
-        self._torch = need("torch", INSTALL)
+        self._torch = require("torch", INSTALL)
         self.network = network
         self.tokenizer = tokenizer
 
@@ -368,60 +388,79 @@ class TransformerWords:
         return int(self.network.config.hidden_size)
 
     @property
-    def context(self) -> int:
+    def context_length(self) -> int:
         return int(self.network.config.max_position_embeddings)
 
-    def vectors_of(self, text: str) -> Tensor:
+    def token_embeddings(self, text: str) -> Tensor:
         table = self.network.get_input_embeddings()
-        return table(self._torch.tensor(self._numbers(text), device=table.weight.device))  # type: ignore[no-any-return]
+        return table(self._torch.tensor(self._tokenize(text), device=table.weight.device))  # type: ignore[no-any-return]
 
     def encode(self, prompts: Sequence[Prompt], vectors: Vectors | None = None) -> Tensor:
-        return self.encoded(prompts, vectors).words
+        return self.encode_with_pooled(prompts, vectors).hidden_states
 
-    def encoded(self, prompts: Sequence[Prompt], vectors: Vectors | None = None) -> PromptEmbeddings:
-        """As ``encode``, with the states at the ends of the prompts."""
+    def encode_with_pooled(self, prompts: Sequence[Prompt], vectors: Vectors | None = None) -> PromptEmbeddings:
+        """Encode prompts as ``encode`` does, and also return the pooled states."""
         tokenizer = self.tokenizer
         vocabulary = PromptVocabulary(
-            self._numbers,
+            self._tokenize,
             tokenizer.bos_token_id,
             tokenizer.eos_token_id,
             tokenizer.pad_token_id,
-            self.context,
+            self.context_length,
             self.width,
         )
         table = self.network.get_input_embeddings()
-        tokens = tokens_of(prompts, vectors or {}, vocabulary, table.weight.device)
+        tokens = tokenize_prompts(prompts, vectors or {}, vocabulary, table.weight.device)
 
-        def spliced(module: Any, given: Any, own: Tensor) -> Any:
-            return self._torch.where(tokens.mask[..., None], tokens.vectors.to(own.dtype), own)
+        def replace_learned(module: Any, inputs: Any, embedded: Tensor) -> Any:
+            return self._torch.where(tokens.mask[..., None], tokens.vectors.to(embedded.dtype), embedded)
 
         options = {}
         if getattr(self.network.config, "use_attention_mask", False):  # of some checkpoints of Stable Diffusion 2
-            places = self._torch.arange(self.context, device=tokens.ids.device)
-            options["attention_mask"] = (places <= tokens.ends[:, None]).long()
-        hook = table.register_forward_hook(spliced)  # the network itself takes nothing but token numbers
+            positions = self._torch.arange(self.context_length, device=tokens.ids.device)
+            options["attention_mask"] = (positions <= tokens.eos_positions[:, None]).long()
+        hook = table.register_forward_hook(replace_learned)  # CLIPTextModel has no argument for embeddings
         try:
             states = self.network(input_ids=tokens.ids, **options).last_hidden_state
         finally:
             hook.remove()
-        return PromptEmbeddings(states, states[self._torch.arange(len(states), device=states.device), tokens.ends])
+        rows = self._torch.arange(len(states), device=states.device)
+        return PromptEmbeddings(states, states[rows, tokens.eos_positions])
 
-    def _numbers(self, text: str) -> list[int]:
-        """No part of a text is a special token: Stable Diffusion 2 calls its padding "!"."""
+    def _tokenize(self, text: str) -> list[int]:
+        """Tokenize a text without special tokens: a "!" in it is not the padding token of Stable Diffusion 2."""
         return list(self.tokenizer(text, add_special_tokens=False, split_special_tokens=True).input_ids)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Diffusion:
-    """``network`` is a UNet2DConditionModel of diffusers, made ready for its views here; ``size`` the pixels of a
-    picture's side that it was trained on, ``views`` how many pictures it denoises together, 1 where it knows no
-    cameras; ``control`` a ControlNetModel that keeps pictures to a depth map."""
+class DiffusionModel:
+    """Diffusion model with its components.
+
+    Attributes
+    ----------
+    name
+        Name or path from which it was loaded.
+    network
+        UNet2DConditionModel of diffusers.
+    schedule
+        Noise schedule.
+    codec
+        Mapping between images and latents.
+    text_encoder
+        Encoder of prompts.
+    size
+        Side of the training images, in pixels.
+    views
+        Number of images denoised jointly; 1 for a model without camera conditioning.
+    control
+        ControlNetModel for depth maps, or None.
+    """
 
     name: str
     network: Any
-    schedule: Schedule
-    pixels: Pixels
-    words: Words
+    schedule: NoiseSchedule
+    codec: LatentCodec
+    text_encoder: PromptEncoder
     size: int
     views: int = 1
     control: Any = None
@@ -432,55 +471,71 @@ class Diffusion:
                 fold_views(network)
 
     def predict(
-        self, latents: Tensor, steps: Tensor, states: Tensor, cameras: Tensor | None = None, depth: Tensor | None = None
+        self,
+        latents: Tensor,
+        timesteps: Tensor,
+        hidden_states: Tensor,
+        cameras: Tensor | None = None,
+        depth: Tensor | None = None,
     ) -> Tensor:
-        """The network's output (B, C, h, w) for noisy ``latents`` of that shape after ``steps`` (B,), told ``states``
-        (B, T, D) of the prompts.
+        """Return the network's output (B, C, h, w) for noisy latents.
 
-        ``cameras`` (B, 16), rows of ``multiview.camera_rows``: each run of ``views`` rows is denoised together, so B
-        is a multiple of that. Without them every picture is denoised alone and without camera. ``depth`` (B, 3, H, W)
-        in [0, 1] is the control's picture. The weights' type is used inside, that of ``latents`` comes back. Raises
-        SceneError("value") for cameras or depth that this model cannot take.
+        Parameters
+        ----------
+        latents : Tensor
+            (B, C, h, w); the output has their dtype, the network computes in that of its weights.
+        timesteps : Tensor
+            (B,).
+        hidden_states : Tensor
+            (B, T, D), of the prompts.
+        cameras : Tensor, optional
+            (B, 16), from ``camera_rows``. Each ``views`` consecutive rows are denoised jointly, so B is a multiple of
+            ``views``; by default every image is denoised independently and without camera.
+        depth : Tensor, optional
+            (B, 3, H, W) in [0, 1], conditioning image of the ControlNet.
+
+        Raises
+        ------
+        SceneError
+            "value" if the model does not support cameras or depth, or their shape is wrong.
         """
         if cameras is not None:
             self._check(cameras, len(latents))
-        residuals = {} if depth is None else self._controlled(latents, steps, states, cameras, depth)
-        kind = self.network.dtype
+        residuals = {} if depth is None else self._control_residuals(latents, timesteps, hidden_states, cameras, depth)
+        dtype = self.network.dtype
         output = self.network(
-            latents.to(kind),
-            steps,
-            encoder_hidden_states=states.to(kind),
-            **self._conditions(self.network, latents, cameras),
+            latents.to(dtype),
+            timesteps,
+            encoder_hidden_states=hidden_states.to(dtype),
+            **self._camera_conditioning(self.network, latents, cameras),
             **residuals,
             return_dict=False,
         )[0]
         return output.to(latents.dtype)  # type: ignore[no-any-return]
 
-    def _controlled(
-        self, latents: Tensor, steps: Tensor, states: Tensor, cameras: Tensor | None, depth: Tensor
+    def _control_residuals(
+        self, latents: Tensor, timesteps: Tensor, hidden_states: Tensor, cameras: Tensor | None, depth: Tensor
     ) -> dict[str, Any]:
-        """What the control adds to the network's own features."""
+        """Return the residuals that the ControlNet adds to the features of the UNet."""
         if self.control is None:
-            hint = "name a ControlNet for depth that belongs to it"
-            raise SceneError(
-                "value", f"the model `{self.name}` has no control, so it cannot keep to a depth", hint=hint
-            )
-        kind, own = self.control.dtype, self.network.dtype
+            message = f"the model `{self.name}` has no ControlNet, so it cannot be conditioned on depth"
+            raise SceneError("value", message, hint="specify a depth ControlNet for this model")
+        dtype, unet_dtype = self.control.dtype, self.network.dtype
         down, middle = self.control(
-            latents.to(kind),
-            steps,
-            encoder_hidden_states=states.to(kind),
-            controlnet_cond=depth.to(kind),
-            **self._conditions(self.control, latents, cameras),
+            latents.to(dtype),
+            timesteps,
+            encoder_hidden_states=hidden_states.to(dtype),
+            controlnet_cond=depth.to(dtype),
+            **self._camera_conditioning(self.control, latents, cameras),
             return_dict=False,
         )
         return {
-            "down_block_additional_residuals": [part.to(own) for part in down],
-            "mid_block_additional_residual": middle.to(own),
+            "down_block_additional_residuals": [part.to(unet_dtype) for part in down],
+            "mid_block_additional_residual": middle.to(unet_dtype),
         }
 
-    def _conditions(self, network: Any, latents: Tensor, cameras: Tensor | None) -> dict[str, Any]:
-        """Cameras and groups as ``network`` takes them."""
+    def _camera_conditioning(self, network: Any, latents: Tensor, cameras: Tensor | None) -> dict[str, Any]:
+        """Return the keyword arguments of ``network`` for cameras and view groups."""
         if self.views == 1 or network.class_embedding is None:
             return {}
         rows = latents.new_zeros((len(latents), 16)) if cameras is None else cameras
@@ -492,8 +547,8 @@ class Diffusion:
 
     def _check(self, cameras: Tensor, count: int) -> None:
         if self.views == 1:
-            raise SceneError("value", f"the model `{self.name}` denoises single pictures and knows no cameras")
+            raise SceneError("value", f"the model `{self.name}` denoises single images and has no camera conditioning")
         if cameras.shape != (count, 16) or count % self.views:
             shape = " x ".join(map(str, cameras.shape))
-            message = f"{count} pictures with cameras of {shape} numbers; `{self.name}` wants groups of {self.views}"
-            raise SceneError("value", f"{message}, and 16 numbers each")
+            message = f"`{self.name}` expects cameras of shape B x 16 with B a multiple of {self.views}"
+            raise SceneError("value", f"{message}, got {shape} for {count} images")

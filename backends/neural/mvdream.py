@@ -1,4 +1,7 @@
-"""MVDream's original checkpoint, one file, as UNet and autoencoder of diffusers and OpenCLIP's text encoder."""
+"""MVDream's original checkpoint: conversion to a UNet and autoencoder of diffusers and OpenCLIP's text encoder.
+
+The checkpoint is one file with the key names of CompVis' latent diffusion code.
+"""
 
 from __future__ import annotations
 
@@ -12,90 +15,90 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from scenelang.backends.base import need
-from scenelang.backends.files import written_together
-from scenelang.backends.neural.clip import empty_tower, text_weights
+from scenelang.backends.base import require
+from scenelang.backends.files import atomic_write_all
+from scenelang.backends.neural.clip import build_text_tower, text_weights
 from scenelang.backends.neural.weights import INSTALL
 from scenelang.grammar.diagnostics import SceneError
 
-# Tensors of a file put into a network, where they are those of that network.
+# Reading weights, with strict checks of names and shapes.
 
 
-_LARGEST_CONFIG = 1_000_000
+_MAX_CONFIG_BYTES = 1_000_000
 
 
-def fitted(source: str, network: Any, tensors: Mapping[str, Any], called: Mapping[str, str] | None = None) -> Any:
-    """``network``, which may be on torch's device "meta", with ``tensors`` for its weights.
+def load_weights(
+    source: str, network: Any, tensors: Mapping[str, Any], source_names: Mapping[str, str] | None = None
+) -> Any:
+    """Load ``tensors`` into ``network``, which may be on the device "meta"; returns it frozen.
 
-    ``called`` are other names of the keys, for messages. Raises SceneError("weights") that names the first key which
-    is missing, foreign, or has another shape.
+    ``source_names`` maps keys to their names in the file, for messages. Raises SceneError("weights") with the first key
+    that is missing, unexpected, or has another shape.
     """
-    names = called or {}
-    wanted = network.state_dict()
-    for key, like in wanted.items():
+    names = source_names or {}
+    expected = network.state_dict()
+    for key, like in expected.items():
         if key not in tensors:
-            raise other_model(source, f"`{names.get(key, key)}` is missing")
+            raise weights_mismatch(source, f"missing key `{names.get(key, key)}`")
         if tensors[key].shape != like.shape:
-            found, meant = (" x ".join(map(str, shape)) for shape in (tensors[key].shape, like.shape))
-            raise other_model(source, f"`{names.get(key, key)}` has the shape {found}, not {meant}")
+            found, shape = (" x ".join(map(str, each)) for each in (tensors[key].shape, like.shape))
+            raise weights_mismatch(source, f"`{names.get(key, key)}` has the shape {found}, expected {shape}")
     for key in tensors:
-        if key not in wanted:
-            raise other_model(source, f"`{key}` does not belong there")
+        if key not in expected:
+            raise weights_mismatch(source, f"unexpected key `{key}`")
     network.load_state_dict(dict(tensors), assign=True)
     return network.eval().requires_grad_(False)
 
 
-def other_model(source: str, why: str) -> SceneError:
-    """The error for weights of another model than that which ``source`` should hold."""
-    return SceneError("weights", f"{source} holds no weights of that model: {why}")
+def weights_mismatch(source: str, reason: str) -> SceneError:
+    """Return the error for a ``source`` that does not contain the weights of the expected model."""
+    return SceneError("weights", f"{source} does not contain the weights of the expected model: {reason}")
 
 
 def read_tensors(path: Path) -> dict[str, Any]:
-    """The tensors of a ``.safetensors``, ``.pt`` or ``.ckpt`` file, by name; those of the last two under
-    ``state_dict`` where that is there. Nothing in the file is run, and torch maps it rather than reads it where it can.
+    """Read the tensors of a ``.safetensors``, ``.pt`` or ``.ckpt`` file, by name.
 
-    Raises SceneError("weights") for what holds anything else.
+    Of the last two formats, ``state_dict`` is read if it exists. No code in the file is executed, and torch
+    memory-maps it if possible. Raises SceneError("weights") if the file contains anything but tensors.
     """
-    torch = need("torch", INSTALL)
+    torch = require("torch", INSTALL)
     try:
         if path.suffix.lower() == ".safetensors":
-            return dict(need("safetensors.torch", INSTALL).load_file(path))
+            return dict(require("safetensors.torch", INSTALL).load_file(path))
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about files that are refused anyway
-            held = torch.load(path, map_location="cpu", weights_only=True, mmap=zipfile.is_zipfile(path))
-    except pickle.UnpicklingError:  # torch's own message advises to trust the file
-        raise other_model(path.name, "it has more than tensors in it, or is broken") from None
-    except Exception as error:  # what the libraries raise for broken files has no common type
-        raise other_model(path.name, " ".join(str(error).split())[:160] or type(error).__name__) from error
-    inner = held.get("state_dict", held) if isinstance(held, dict) else None
-    if not isinstance(inner, dict) or not all(
-        isinstance(key, str) and isinstance(value, torch.Tensor) for key, value in inner.items()
+            warnings.simplefilter("ignore")  # concerns files that are rejected anyway
+            loaded = torch.load(path, map_location="cpu", weights_only=True, mmap=zipfile.is_zipfile(path))
+    except pickle.UnpicklingError:  # torch's message recommends weights_only=False, which executes code in the file
+        raise weights_mismatch(path.name, "it is damaged or contains objects other than tensors") from None
+    except Exception as error:  # the libraries' errors for damaged files have no common type
+        raise weights_mismatch(path.name, " ".join(str(error).split())[:160] or type(error).__name__) from error
+    tensors = loaded.get("state_dict", loaded) if isinstance(loaded, dict) else None
+    if not isinstance(tensors, dict) or not all(
+        isinstance(key, str) and isinstance(value, torch.Tensor) for key, value in tensors.items()
     ):
-        raise other_model(path.name, "it is not a state dict: expected tensors by name")
-    return inner
+        raise weights_mismatch(path.name, "it is not a state dict: expected tensors by name")
+    return tensors
 
 
 def read_config(path: Path) -> dict[str, Any]:
-    """A JSON object of settings; raises SceneError("weights") for anything else."""
+    """Read a JSON object; raises SceneError("weights") for any other content."""
     try:
-        if path.stat().st_size > _LARGEST_CONFIG:
-            raise other_model(str(path), "it is too large for settings")
+        if path.stat().st_size > _MAX_CONFIG_BYTES:
+            raise weights_mismatch(str(path), f"expected a configuration of at most {_MAX_CONFIG_BYTES:,} bytes")
         data = json.loads(path.read_text("utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise other_model(str(path), str(error)[:160]) from error
+        raise weights_mismatch(str(path), str(error)[:160]) from error
     if not isinstance(data, dict):
-        raise other_model(str(path), "it is no JSON object")
+        raise weights_mismatch(str(path), "expected a JSON object")
     return data
 
 
-# What the weights of MVDream's original checkpoint are called in diffusers and OpenCLIP.
-#
-# The names of the UNet count blocks in one row where diffusers counts by level; those of the autoencoder differ in
-# words. Maps go from diffusers' names to the checkpoint's.
+# Key names of the original checkpoint. CompVis numbers the UNet's blocks consecutively, diffusers by level; the
+# autoencoders' names differ in words. The mappings go from diffusers' names to the checkpoint's.
 
 
 UNET, VAE, TEXT = "model.diffusion_model.", "first_stage_model.", "cond_stage_model.model."
-NO_WEIGHTS = {  # tables of the noise schedule that the checkpoint keeps, and what the text encoder never uses
+NO_WEIGHTS = {  # buffers of the noise schedule in the checkpoint, and parts of CLIP that the text encoder does not use
     "betas", "alphas_cumprod", "alphas_cumprod_prev", "sqrt_alphas_cumprod", "sqrt_one_minus_alphas_cumprod",
     "log_one_minus_alphas_cumprod", "sqrt_recip_alphas_cumprod", "sqrt_recipm1_alphas_cumprod", "posterior_variance",
     "posterior_log_variance_clipped", "posterior_mean_coef1", "posterior_mean_coef2", f"{TEXT}logit_scale",
@@ -137,44 +140,44 @@ _VAE_WORDS = (
     (r"\.conv_shortcut\.", ".nin_shortcut."),
     (r"\.conv_norm_out\.", ".norm_out."),
 )
-_CONVOLVED = re.compile(r"\.attn_1\.(q|k|v|proj_out)\.weight$")  # linear layers that the checkpoint has as convolutions
+_CONVOLUTIONS = re.compile(r"\.attn_1\.(q|k|v|proj_out)\.weight$")  # 1 x 1 convolutions there, linear in diffusers
 
 
 def unet_names(keys: Iterable[str]) -> dict[str, str]:
-    """The checkpoint's names of a UNet's ``keys``, all that it has."""
+    """Map all ``keys`` of a UNet of diffusers to the checkpoint's names."""
     known = list(keys)
     layers = len({key.split(".")[3] for key in known if key.startswith("down_blocks.0.resnets.")})
-    attentive = {key.split(".")[1] for key in known if re.match(r"up_blocks\.\d+\.attentions\.", key)}
-    return {key: UNET + _unet_name(key, layers, attentive) for key in known}
+    attention_blocks = {key.split(".")[1] for key in known if re.match(r"up_blocks\.\d+\.attentions\.", key)}
+    return {key: UNET + _unet_name(key, layers, attention_blocks) for key in known}
 
 
-def _unet_name(key: str, layers: int, attentive: set[str]) -> str:
+def _unet_name(key: str, layers: int, attention_blocks: set[str]) -> str:
     level = _LEVEL.match(key)
     if level is None:
-        for ours, theirs in _ENDS.items():
-            if key.startswith(f"{ours}."):
-                rest = key.removeprefix(f"{ours}.")
-                return f"{theirs}.{_inside(rest) if '.resnets.' in ours else rest}"
+        for name, original in _ENDS.items():
+            if key.startswith(f"{name}."):
+                rest = key.removeprefix(f"{name}.")
+                return f"{original}.{_resnet_name(rest) if '.resnets.' in name else rest}"
         return key
-    way, block, kind, number = level[1], int(level[2]), level[3], int(level[4])
+    direction, block, kind, number = level[1], int(level[2]), level[3], int(level[4])
     rest = key[level.end() :]
     first = block * (layers + 1)
     if kind == "downsamplers":
         return f"input_blocks.{first + layers + 1}.0.op.{rest.removeprefix('conv.')}"
     if kind == "upsamplers":
-        return f"output_blocks.{first + layers}.{2 if level[2] in attentive else 1}.{rest}"
-    row = f"input_blocks.{first + number + 1}" if way == "down" else f"output_blocks.{first + number}"
-    return f"{row}.0.{_inside(rest)}" if kind == "resnets" else f"{row}.1.{rest}"
+        return f"output_blocks.{first + layers}.{2 if level[2] in attention_blocks else 1}.{rest}"
+    row = f"input_blocks.{first + number + 1}" if direction == "down" else f"output_blocks.{first + number}"
+    return f"{row}.0.{_resnet_name(rest)}" if kind == "resnets" else f"{row}.1.{rest}"
 
 
-def _inside(rest: str) -> str:
-    """A name within a residual block."""
+def _resnet_name(rest: str) -> str:
+    """Return the checkpoint's name of a key relative to its residual block."""
     part, _, leaf = rest.partition(".")
     return f"{_RESNET.get(part, part)}.{leaf}"
 
 
 def vae_names(keys: Iterable[str]) -> dict[str, str]:
-    """The checkpoint's names of an autoencoder's ``keys``, all that it has."""
+    """Map all ``keys`` of an autoencoder of diffusers to the checkpoint's names."""
     known = list(keys)
     levels = len({key.split(".")[2] for key in known if key.startswith("decoder.up_blocks.")})
     return {key: VAE + _vae_name(key, levels) for key in known}
@@ -182,31 +185,31 @@ def vae_names(keys: Iterable[str]) -> dict[str, str]:
 
 def _vae_name(key: str, levels: int) -> str:
     name = re.sub(r"\.up_blocks\.(\d+)\.", lambda found: f".up.{levels - 1 - int(found[1])}.", key)
-    for ours, theirs in _VAE_WORDS:
-        name = re.sub(ours, theirs, name)
+    for pattern, original in _VAE_WORDS:
+        name = re.sub(pattern, original, name)
     return name
 
 
 def text_names(keys: Iterable[str]) -> dict[str, str]:
-    """The checkpoint's names of the ``keys`` of an OpenCLIP text encoder."""
+    """Map the ``keys`` of an OpenCLIP text encoder to the checkpoint's names."""
     return {key: TEXT + key for key in keys}
 
 
 def from_checkpoint(tensors: Mapping[str, Any], prefix: str, names: Mapping[str, str]) -> dict[str, Any]:
-    """The checkpoint's tensors that begin with ``prefix``, by our names; those that have none keep their own."""
-    ours = {theirs: key for key, theirs in names.items()}
+    """Rename the checkpoint's tensors that begin with ``prefix`` by the inverse of ``names``; unknown keys remain."""
+    keys = {original: key for key, original in names.items()}
     found = {}
     for key, tensor in tensors.items():
         if key.startswith(prefix) and key not in NO_WEIGHTS:
-            flat = _CONVOLVED.search(key) and tensor.ndim == 4 and tensor.shape[2:] == (1, 1)
-            found[ours.get(key, key)] = tensor[:, :, 0, 0] if flat else tensor
+            is_convolution = _CONVOLUTIONS.search(key) and tensor.ndim == 4 and tensor.shape[2:] == (1, 1)
+            found[keys.get(key, key)] = tensor[:, :, 0, 0] if is_convolution else tensor
     return found
 
 
 def to_checkpoint(tensors: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
-    """Our tensors by the checkpoint's names: what ``from_checkpoint`` takes back."""
+    """Rename tensors to the checkpoint's names: the inverse of ``from_checkpoint``."""
     found = {names[key]: tensor for key, tensor in tensors.items()}
-    return {key: tensor[:, :, None, None] if _CONVOLVED.search(key) else tensor for key, tensor in found.items()}
+    return {key: tensor[:, :, None, None] if _CONVOLUTIONS.search(key) else tensor for key, tensor in found.items()}
 
 
 REPOSITORY, FILE = "MVDream/MVDream", "sd-v2.1-base-4view.pt"
@@ -260,8 +263,17 @@ def _scheduler() -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Architecture:
-    """The settings of the networks in a checkpoint: those of diffusers' UNet2DConditionModel and AutoencoderKL, a
-    ``model_cfg`` of OpenCLIP, and a scheduler's. By default those of ``sd-v2.1-base-4view.pt``."""
+    """Configurations of the networks in a checkpoint; the defaults are those of ``sd-v2.1-base-4view.pt``.
+
+    Attributes
+    ----------
+    unet, vae
+        Arguments of UNet2DConditionModel and AutoencoderKL of diffusers.
+    text
+        ``model_cfg`` of OpenCLIP.
+    scheduler
+        Configuration of a scheduler of diffusers.
+    """
 
     unet: Mapping[str, Any] = field(default_factory=_unet)
     vae: Mapping[str, Any] = field(default_factory=_vae)
@@ -274,7 +286,7 @@ ORIGINAL = Architecture()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Networks:
-    """A UNet2DConditionModel, an AutoencoderKL, and the text encoder of an OpenCLIP model."""
+    """UNet2DConditionModel, AutoencoderKL, and the text encoder of an OpenCLIP model."""
 
     unet: Any
     vae: Any
@@ -282,32 +294,32 @@ class Networks:
 
 
 def empty_networks(architecture: Architecture = ORIGINAL) -> Networks:
-    """The networks on torch's device "meta": names and shapes without weights."""
-    torch = need("torch", INSTALL)
-    diffusers = need("diffusers", INSTALL)
+    """Build the networks on the device "meta": names and shapes without weights."""
+    torch = require("torch", INSTALL)
+    diffusers = require("diffusers", INSTALL)
     with torch.device("meta"):
         unet = diffusers.UNet2DConditionModel(**architecture.unet)
         vae = diffusers.AutoencoderKL(**architecture.vae)
-    return Networks(unet, vae, empty_tower(architecture.text))
+    return Networks(unet, vae, build_text_tower(architecture.text))
 
 
 def read_mvdream(path: Path, architecture: Architecture = ORIGINAL) -> Networks:
-    """The networks of a checkpoint, on the CPU; raises SceneError("weights") where it is not one of these."""
+    """Load the networks of a checkpoint on the CPU; raises SceneError("weights") if it is not one of MVDream."""
     tensors = read_tensors(path)
     for key in tensors:
         if not key.startswith((UNET, VAE, TEXT)) and key not in NO_WEIGHTS:
-            raise other_model(path.name, f"`{key}` does not belong there")
+            raise weights_mismatch(path.name, f"unexpected key `{key}`")
     empty = empty_networks(architecture)
     parts = ((empty.unet, UNET, unet_names), (empty.vae, VAE, vae_names), (empty.text, TEXT, text_names))
     found = []
-    for network, prefix, naming in parts:
-        names = naming(network.state_dict())
-        found.append(fitted(path.name, network, from_checkpoint(tensors, prefix, names), names))
+    for network, prefix, names_of in parts:
+        names = names_of(network.state_dict())
+        found.append(load_weights(path.name, network, from_checkpoint(tensors, prefix, names), names))
     return Networks(*found)
 
 
 def mvdream_tensors(networks: Networks) -> dict[str, Any]:
-    """The checkpoint of networks: what ``read_mvdream`` reads back."""
+    """Return the tensors of a checkpoint with these networks: the inverse of ``read_mvdream``."""
     unet, vae, text = networks.unet.state_dict(), networks.vae.state_dict(), text_weights(networks.text.state_dict())
     return {
         **to_checkpoint(unet, unet_names(unet)),
@@ -317,22 +329,22 @@ def mvdream_tensors(networks: Networks) -> dict[str, Any]:
 
 
 def convert_mvdream(path: Path, folder: Path, architecture: Architecture = ORIGINAL) -> None:
-    """Write the checkpoint ``path`` as the new ``folder`` that ``loading.load_diffusion`` reads, whole or not at all.
+    """Convert the checkpoint ``path`` to a new ``folder`` for ``load_diffusion``, atomically.
 
-    Raises SceneError: "weights" for another file, "file" where the folder cannot be written or is there already.
+    Raises SceneError: "weights" for any other file, "file" if the folder exists or cannot be written.
     """
-    safetensors = need("safetensors.torch", INSTALL)
+    safetensors = require("safetensors.torch", INSTALL)
     networks = read_mvdream(path, architecture)
-    with written_together(folder.parent) as made:
-        place = made / folder.name
-        networks.unet.save_pretrained(place / "unet")
-        networks.vae.save_pretrained(place / "vae")
-        (place / "text").mkdir()
+    with atomic_write_all(folder.parent) as made:
+        target = made / folder.name
+        networks.unet.save_pretrained(target / "unet")
+        networks.vae.save_pretrained(target / "vae")
+        (target / "text").mkdir()
         text = {key: tensor.contiguous() for key, tensor in text_weights(networks.text.state_dict()).items()}
-        safetensors.save_file(text, place / "text" / "open_clip_model.safetensors")
-        _write(place / "text" / "open_clip_config.json", {"model_cfg": dict(architecture.text)})
-        (place / "scheduler").mkdir()
-        _write(place / "scheduler" / "scheduler_config.json", dict(architecture.scheduler))
+        safetensors.save_file(text, target / "text" / "open_clip_model.safetensors")
+        _write(target / "text" / "open_clip_config.json", {"model_cfg": dict(architecture.text)})
+        (target / "scheduler").mkdir()
+        _write(target / "scheduler" / "scheduler_config.json", dict(architecture.scheduler))
 
 
 def _write(path: Path, data: Mapping[str, Any]) -> None:

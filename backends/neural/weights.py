@@ -1,4 +1,4 @@
-"""Where the weights of neural models are: a folder of the user's, the hub's cache here, or the hub itself."""
+"""Model hub: locate the weights of neural models in a local folder, the Hugging Face cache or the hub, and a device."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from textwrap import shorten
 from typing import TypeVar
 from urllib.parse import urlsplit
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import setting
 
@@ -21,77 +21,90 @@ T = TypeVar("T")
 VARIABLE = "SCENELANG_MODELS"
 _HUB = "https://huggingface.co"
 _PROXIES = ("HTTPS_PROXY", "https_proxy", "HTTP_PROXY", "http_proxy", "ALL_PROXY", "all_proxy")
-_PATIENCE = 3.0  # seconds
-_NOT_FETCHED = ("LocalEntryNotFoundError", "OfflineModeIsEnabled")
+_TIMEOUT = 3.0  # of the connection test, in seconds
+_OFFLINE_ERRORS = ("LocalEntryNotFoundError", "OfflineModeIsEnabled")  # of huggingface_hub
 INSTALL = '"scenelang[neural]"'
 
 
 @dataclass(frozen=True, slots=True)
-class Shelf:
-    """``folder`` holds models in folders of their own, None where the user has none; ``fetch`` lets the hub be asked
-    for what is not on this machine."""
+class ModelHub:
+    """Source of model weights: a local ``folder`` with one subfolder per model (None: no such folder), then the hub's
+    cache, then a download, which ``download`` permits."""
 
     folder: Path | None = None
-    fetch: bool = True
+    download: bool = True
 
-    def place(self, name: str) -> Path | None:
-        """The folder of the model ``name``: ``name`` itself where it is one, else the shelf's ``org/name``,
-        ``org--name`` or ``name``; None where there is none."""
+    def find_folder(self, name: str) -> Path | None:
+        """Return the local folder of the model ``name``, or None.
+
+        ``name`` may be a path; otherwise the folder's ``org/name``, ``org--name`` and ``name`` are tried.
+        """
         own = Path(name).expanduser()
         if own.is_dir():
             return own
         if self.folder is None:
             return None
-        inside = (self.folder / part for part in (name, name.replace("/", "--"), name.rsplit("/", 1)[-1]))
-        return next((place for place in inside if place.is_dir()), None)
+        candidates = (self.folder / part for part in (name, name.replace("/", "--"), name.rsplit("/", 1)[-1]))
+        return next((folder for folder in candidates if folder.is_dir()), None)
 
     def load(
-        self, name: str, local: Callable[[Path], T], hub: Callable[[str, bool], T], address: str | None = None
+        self,
+        name: str,
+        load_local: Callable[[Path], T],
+        load_remote: Callable[[str, bool], T],
+        address: str | None = None,
     ) -> T:
-        """What ``local(folder)`` makes of the model's folder, else ``hub(name, offline)`` of its name. ``address``:
-        where the weights are fetched from, by default the hub of Hugging Face.
+        """Load a model with ``load_local(folder)`` if it has a local folder, else with ``load_remote(name, offline)``.
 
-        Raises SceneError("weights") where the weights are not to be had, or are no weights of that model.
+        ``address`` is the server to download from; default: the Hugging Face hub. Raises SceneError("weights") if the
+        weights are unavailable or belong to another model.
         """
-        place = self.place(name)
+        folder = self.find_folder(name)
         try:
-            if place is not None:
-                return local(place)
-            with _silent_hub():
-                return hub(name, not (self.fetch and is_reachable(address or os.environ.get("HF_ENDPOINT") or _HUB)))
+            if folder is not None:
+                return load_local(folder)
+            with _silence_logging():
+                online = self.download and is_reachable(address or os.environ.get("HF_ENDPOINT") or _HUB)
+                return load_remote(name, not online)
         except SceneError:
             raise
-        except Exception as error:  # what the libraries raise for files and networks has no common type
-            raise _absent(name, place, error) from error
+        except Exception as error:  # the libraries' errors for files and networks have no common type
+            raise _unavailable(name, folder, error) from error
 
 
-def shelf(folder: str | Path | None = None, fetch: bool = True) -> Shelf:
-    """The shelf at ``folder``, else at the environment's SCENELANG_MODELS; raises SceneError("file") for no folder."""
+def model_hub(folder: str | Path | None = None, download: bool = True) -> ModelHub:
+    """Return the model hub with the local ``folder``; default: the environment variable SCENELANG_MODELS.
+
+    Raises SceneError("file") if the folder does not exist.
+    """
     given = str(folder) if folder is not None else os.environ.get(VARIABLE)
     if not given:
-        return Shelf(None, fetch)
+        return ModelHub(None, download)
     path = Path(given).expanduser()
     if not path.is_dir():
-        raise SceneError("file", f"no model directory {given}")
-    return Shelf(path, fetch)
+        raise SceneError("file", f"the model directory {given} does not exist")
+    return ModelHub(path, download)
 
 
 def is_reachable(url: str) -> bool:
-    """Whether a host answers: libraries would try for half a minute. Behind a proxy nobody knows, so it is True."""
+    """Return whether a host accepts connections; the libraries themselves would retry for half a minute.
+
+    Behind a proxy this cannot be tested, so the result is True.
+    """
     if any(os.environ.get(name) for name in _PROXIES):
         return True
     address = urlsplit(url)
     try:
         port = address.port or (80 if address.scheme == "http" else 443)
-        with socket.create_connection((address.hostname or "", port), timeout=_PATIENCE):
+        with socket.create_connection((address.hostname or "", port), timeout=_TIMEOUT):
             return True
     except (OSError, ValueError):
         return False
 
 
 @contextmanager
-def _silent_hub() -> Iterator[None]:
-    """What libraries log of their tries is not for users, who get one line."""
+def _silence_logging() -> Iterator[None]:
+    """Disable logging in the block: the libraries log their retries, which the raised error summarises."""
     before = logging.root.manager.disable
     logging.disable(logging.ERROR)
     try:
@@ -100,49 +113,49 @@ def _silent_hub() -> Iterator[None]:
         logging.disable(before)
 
 
-def _absent(name: str, place: Path | None, error: Exception) -> SceneError:
-    said = shorten(str(error), 160, placeholder=" ...") or type(error).__name__
-    if type(error).__name__ in _NOT_FETCHED:  # the hub's own words tell of its settings, which nobody made
-        said = "they are not in the cache, and downloads are disabled"
-    if place is not None:
-        return SceneError("weights", f"{place} does not hold the model `{name}`: {said}")
-    hint = f"connect to the network, or name the folder that holds it: --models-dir DIR, or {VARIABLE}"
-    return SceneError("weights", f"the weights of `{name}` are not on this machine: {said}", hint=hint)
+def _unavailable(name: str, folder: Path | None, error: Exception) -> SceneError:
+    reason = shorten(str(error), 160, placeholder=" ...") or type(error).__name__
+    if type(error).__name__ in _OFFLINE_ERRORS:  # the hub's message refers to its own settings
+        reason = "they are not in the cache, and downloads are disabled"
+    if folder is not None:
+        return SceneError("weights", f"cannot load the model `{name}` from {folder}: {reason}")
+    hint = f"connect to the network, or specify a local model directory with --models-dir DIR or {VARIABLE}"
+    return SceneError("weights", f"the weights of `{name}` are not available: {reason}", hint=hint)
 
 
-# What neural models compute on.
+# Compute devices.
 
 
-def device(name: str | None = None) -> str:
-    """The device called ``name``, else the fastest that torch finds here: cuda, mps or cpu.
+def resolve_device(name: str | None = None) -> str:
+    """Return the torch device ``name``; default: the fastest available of cuda, mps and cpu.
 
-    Raises SceneError("value") for a device that is not here.
+    Raises SceneError("value") if the device is not available, "backend" without torch.
     """
-    torch = need("torch", INSTALL)
-    here = [
+    torch = require("torch", INSTALL)
+    available = [
         *(["cuda"] if torch.cuda.is_available() else []),
         *(["mps"] if torch.backends.mps.is_available() else []),
         "cpu",
     ]
     if name is None:
-        return here[0]
-    if name.partition(":")[0] not in here:
-        raise SceneError("value", f"unknown device `{name}`", hint=f"available: {', '.join(here)}")
+        return available[0]
+    if name.partition(":")[0] not in available:
+        raise SceneError("value", f"unknown device `{name}`", hint=f"available: {', '.join(available)}")
     return name
 
 
 @dataclass(frozen=True, slots=True)
 class Models:
-    """Where the weights of neural models are, and what computes.
+    """Source of model weights, and compute device.
 
     Parameters
     ----------
     folder : path, optional
-        A folder that holds models, each in a folder of its own; default: the environment's SCENELANG_MODELS.
+        Local model directory with one subdirectory per model; default: the environment variable SCENELANG_MODELS.
     offline : bool
-        Ask no hub for weights that are not on this machine.
+        Do not download weights.
     device : str, optional
-        "cpu", "cuda", "mps"; default: the fastest that torch finds.
+        "cpu", "cuda" or "mps"; default: the fastest available.
 
     Examples
     --------
@@ -156,13 +169,16 @@ class Models:
         "--models-dir",
         metavar="DIR",
     )
-    offline: bool = setting(False, "ask no hub for weights that are not on this machine")
-    device: str | None = setting(None, "cpu, cuda, mps (default: the fastest there is)", metavar="NAME")
+    offline: bool = setting(False, "do not download weights")
+    device: str | None = setting(None, "cpu, cuda or mps (default: the fastest available)", metavar="NAME")
 
-    def shelf(self) -> Shelf:
-        """Where the weights are looked for; raises SceneError("file") where the folder is none."""
-        return shelf(self.folder, fetch=not self.offline)
+    def hub(self) -> ModelHub:
+        """Return the model hub; raises SceneError("file") if the folder does not exist."""
+        return model_hub(self.folder, download=not self.offline)
 
-    def computes_on(self) -> str:
-        """The name of the device; raises SceneError("value") for one that is not here, "backend" without torch."""
-        return device(self.device)
+    def resolve_device(self) -> str:
+        """Return the name of the compute device.
+
+        Raises SceneError: "value" if it is not available, "backend" without torch.
+        """
+        return resolve_device(self.device)

@@ -15,7 +15,7 @@ from html import escape
 from itertools import pairwise
 from pathlib import Path
 
-from scenelang.backends.base import frame_of, need
+from scenelang.backends.base import frame_of, require
 from scenelang.backends.files import write_text
 from scenelang.backends.labels.dataset import word_color
 from scenelang.backends.pictures.film import PictureOptions, render
@@ -412,5 +412,5 @@ def _thumbnail(node: Node) -> str | None:
     side = 2 * _THUMBNAIL
     picture = render(Scene(node.word, [node.sample], False), PictureOptions(width=side, height=side, labels=False))
     out = io.BytesIO()
-    need("PIL.Image", "pillow").fromarray(picture).quantize(128).save(out, "PNG", optimize=True)
+    require("PIL.Image", "pillow").fromarray(picture).quantize(128).save(out, "PNG", optimize=True)
     return base64.b64encode(out.getvalue()).decode("ascii")

@@ -19,14 +19,14 @@ from scenelang.backends.base import (
     PluginRegistry,
     Progress,
     Work,
+    all_backends,
     check_settings,
-    every,
     find,
     names,
-    need,
-    part_of,
+    require,
+    sub_progress,
 )
-from scenelang.backends.files import written_whole
+from scenelang.backends.files import atomic_write
 from scenelang.backends.geometry.solids import Solids
 from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
 from scenelang.backends.pictures.stage import Shot, Staging, staging_of, still
@@ -102,7 +102,7 @@ def picture_backend(name: str) -> PictureBackend:
     """Return the picture backend for a backend name or a quality preset; raises SceneError("backend")."""
     quality = QUALITIES.get(name) or Quality(name, "", name)
     if QUALITIES.get(name) is None and name not in names():
-        known = [*QUALITIES.names(), *(each.name for each in every(Work.PICTURE))]
+        known = [*QUALITIES.names(), *(each.name for each in all_backends(Work.PICTURE))]
         hint = suggest(name.lower(), known)
         raise SceneError("backend", f"unknown quality or backend `{name}` (available: {', '.join(known)})", hint=hint)
     backend = find(quality.backend)
@@ -164,7 +164,9 @@ def painters(
 def paint_shot(painters: Sequence[Painter], shot: Shot, progress: Progress | None = None) -> Image:
     """Draw one shot with each painter and join the pictures side by side; raises SceneError."""
     count = len(painters)
-    images = [painter.paint(shot, part_of(progress, i / count, (i + 1) / count)) for i, painter in enumerate(painters)]
+    images = [
+        painter.paint(shot, sub_progress(progress, i / count, (i + 1) / count)) for i, painter in enumerate(painters)
+    ]
     if count == 1:
         return images[0]
     pictures, radiances = [image.picture for image in images], [image.radiance for image in images]
@@ -225,15 +227,15 @@ def save_picture(picture: Picture, path: Path | str) -> None:
     endings = tuple(ending for ending in STILL_ENDINGS if ending != ".exr")
     if target.suffix.lower() not in endings:
         raise SceneError("backend", f"cannot write a picture as `{target.name}`", hint=f"use {' '.join(endings)}")
-    image = need("PIL.Image", "pillow").fromarray(picture)
+    image = require("PIL.Image", "pillow").fromarray(picture)
     named = {"pnginfo": png_text({"Software": SOFTWARE})} if target.suffix.lower() == ".png" else {}
-    with written_whole(target) as temporary:
+    with atomic_write(target) as temporary:
         image.save(temporary, quality=92, **named)
 
 
 def png_text(chunks: Mapping[str, str]) -> Any:
     """Return text chunks of a PNG for Pillow's ``pnginfo``."""
-    info = need("PIL.PngImagePlugin", "pillow").PngInfo()
+    info = require("PIL.PngImagePlugin", "pillow").PngInfo()
     for name, text in chunks.items():
         info.add_text(name, text)
     return info
@@ -241,7 +243,7 @@ def png_text(chunks: Mapping[str, str]) -> Any:
 
 def wrote_picture(path: Path) -> bool:
     """Return whether ``path`` is a PNG or a GIF that scenelang wrote, so that it may be replaced without asking."""
-    module = need("PIL.Image", "pillow")
+    module = require("PIL.Image", "pillow")
     try:
         with module.open(path) as image:
             found = image.info.get("Software") or image.info.get("comment", b"").decode("latin-1")
@@ -253,7 +255,7 @@ def wrote_picture(path: Path) -> bool:
 def png_of(picture: Picture) -> bytes:
     """Encode ``picture`` (H, W, 3) as PNG; raises SceneError("backend") without pillow."""
     data = io.BytesIO()
-    need("PIL.Image", "pillow").fromarray(picture).save(data, "PNG")
+    require("PIL.Image", "pillow").fromarray(picture).save(data, "PNG")
     return data.getvalue()
 
 
@@ -301,7 +303,7 @@ def save_film(
             hint="write an .mp4, or reduce --frames or --size",
         )  # fmt: skip
     pictures = _draw_all(painters, shots, progress)
-    with written_whole(target) as temporary:
+    with atomic_write(target) as temporary:
         if target.suffix.lower() == ".mp4":
             _write_mp4(pictures, temporary, fps)
         else:
@@ -318,7 +320,7 @@ def check_film(path: Path, fps: float) -> None:
     if ending not in (*ENDINGS, ".png"):
         raise SceneError("backend", f"cannot write a film as `{path.name}`", hint=f"use {' '.join(ENDINGS)}")
     if ending == ".mp4":
-        need("av", "'scenelang[video]'")
+        require("av", "'scenelang[video]'")
 
 
 @dataclass(frozen=True, slots=True)
@@ -380,11 +382,11 @@ def write_drawing(
 def _draw_all(painters: Sequence[Painter], shots: Sequence[Shot], progress: Progress | None) -> Iterator[Picture]:
     step = 0.98 / len(shots)
     for i, shot in enumerate(shots):
-        yield paint_shot(painters, shot, part_of(progress, step * i, step * (i + 1))).picture
+        yield paint_shot(painters, shot, sub_progress(progress, step * i, step * (i + 1))).picture
 
 
 def _write_pillow(pictures: Iterator[Picture], path: Path, fps: float) -> None:
-    module = need("PIL.Image", "pillow")
+    module = require("PIL.Image", "pillow")
     images = [module.fromarray(picture) for picture in pictures]
     ending = path.suffix.lower()
     if ending == ".gif":
@@ -408,7 +410,7 @@ def _durations(count: int, fps: float, kind: str) -> list[int]:
 
 def _write_mp4(pictures: Iterator[Picture], path: Path, fps: float) -> None:
     """Write H.264 video in the most widely supported form: even sizes, 4:2:0 chroma subsampling."""
-    av = need("av", "'scenelang[video]'")
+    av = require("av", "'scenelang[video]'")
     with av.open(str(path), "w", format="mp4", options={"movflags": "faststart"}) as container:
         stream = container.add_stream("libx264", rate=Fraction(fps).limit_denominator(1001))
         stream.pix_fmt, stream.options = "yuv420p", {"crf": "18"}
@@ -482,7 +484,7 @@ def write_labels(picture: Picture, labels: list[Label]) -> Picture:
     """Return a copy of ``picture`` (H, W, 3) with ``labels`` written on it, without those that would overlap others."""
     if not labels:
         return picture
-    image_module, draw_module = need("PIL.Image", "pillow"), need("PIL.ImageDraw", "pillow")
+    image_module, draw_module = require("PIL.Image", "pillow"), require("PIL.ImageDraw", "pillow")
     image = image_module.fromarray(picture)
     pen = draw_module.Draw(image)
     height, width = picture.shape[:2]
@@ -526,7 +528,7 @@ def _shorten(word: str) -> str:
 
 def _font(text: str, size: int) -> Any:
     """Return Pillow's default font, or a system font with wider coverage for non-ASCII text, if available."""
-    fonts = need("PIL.ImageFont", "pillow")
+    fonts = require("PIL.ImageFont", "pillow")
     if not text.isascii():
         for name in ("DejaVuSans.ttf", "NotoSans-Regular.ttf", "Arial Unicode.ttf", "arial.ttf"):
             try:
@@ -548,7 +550,7 @@ def write_exr(layers: Mapping[str, npt.NDArray[np.float32]], path: Path, xyz: fr
     The layer "" has the channels R G B; others have ``name.R`` and so on, or ``name.X`` ... if named in ``xyz``. Raises
     SceneError: "backend" without Mitsuba, "file" if the file cannot be written.
     """
-    mi = need("mitsuba", "mitsuba")
+    mi = require("mitsuba", "mitsuba")
     names: list[str] = []
     columns: list[npt.NDArray[np.float32]] = []
     for name, values in layers.items():
@@ -558,5 +560,5 @@ def write_exr(layers: Mapping[str, npt.NDArray[np.float32]], path: Path, xyz: fr
         columns.append(grid)
     joined = np.ascontiguousarray(np.concatenate(columns, axis=2))
     bitmap = mi.Bitmap(joined, pixel_format=mi.Bitmap.PixelFormat.MultiChannel, channel_names=names)
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         bitmap.write(str(temporary))

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Option, Progress, Work, need, part_of
+from scenelang.backends.base import Option, Progress, Work, require, sub_progress
 from scenelang.backends.geometry.solids import Solids
 from scenelang.backends.pictures.appearance import Look
 from scenelang.backends.pictures.draft import Draft, DraftCache, draw
@@ -73,7 +73,7 @@ def use(choice: str, samples: int, has_instances: bool) -> Any:
     ``auto`` selects llvm, if it works, for many samples of scenes without instances (with instances the compile time
     explodes), else scalar. Raises SceneError("backend") if Mitsuba or the requested variant does not work.
     """
-    mi = need("mitsuba", "mitsuba mitsuba-oidn")
+    mi = require("mitsuba", "mitsuba mitsuba-oidn")
     chosen = choice
     if choice == "auto":
         chosen = "llvm" if samples >= MANY_SAMPLES and not has_instances and works("llvm") else "scalar"
@@ -129,8 +129,10 @@ class MitsubaPainter:
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
         stage = self._staging.stage(shot)
         unlit = stage.studio.environment.unlit  # without lighting there is nothing to trace
-        guide = draw(stage, part_of(progress, 0.0, 0.1), shaded=unlit, cache=self._guides)
-        radiance = guide.radiance if unlit else self._path_trace(stage, shot.frame, guide, part_of(progress, 0.1, 1.0))
+        guide = draw(stage, sub_progress(progress, 0.0, 0.1), shaded=unlit, cache=self._guides)
+        radiance = (
+            guide.radiance if unlit else self._path_trace(stage, shot.frame, guide, sub_progress(progress, 0.1, 1.0))
+        )
         picture = encode(tone_map(radiance, stage.studio.environment) if not unlit else guide.linear)
         return Image(labelled(picture, stage.solids, guide.ids) if self._options.labels else picture, radiance)
 
@@ -289,8 +291,8 @@ MITSUBA = PictureBackend(
     endings=STILL_ENDINGS,
     run=write_still("mitsuba"),
     options=(
-        Option("samples", "samples per pixel of path-traced pictures", 64, least=1, most=65536),
-        Option("bounces", "maximum path length, in bounces", 8, least=1, most=64),
+        Option("samples", "samples per pixel of path-traced pictures", 64, minimum=1, maximum=65536),
+        Option("bounces", "maximum path length, in bounces", 8, minimum=1, maximum=64),
         Option("denoise", "remove noise with Open Image Denoise", "on", choices=("on", "off")),
         Option("variant", "Mitsuba variant; `auto` is scalar, or llvm for many samples", "auto",
                choices=CHOICES),

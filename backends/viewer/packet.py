@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.backends.geometry.solids import composed, is_semantic, keeps_own_colors, own_mesh
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.neural.weights import INSTALL
@@ -152,8 +152,8 @@ _MeshKey = tuple[Primitive, bool]  # a primitive that is a mesh, and whether it 
 IntArray = npt.NDArray[np.int64]
 
 # Level of detail: round solids have two tessellations, of which the coarse one is used for small objects.
-_MANY_SIDES, _FEW_SIDES = 64, 8
-_ALL_FINE = 300  # number of instances up to which no coarse version is needed
+_FINE_SIDES, _COARSE_SIDES = 64, 8
+_MAX_ALL_FINE = 300  # number of instances up to which no coarse version is needed
 MATTE = -1.0  # marks a surface without roughness
 
 
@@ -206,7 +206,7 @@ def instances_of(scene: Scene, center: FloatArray, scale: float, node_of: dict[i
 
     ``node_of`` maps ``id(entity)`` to its index in the DAG. Raises SceneError for invalid poses or attributes.
     """
-    rows = _joined(flatten(scene).frames)
+    rows = _concatenate_frames(flatten(scene).frames)
     used = np.bincount(rows.primitive, minlength=len(rows.primitives))
     geometries, geometry_of, local = _geometries(rows.primitives, used)
     poses = composed(rows.matrices, local[rows.primitive])
@@ -227,7 +227,7 @@ def instances_of(scene: Scene, center: FloatArray, scale: float, node_of: dict[i
     return Instances(tuple(geometries), tuple(rows.paths), columns)
 
 
-def _joined(frames: Sequence[FlatFrame]) -> _Rows:
+def _concatenate_frames(frames: Sequence[FlatFrame]) -> _Rows:
     """Concatenate the instances of ``frames``, with common numbering of primitives and paths."""
     primitives: dict[int, int] = {}
     entities: list[Entity] = []
@@ -238,10 +238,10 @@ def _joined(frames: Sequence[FlatFrame]) -> _Rows:
             if id(entity) not in primitives:
                 primitives[id(entity)] = len(entities)
                 entities.append(entity)
-        here = np.array([primitives[id(entity)] for entity in frame.primitives], np.int64)
-        there = np.array([paths.setdefault(words, len(paths)) for words in frame.paths], np.int64)
-        primitive.append(here[frame.index] if len(frame) else np.zeros(0, np.int64))
-        path.append(there[frame.path_index] if len(frame) else np.zeros(0, np.int64))
+        primitive_numbers = np.array([primitives[id(entity)] for entity in frame.primitives], np.int64)
+        path_numbers = np.array([paths.setdefault(words, len(paths)) for words in frame.paths], np.int64)
+        primitive.append(primitive_numbers[frame.index] if len(frame) else np.zeros(0, np.int64))
+        path.append(path_numbers[frame.path_index] if len(frame) else np.zeros(0, np.int64))
     start = np.cumsum([0, *(len(frame) for frame in frames)])
     matrices = np.concatenate([frame.matrices for frame in frames])
     return _Rows(entities, np.concatenate(primitive), list(paths), np.concatenate(path), matrices, start)
@@ -285,25 +285,25 @@ def _geometries(
         if key is None:
             continue
         if key not in numbers:
-            numbers[key] = _add(geometries, key, int(used.sum()) > _ALL_FINE)
+            numbers[key] = _add(geometries, key, int(used.sum()) > _MAX_ALL_FINE)
         geometry_of[i], local[i] = numbers[key], pose
     return geometries, geometry_of, local
 
 
 def _add(geometries: list[Geometry], key: _FormKey | _MeshKey, has_coarse: bool) -> int:
     """Add the geometry of ``key``, preceded by its coarse version if there is one; return its index."""
-    what, detail = key
-    if isinstance(what, Primitive):
-        mesh = own_mesh(what)
+    shape, detail = key
+    if isinstance(shape, Primitive):
+        mesh = own_mesh(shape)
         assert mesh is not None, "a mesh without faces has no key"
-        geometries.append(_own(mesh, bool(detail)))
+        geometries.append(_mesh_geometry(mesh, bool(detail)))
         return len(geometries) - 1
     assert isinstance(detail, tuple)
-    if what.is_curved and has_coarse:
-        geometries.append(_unit(what, detail, _FEW_SIDES))
-        geometries.append(replace(_unit(what, detail, _MANY_SIDES), coarse=len(geometries) - 1))
+    if shape.is_curved and has_coarse:
+        geometries.append(_form_geometry(shape, detail, _COARSE_SIDES))
+        geometries.append(replace(_form_geometry(shape, detail, _FINE_SIDES), coarse=len(geometries) - 1))
     else:
-        geometries.append(_unit(what, detail, _MANY_SIDES))
+        geometries.append(_form_geometry(shape, detail, _FINE_SIDES))
     return len(geometries) - 1
 
 
@@ -322,11 +322,11 @@ def _geometry_key(entity: Entity) -> tuple[_FormKey | _MeshKey | None, FloatArra
     return None if mesh is None else (shape.key, keeps_own_colors(entity, mesh)), identity
 
 
-def _unit(form: CanonicalForm, ratios: tuple[float, ...], sides: int) -> Geometry:
-    return _shaded(form.mesh(sides, ratios))
+def _form_geometry(form: CanonicalForm, ratios: tuple[float, ...], sides: int) -> Geometry:
+    return _smooth_geometry(form.mesh(sides, ratios))
 
 
-def _shaded(mesh: Mesh) -> Geometry:
+def _smooth_geometry(mesh: Mesh) -> Geometry:
     return Geometry(
         mesh.vertices.astype(np.float32).reshape(-1),
         mesh.shading.astype(np.float32).reshape(-1),
@@ -334,10 +334,10 @@ def _shaded(mesh: Mesh) -> Geometry:
     )
 
 
-def _own(mesh: Mesh, own_colors: bool) -> Geometry:
+def _mesh_geometry(mesh: Mesh, own_colors: bool) -> Geometry:
     """Return a primitive's own mesh, flat-shaded if it has no normals; it may be open."""
     if mesh.normals is not None and not own_colors:
-        return _shaded(mesh)
+        return _smooth_geometry(mesh)
     corners, colors = mesh.corners, mesh.colors if own_colors else None
     return Geometry(
         corners.astype(np.float32).reshape(-1),
@@ -353,19 +353,19 @@ def _own(mesh: Mesh, own_colors: bool) -> Geometry:
 
 SplatsOf = Callable[[Scene], "list[Splats]"]  # Gaussians of every frame, with sRGB colours
 
-MOST = 2_000_000  # in all frames: 4 texels of 16 bytes each
-_TOTAL = 100_000  # target for a scene without learned Gaussians
+MAX_SPLATS = 2_000_000  # in all frames: 4 texels of 16 bytes each
+_DEFAULT_SPLATS = 100_000  # target for a scene without learned Gaussians
 
 
-def own_splats(scene: Scene) -> list[Splats]:
-    """Return Gaussians on the surfaces of every frame's primitives, with unlit colours."""
-    need("torch", INSTALL)
+def surface_splats(scene: Scene) -> list[Splats]:
+    """Return Gaussians on the surfaces of every frame's primitives, with colours without lighting."""
+    require("torch", INSTALL)
     from scenelang.backends.neural.splats.gaussians import Splats
     from scenelang.backends.neural.splats.initial import gaussians_of
 
     found = []
     for root in scene.frames:
-        made = gaussians_of(root, max(_TOTAL // len(scene.frames), 1000))
+        made = gaussians_of(root, max(_DEFAULT_SPLATS // len(scene.frames), 1000))
         colors = made.splats.colors + made.emission
         srgb = colors.new_tensor(to_srgb(np.clip(colors.numpy(), 0.0, 1.0)))
         found.append(Splats(made.splats.means, made.splats.covariances, made.splats.opacities, srgb))
@@ -374,18 +374,18 @@ def own_splats(scene: Scene) -> list[Splats]:
 
 def distilled_splats(folder: Path) -> SplatsOf:
     """Return the Gaussians learned by a `distill` run; raises SceneError("file") if the folder contains none."""
-    need("torch", INSTALL)
-    from scenelang.backends.neural.distillation.run import kept_in
+    require("torch", INSTALL)
+    from scenelang.backends.neural.distillation.run import load_checkpoint
 
-    run = kept_in(folder)
+    run = load_checkpoint(folder)
 
-    def of(scene: Scene) -> list[Splats]:
+    def splats_of(scene: Scene) -> list[Splats]:
         import torch
 
         with torch.no_grad():
             return [run.splats(frame) for frame in range(min(run.frames, len(scene.frames)))]
 
-    return of
+    return splats_of
 
 
 def splat_columns(frames: Sequence[Splats], count: int, center: FloatArray, scale: float) -> dict[str, Any]:
@@ -393,13 +393,12 @@ def splat_columns(frames: Sequence[Splats], count: int, center: FloatArray, scal
 
     The columns are ``splatStart`` (F + 1), ``splatPlace`` (3 N), ``splatSpread`` (6 N: the upper triangle of the
     covariance, row by row), ``splatColor`` (4 N: sRGB and opacity). Frames beyond ``frames`` have none. Raises
-    LimitError for more than MOST.
+    LimitError for more than MAX_SPLATS.
     """
     sizes = [len(each) for each in frames] + [0] * (count - len(frames))
-    if sum(sizes) > MOST:
-        raise LimitError(
-            "primitives", f"the scene has {sum(sizes):,} Gaussians, more than the limit of {MOST:,} for this page"
-        )
+    if sum(sizes) > MAX_SPLATS:
+        message = f"the scene has {sum(sizes):,} Gaussians, more than the limit of {MAX_SPLATS:,} for this page"
+        raise LimitError("primitives", message)
     rows = [_rows(each, center, scale) for each in frames]
     columns = {name: np.concatenate([row[name] for row in rows]) for name in rows[0]} if rows else {}
     return {"splatStart": np.concatenate([[0], np.cumsum(sizes)]).astype(np.uint32), **columns}
@@ -411,11 +410,11 @@ def _rows(splats: Splats, center: FloatArray, scale: float) -> dict[str, npt.NDA
         for each in (splats.means, splats.covariances, splats.opacities, splats.colors)
     )
     upper = covariances[:, [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]] * scale**2
-    paint = np.concatenate([colors, opacities[:, None]], axis=1)
+    rgba = np.concatenate([colors, opacities[:, None]], axis=1)
     return {
         "splatPlace": (scale * (means - center)).astype(np.float32).ravel(),
         "splatSpread": upper.astype(np.float32).ravel(),
-        "splatColor": np.rint(255.0 * np.clip(paint, 0.0, 1.0)).astype(np.uint8).ravel(),
+        "splatColor": np.rint(255.0 * np.clip(rgba, 0.0, 1.0)).astype(np.uint8).ravel(),
     }
 
 
@@ -463,7 +462,7 @@ def packet_of(
     columns = _Columns()
     total = sum(primitive_count(root) for root in scene.frames)
     scene, notice = _drawable(scene, total, limit)
-    header = _facts(scene) | {"notice": notice, "primitives": total}
+    header = _header(scene) | {"notice": notice, "primitives": total}
     graph = graph_of(scene, definitions or {})
     header |= graph.tables
     for name, array in graph.columns.items():
@@ -476,7 +475,7 @@ def packet_of(
         except SceneError as error:
             if error.name not in ("empty-scene", "unsupported", "pose"):
                 raise
-            header["notice"] = _line(error)
+            header["notice"] = _as_sentence(error)
     header["columns"] = columns.directory
     text = json.dumps(header, separators=(",", ":"), ensure_ascii=True).encode()
     text += b" " * (-(len(MAGIC) + 4 + len(text)) % _ALIGNMENT)
@@ -493,14 +492,14 @@ def _drawable(scene: Scene, total: int, limit: int) -> tuple[Scene, str | None]:
     try:
         return as_cubes(scene, limit), None
     except LimitError as error:
-        return scene, _line(error)
+        return scene, _as_sentence(error)
 
 
-def _line(error: SceneError) -> str:
+def _as_sentence(error: SceneError) -> str:
     return error.message[:1].upper() + error.message[1:] + "."
 
 
-def _facts(scene: Scene) -> dict[str, Any]:
+def _header(scene: Scene) -> dict[str, Any]:
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -511,11 +510,11 @@ def _facts(scene: Scene) -> dict[str, Any]:
         "box": None,
         "geometries": [],
         "paths": [],
-        "studio": studio_facts(),
+        "studio": studio_constants(),
     }
 
 
-def studio_facts() -> dict[str, Any]:
+def studio_constants() -> dict[str, Any]:
     """Return the lighting constants of ``studio`` for the page; angles in radians."""
     light = ENVIRONMENTS["studio"]
     return {
@@ -547,8 +546,8 @@ def _add_instances(columns: _Columns, header: dict[str, Any], instances: Instanc
     words = {word: i for i, word in enumerate(header["words"])}
     header["paths"] = [[words[word] for word in path] for path in instances.paths]
     for number, geometry in enumerate(instances.geometries):
-        facts = {"colors": geometry.colors is not None, "closed": geometry.is_closed, "coarse": geometry.coarse}
-        header["geometries"].append(facts)
+        properties = {"colors": geometry.colors is not None, "closed": geometry.is_closed, "coarse": geometry.coarse}
+        header["geometries"].append(properties)
         columns.add(f"geometry{number}Positions", geometry.positions)
         columns.add(f"geometry{number}Normals", geometry.normals)
         columns.add(f"geometry{number}Indices", geometry.indices)

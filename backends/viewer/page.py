@@ -26,7 +26,7 @@ _ICON = '<link rel="icon" href="data:,">'  # prevents browsers from requesting /
 
 @dataclass(frozen=True, slots=True)
 class SavedScene:
-    """A scene to embed in a page. ``state`` is the server's response; ``packet`` is None if there is none."""
+    """Scene to embed in a page, with the server's response ``state`` and its ``packet``, if any."""
 
     name: str
     state: Mapping[str, Any]
@@ -46,13 +46,13 @@ def served_page() -> bytes:
     return page.encode()
 
 
-def self_contained(scenes: Sequence[SavedScene]) -> str:
+def self_contained_page(scenes: Sequence[SavedScene]) -> str:
     """Return an HTML page with the viewer and ``scenes`` embedded; its content security policy forbids loading
     anything."""
-    return inlined(_template(), _text("viewer.js"), _text("viewer.css"), "scenes", _listed(scenes))
+    return inline_page(_template(), _text("viewer.js"), _text("viewer.css"), "scenes", _scene_data(scenes))
 
 
-def inlined(template: str, script: str, style: str, name: str, data: Any) -> str:
+def inline_page(template: str, script: str, style: str, name: str, data: Any) -> str:
     """Return ``template`` with a script, a style sheet, and ``data`` as JSON in the element ``name``.
 
     The content security policy allows only this script and style.
@@ -60,7 +60,7 @@ def inlined(template: str, script: str, style: str, name: str, data: Any) -> str
     script = script.replace("</script", "<\\/script").replace("<!--", "<\\!--")
     policy = f"default-src 'none'; img-src data:; script-src '{_digest(script)}'; style-src '{_digest(style)}'"
     head = f'<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">{_ICON}<style>{style}</style>'
-    body = f'<script type="application/json" id="{name}">{_embedded(data)}</script><script>{script}</script>'
+    body = f'<script type="application/json" id="{name}">{_json_text(data)}</script><script>{script}</script>'
     return template.replace(_HEAD, head).replace(_BODY, body)
 
 
@@ -73,7 +73,7 @@ def page_path(text: str) -> str:
     return text
 
 
-def frame(page: str, height: int) -> str:
+def iframe(page: str, height: int) -> str:
     """Return an isolated iframe that shows ``page``; ``height`` in CSS pixels."""
     return (
         f'<iframe srcdoc="{html.escape(page)}" sandbox="allow-scripts" title="scene" '
@@ -93,12 +93,12 @@ def _digest(text: str) -> str:
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
-def _embedded(data: Any) -> str:
+def _json_text(data: Any) -> str:
     """Return ``data`` as JSON that is safe in a script element: every ``<`` is escaped."""
     return json.dumps(data).replace("<", "\\u003c")
 
 
-def _listed(scenes: Sequence[SavedScene]) -> list[dict[str, Any]]:
+def _scene_data(scenes: Sequence[SavedScene]) -> list[dict[str, Any]]:
     return [
         {
             "name": scene.name,
@@ -112,7 +112,7 @@ def _listed(scenes: Sequence[SavedScene]) -> list[dict[str, Any]]:
 
 
 def has_screen() -> bool:
-    """Whether a graphical browser can be opened."""
+    """Return whether a graphical browser can be opened."""
     if sys.platform in ("darwin", "win32"):
         return True
     return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))

@@ -340,7 +340,7 @@ class Expander:
         The operands are checked as well if it looks like a misspelled function; those of a misspelled special form may
         not be expressions.
         """
-        error = self.unbound(datum.items[0], scope)  # type: ignore[arg-type]
+        error = self.unbound(datum.items[0], scope)
         if not error.near or any(name in FORMS for name in error.near):
             raise error
         head = self.recover(error, datum.span)

@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.backends.files import made_folder
+from scenelang.backends.files import make_folder
 from scenelang.cli.options import UsageError, add_fields, add_models, fields_of, models_of, opened, session_limit
 from scenelang.cli.output import check_folder, done, print_result, progress, report, warnings
 from scenelang.evaluation.running import entries_of
@@ -79,7 +79,7 @@ def run_eval(arguments: argparse.Namespace) -> int:
     def show(subject: Subject, measure: Measure) -> Any:
         return progress(arguments, f"{subject.entry.place} {measure.name}")
 
-    folder = None if arguments.output is None else made_folder(Path(arguments.output))
+    folder = None if arguments.output is None else make_folder(Path(arguments.output))
     measures = options.measures(models_of(arguments))
     answers = [Path(name) for name in arguments.study_results or ()]
     found = measured(subjects, measures, folder, answers, fail, show)

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
-from scenelang.backends.language_models.provider import family
-from scenelang.backends.neural.wording import DEFAULT, LIMIT, check_template
+from scenelang.backends.language_models.provider import find_family
+from scenelang.backends.neural.wording import DEFAULT_LIMIT, DEFAULT_TEMPLATE, check_template
 from scenelang.cli.neural import invert_generated, z_of
 from scenelang.cli.options import (
     UsageError,
@@ -101,7 +101,7 @@ def settings_from(arguments: argparse.Namespace) -> InferenceSettings:
     """Return the settings that a command's options give; raises UsageError for invalid values."""
     settings = service_of(arguments)
     with usage_errors():
-        family(settings.provider)
+        find_family(settings.provider)
     check_limits(given(arguments, InferenceSettings), as_flags=True)
     return settings
 
@@ -442,7 +442,7 @@ def add_embed(parser: argparse.ArgumentParser) -> None:
 
 def run_embed(arguments: argparse.Namespace) -> int:
     with usage_errors():
-        check_template(DEFAULT if arguments.template is None else arguments.template)
+        check_template(DEFAULT_TEMPLATE if arguments.template is None else arguments.template)
     if not arguments.only_print and arguments.file != "-":
         check_program(arguments.file, "embed the source program instead, or use --print")
     if not arguments.only_print and z_path(arguments) is None and arguments.file == "-":
@@ -456,7 +456,7 @@ def run_embed(arguments: argparse.Namespace) -> int:
             z.check_undescribed()
     describe = None if arguments.model is None else describer(service_of(arguments), live_stream(arguments))
     work = z.words_of if arguments.only_print else z.describe
-    limit = int(arguments.max_primitives or LIMIT)
+    limit = int(arguments.max_primitives or DEFAULT_LIMIT)
     found = work(scene, template=arguments.template, describe=describe, force=arguments.force, limit=limit)
     if arguments.json:
         print_json(found.data())

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang import inversion, neural
-from scenelang.backends.neural.distillation.learning import DistillationSettings
-from scenelang.backends.neural.distillation.sds import Guiding
+from scenelang.backends.neural.distillation.sds import Guidance
+from scenelang.backends.neural.distillation.training import DistillationSettings
 from scenelang.backends.neural.inversion import InversionSettings
-from scenelang.backends.neural.sentences import Granularity
+from scenelang.backends.neural.prompts import Granularity
 from scenelang.backends.pictures.camera import parse_viewpoint
 from scenelang.backends.pictures.film import FPS, check_film
 from scenelang.cli.options import (
@@ -260,8 +260,8 @@ def add_distill(parser: argparse.ArgumentParser) -> None:
     work.add_argument(
         "--budget", type=reader(amount), metavar="MINUTES", help="time budget; the timestep annealing is fitted to it"
     )
-    add_fields(work, DistillationSettings, ("most",))
-    add_fields(work, Guiding)
+    add_fields(work, DistillationSettings, ("max_gaussians",))
+    add_fields(work, Guidance)
     add_fields(work, RunFolder, ("start", "resume", "force"), force="overwrite an existing run")
     work.add_argument("--film", metavar="OUT", help="also render the result to a video: .mp4 .gif .webp .apng")
     add_models(parser)
@@ -271,9 +271,10 @@ def add_distill(parser: argparse.ArgumentParser) -> None:
 def run_distill(arguments: argparse.Namespace) -> int:
     with usage_errors():
         run = fields_of(arguments, RunFolder)
-        kwargs = given(arguments, DistillationSettings) | given(arguments, Guiding)
-        if "most" in kwargs:
-            kwargs["gaussians"] = kwargs.pop("most")
+        kwargs = given(arguments, DistillationSettings) | given(arguments, Guidance)
+        for name, argument in (("max_gaussians", "gaussians"), ("scale", "guidance")):
+            if name in kwargs:
+                kwargs[argument] = kwargs.pop(name)
         settings = DistillationSettings.of(seed=arguments.seed, **kwargs)
     if arguments.film is not None:  # fail early, before the expensive work
         check_film(Path(arguments.film), FPS)

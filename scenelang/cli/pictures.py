@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.backends import base
-from scenelang.backends.files import output_of
+from scenelang.backends.files import output_path
 from scenelang.backends.pictures import film
 from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
 from scenelang.cli.options import (
@@ -56,7 +56,7 @@ def _add_view(parser: argparse.ArgumentParser, several: bool = False) -> None:
 
 
 def _add_quality(parser: argparse.ArgumentParser, what: str) -> None:
-    summaries = "; ".join(f"{quality.name}: {quality.doc}" for quality in film.QUALITIES.every())
+    summaries = "; ".join(f"{quality.name}: {quality.doc}" for quality in film.QUALITIES.all())
     parser.add_argument("--quality", choices=film.QUALITIES.names(), default="draft", help=f"{what} ({summaries})")
 
 
@@ -101,7 +101,9 @@ def add_render(parser: argparse.ArgumentParser) -> None:
 def run_render(arguments: argparse.Namespace) -> int:
     with usage_errors():  # fail early, before the expensive work
         shots = fields_of(arguments, film.FilmOptions)
-        output = output_of(arguments.file, arguments.output, ".gif" if shots.is_wanted else ".png", film.wrote_picture)
+        output = output_path(
+            arguments.file, arguments.output, ".gif" if shots.is_wanted else ".png", film.wrote_picture
+        )
         names = arguments.backend.split(",") if arguments.backend else [arguments.quality]
         backends = [film.picture_backend(name.strip()) for name in names]
         options = _picture_options(arguments, arguments.camera)
@@ -126,7 +128,7 @@ def run_export(arguments: argparse.Namespace) -> int:
 
     limit, shown, warn = session_limit(arguments), progress(arguments, "exporting"), warnings_of(arguments)
     with usage_errors():
-        output = output_of(arguments.file, arguments.output, ".glb", wrote_glb)
+        output = output_path(arguments.file, arguments.output, ".glb", wrote_glb)
         backend = base.find(arguments.backend) if arguments.backend else base.for_file(output, base.Work.EXPORT)
         options = fields_of(
             arguments, base.BackendOptions, limit=limit, progress=shown, settings=_settings_of(arguments), warn=warn
@@ -272,9 +274,9 @@ def _splats(arguments: argparse.Namespace) -> SplatsOf | None:
     """Return the Gaussians to show in place of solids, or None to show solids."""
     if arguments.distilled is None and not arguments.splats:
         return None
-    from scenelang.backends.viewer.packet import distilled_splats, own_splats
+    from scenelang.backends.viewer.packet import distilled_splats, surface_splats
 
-    return own_splats if arguments.distilled is None else distilled_splats(Path(arguments.distilled))
+    return surface_splats if arguments.distilled is None else distilled_splats(Path(arguments.distilled))
 
 
 def _serve(arguments: argparse.Namespace, workspace: Workspace) -> int:
@@ -342,8 +344,8 @@ def _view_build(arguments: argparse.Namespace) -> int:
 
 
 def run_backends(arguments: argparse.Namespace) -> int:
-    found = base.every()
+    found = base.all_backends()
     rows = [("backend", "command", "writes", "installed", ""), *(backend.row for backend in found)]
     options = [f"{b.name} --{option.name}: {option.doc}" for b in found for option in b.options]
     text = "\n".join([table(rows, (False,) * 5), *(options if arguments.verbose else ())])
-    return print_result(arguments, [backend.facts() for backend in found], text)
+    return print_result(arguments, [backend.metadata() for backend in found], text)

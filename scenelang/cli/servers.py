@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.cli.options import UsageError, add_limits, limits_of, session_of
 from scenelang.cli.output import use_color
 
@@ -70,7 +70,7 @@ def add_lsp(parser: argparse.ArgumentParser) -> None:
 
 
 def run_lsp(arguments: argparse.Namespace) -> int:
-    need("pygls", "'scenelang[lsp]'")
+    require("pygls", "'scenelang[lsp]'")
     from importlib.metadata import version
 
     from scenelang.lsp.server import serve
@@ -98,7 +98,7 @@ def run_mcp(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.project)
     if not folder.is_dir():
         raise UsageError("file", f"not a folder: {arguments.project}")
-    need("mcp", "'scenelang[mcp]'")
+    require("mcp", "'scenelang[mcp]'")
     from importlib.metadata import version
 
     from scenelang.mcp.server import serve

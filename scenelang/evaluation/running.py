@@ -14,28 +14,28 @@ import numpy as np
 
 from scenelang.backends.base import Progress
 from scenelang.backends.files import read_regular, write_json
-from scenelang.backends.neural.clip import JUDGE, ClipName, open_picture
+from scenelang.backends.neural.clip import SCORE_MODEL, ClipName, open_picture
 from scenelang.backends.neural.metrics import (
     ALEXNET,
     CLIP_VIEWS,
     ITERATIONS,
     LPIPS_VIEWS,
     RAFT_LARGE,
-    Asked,
     ClipScore,
+    CountQuery,
     Lpips,
     Raft,
-    around,
-    asked_in,
-    asked_of,
-    counted,
-    degree_of_film,
-    drawn,
+    count_entities,
+    count_queries,
+    film_dynamic_degree,
+    fixed_shots,
     is_accurate,
+    parse_counts,
     read_film,
-    steady,
+    render_shots,
+    turntable_shots,
 )
-from scenelang.backends.neural.weights import Shelf
+from scenelang.backends.neural.weights import ModelHub
 from scenelang.backends.pictures.film import Picture, PictureOptions
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.runtime.show import primitive_attributes
@@ -253,11 +253,11 @@ class Subject:
     drawing: Drawing
 
     @property
-    def asked(self) -> tuple[Asked, ...]:
+    def expected_counts(self) -> tuple[CountQuery, ...]:
         """Expected counts."""
         if self.entry.count is not None:
-            return asked_of(dict(self.entry.count))
-        return asked_in(self.prompt or "")
+            return count_queries(dict(self.entry.count))
+        return parse_counts(self.prompt or "")
 
     @property
     def is_dynamic(self) -> bool:
@@ -266,7 +266,7 @@ class Subject:
     @property
     def group(self) -> str:
         """Group of the subject in the paper's tables."""
-        return DYNAMIC if self.is_dynamic else NUMERIC if self.asked else GENERIC
+        return DYNAMIC if self.is_dynamic else NUMERIC if self.expected_counts else GENERIC
 
     def around(self, count: int, progress: Progress | None = None) -> list[Picture]:
         """Render ``count`` views around the scene, or sample at most as many frames of a film; raises SceneError."""
@@ -275,16 +275,16 @@ class Subject:
             least = min(count, len(pictures))
             return [pictures[i * len(pictures) // least] for i in range(least)]
         options = self.drawing.options
-        shots = around(self.scene, count, options.width, options.height)
-        return drawn(self.scene, shots, options, self.drawing.backend, progress)
+        shots = turntable_shots(self.scene, count, options.width, options.height)
+        return render_shots(self.scene, shots, options, self.drawing.backend, progress)
 
     def steady(self, progress: Progress | None = None) -> list[Picture]:
         """Render every frame from a fixed camera; raises SceneError."""
         if self.scene is None:
             return self._film()
         options = self.drawing.options
-        shots = steady(self.scene, options.width, options.height)
-        return drawn(self.scene, shots, options, self.drawing.backend, progress)
+        shots = fixed_shots(self.scene, options.width, options.height)
+        return render_shots(self.scene, shots, options, self.drawing.backend, progress)
 
     def fingerprint(self, asks: Mapping[str, Any]) -> str:
         """Return the fingerprint of a measurement: evaluated scene, prompt, rendering, and the metric's parameters
@@ -363,11 +363,11 @@ class Measure(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class MetricModels:
-    """Location of the models and compute device; ``judge`` is the model for CLIP similarity."""
+    """Location of the models and compute device; ``score_model`` is the model for CLIP similarity."""
 
-    shelf: Shelf
+    hub: ModelHub
     device: str = "cpu"
-    judge: ClipName = JUDGE
+    score_model: ClipName = SCORE_MODEL
 
 
 class ClipMeasure:
@@ -377,19 +377,19 @@ class ClipMeasure:
 
     def __init__(self, models: MetricModels, views: int = CLIP_VIEWS) -> None:
         self._models, self._views = models, views
-        self._judge: ClipScore | None = None
+        self._scorer: ClipScore | None = None
 
     def asks(self, subject: Subject) -> Values | None:
-        return None if subject.prompt is None else {"model": str(self._models.judge), "views": self._views}
+        return None if subject.prompt is None else {"model": str(self._models.score_model), "views": self._views}
 
     def ready(self) -> None:
-        if self._judge is None:
-            self._judge = ClipScore(self._models.judge, self._models.shelf, self._models.device)
+        if self._scorer is None:
+            self._scorer = ClipScore(self._models.score_model, self._models.hub, self._models.device)
 
     def measure(self, subject: Subject, progress: Progress | None) -> Values:
-        assert self._judge is not None
+        assert self._scorer is not None
         assert subject.prompt is not None
-        return _mean(self._judge.cosines(subject.prompt, subject.around(self._views, progress)))
+        return _mean(self._scorer.cosines(subject.prompt, subject.around(self._views, progress)))
 
 
 class LpipsMeasure:
@@ -406,7 +406,7 @@ class LpipsMeasure:
 
     def ready(self) -> None:
         if self._network is None:
-            self._network = Lpips(self._models.shelf, self._models.device)
+            self._network = Lpips(self._models.hub, self._models.device)
 
     def measure(self, subject: Subject, progress: Progress | None) -> Values:
         assert self._network is not None
@@ -421,18 +421,18 @@ class CountMeasure:
     name = "count"
 
     def asks(self, subject: Subject) -> Values | None:
-        if subject.scene is None or not subject.asked:
+        if subject.scene is None or not subject.expected_counts:
             return None
-        return {"counts": [[" ".join(one.words), one.count] for one in subject.asked]}
+        return {"counts": [[" ".join(one.words), one.count] for one in subject.expected_counts]}
 
     def ready(self) -> None:
         """Do nothing, since no model is required."""
 
     def measure(self, subject: Subject, progress: Progress | None) -> Values:
         assert subject.scene is not None
-        found = counted(subject.scene, subject.asked)
+        found = count_entities(subject.scene, subject.expected_counts)
         things = [
-            {"asked": " ".join(one.asked.words), "count": one.asked.count, "words": list(one.words), "found": one.found}
+            {"asked": " ".join(one.query.words), "count": one.query.count, "words": list(one.words), "found": one.found}
             for one in found
         ]
         return {"value": float(is_accurate(found)), "things": things}
@@ -454,12 +454,12 @@ class DynamicMeasure:
 
     def ready(self) -> None:
         if self._network is None:
-            self._network = Raft(self._models.shelf, self._models.device)
+            self._network = Raft(self._models.hub, self._models.device)
 
     def measure(self, subject: Subject, progress: Progress | None) -> Values:
         assert self._network is not None
-        found = degree_of_film(subject.steady(progress), subject.drawing.fps, self._network.flow)
-        return {"value": found.share, "pixels": found.pixels, "is_dynamic": found.is_dynamic}
+        found = film_dynamic_degree(subject.steady(progress), subject.drawing.fps, self._network.flow)
+        return {"value": found.relative, "pixels": found.pixels, "is_dynamic": found.is_dynamic}
 
 
 def measure_called(name: str, models: MetricModels, views: Mapping[str, int]) -> Measure:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenelang.backends.base import Progress
-from scenelang.backends.files import made_folder
-from scenelang.backends.neural.clip import JUDGE, ClipName
-from scenelang.backends.neural.describing import thing
+from scenelang.backends.files import make_folder
+from scenelang.backends.neural.clip import SCORE_MODEL, ClipName
+from scenelang.backends.neural.descriptions import noun_of
 from scenelang.backends.neural.weights import Models
 from scenelang.backends.pictures.film import HIGHEST_FPS, PictureOptions, check, picture_backend
 from scenelang.evaluation.running import (
@@ -102,10 +102,10 @@ class MetricOptions:
     def measures(self, models: Models | None = None) -> list[Measure]:
         """Create the metrics with their models."""
         models = models or Models()
-        judge = ClipName.parse(self.clip_model) if self.clip_model else JUDGE
+        score_model = ClipName.parse(self.clip_model) if self.clip_model else SCORE_MODEL
         names = list(dict.fromkeys(self.metrics))
         device = _device(models) if any(name in _NEURAL for name in names) else "cpu"
-        known = MetricModels(models.shelf(), device, judge)
+        known = MetricModels(models.hub(), device, score_model)
         views = {"clip": self.clip_views, "lpips": self.lpips_views}
         return [measure_called(name, known, views) for name in names]
 
@@ -113,7 +113,7 @@ class MetricOptions:
 def _device(models: Models) -> str:
     """Return the compute device; without torch, the metrics that need it report that themselves."""
     try:
-        return models.computes_on()
+        return models.resolve_device()
     except SceneError as error:
         if error.name != "backend":
             raise
@@ -152,7 +152,7 @@ def subjects_of(
         if found is None:
             continue
         scene, text = found
-        prompt = entry.prompt or stated_task(text) or thing(scene.root)
+        prompt = entry.prompt or stated_task(text) or noun_of(scene.root)
         for drawing in drawings:
             yield Subject(entry, _method(entry, drawing, drawings), prompt, scene, _own(entry, drawing))
 
@@ -260,7 +260,7 @@ def evaluate_metrics(
         source = session.source(str(entry.scene))
         return session.evaluate(source).require(), source.text
 
-    results_folder = made_folder(Path(folder)) if folder is not None else None
+    results_folder = make_folder(Path(folder)) if folder is not None else None
     measures = chosen.measures(models)
     subjects = subjects_of(entries_of([str(file) for file in files]), drawings, opened)
     return measured(subjects, measures, results_folder, [Path(path) for path in answers], show=progress or _silent)
@@ -283,7 +283,7 @@ def study_of(
 
 def _filmed(subject: Subject, shown: Progress | None) -> StudyResult:
     """Return the video of a film entry unchanged, or render a turntable or the frames of a scene."""
-    from scenelang.backends.neural.metrics import around, read_film, steady
+    from scenelang.backends.neural.metrics import fixed_shots, read_film, turntable_shots
     from scenelang.backends.pictures.film import painters, save_film
 
     if subject.scene is None:
@@ -292,7 +292,9 @@ def _filmed(subject: Subject, shown: Progress | None) -> StudyResult:
         return StudyResult(subject.method, subject.entry.film.read_bytes(), subject.entry.film.suffix.lower())
     scene, options, drawing = subject.scene, subject.drawing.options, subject.drawing
     width, height = options.width, options.height
-    shots: list[Shot] = steady(scene, width, height) if scene.animated else around(scene, _TURN, width, height)
+    shots: list[Shot] = (
+        fixed_shots(scene, width, height) if scene.animated else turntable_shots(scene, _TURN, width, height)
+    )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "film.webp"
         drawers = painters(scene, options, [picture_backend(drawing.backend)], shots)

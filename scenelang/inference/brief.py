@@ -11,7 +11,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from scenelang.backends.files import read_regular
-from scenelang.backends.language_models.catalogue import ImageContent, TextContent, Turn, said
+from scenelang.backends.language_models.catalogue import ImageContent, Message, TextContent, text_message
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.inference.listing import MAX_ITEMS, Renamed, listing, rename_language, rename_python
@@ -247,7 +247,7 @@ class Brief:
         return "\n".join([*lines, *(f"- {name}: {in_json(docs_of_attributes()[name])}" for name in names)])
 
     @cached_property
-    def first(self) -> Turn:
+    def first(self) -> Message:
         """First user turn, which states the task. It is a fixed prefix shared by samples, repairs and critiques, for
         prompt caching."""
         task, pictures = self.task, self.task.pictures
@@ -257,7 +257,7 @@ class Brief:
         else:
             name = "user.image.md" if pictures else "user.text.md"
             text = self.prompts.text(name, example=self.example, task=task.text)
-        return Turn("user", (*pictures, TextContent(text.strip(), is_fixed=True)))
+        return Message("user", (*pictures, TextContent(text.strip(), is_cacheable=True)))
 
     @cached_property
     def example(self) -> str:
@@ -292,19 +292,19 @@ class Brief:
 
     # --- about an answer ------------------------------------------------------------------------------------------
 
-    def repair(self, diagnostics: str) -> Turn:
-        return said("user", self.prompts.text("repair.md", diagnostics=diagnostics))
+    def repair(self, diagnostics: str) -> Message:
+        return text_message("user", self.prompts.text("repair.md", diagnostics=diagnostics))
 
-    def cut(self, tokens: int) -> Turn:
-        return said("user", self.prompts.text("cut.md", tokens=f"{tokens:,}"))
+    def cut(self, tokens: int) -> Message:
+        return text_message("user", self.prompts.text("cut.md", tokens=f"{tokens:,}"))
 
-    def critique(self, views: Sequence[tuple[str, ImageContent]], findings: str) -> Turn:
+    def critique(self, views: Sequence[tuple[str, ImageContent]], findings: str) -> Message:
         """Return the critique turn: captioned images, then the instructions."""
         parts = [part for caption, picture in views for part in (TextContent(caption), picture)]
         notes = [self.prompts.text("blocks.md")] if self.task.kind is TaskKind.BLOCKS else []
         notes += [f"The checker noticed:\n\n{findings}"] if findings else []
         text = _GAP.sub("\n\n", self.prompts.text("critique.md", notes="\n\n".join(notes)))
-        return Turn("user", (*parts, TextContent(text)))
+        return Message("user", (*parts, TextContent(text)))
 
 
 def _read(word: str) -> list[str]:

@@ -11,9 +11,9 @@ from pathlib import Path
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Any, TextIO
 
-from scenelang.backends.language_models.catalogue import ImageContent, Reply, Usage, said
+from scenelang.backends.language_models.catalogue import ImageContent, Reply, Usage, text_message
 from scenelang.backends.language_models.client import Answer, Client
-from scenelang.backends.neural.describing import AppearanceQuestion
+from scenelang.backends.neural.descriptions import AppearanceQuestion
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, TaskKind
 from scenelang.inference.records import InferenceSettings, Run, settings_of, typed
@@ -267,7 +267,7 @@ class Conductor:
             assert ask is not None
             key = self._client.key(ask.request, progress.sample, progress.number)
             answer = self._run.recorded(progress.sample, progress.number, key)
-            if answer is None and (answer := self._client.kept(key)) is not None:
+            if answer is None and (answer := self._client.cached(key)) is not None:
                 self._take(progress, ask, key, answer)
             elif answer is not None:
                 progress.answer(self._run, answer.reply)
@@ -291,7 +291,7 @@ class Conductor:
             if isinstance(answer, SceneError):
                 progress.fail(self._run, answer)
             else:
-                self._client.keep(key, answer.reply)
+                self._client.cache(key, answer.reply)
                 self._take(progress, ask, key, answer)
         self._run.note(batch=None)
 
@@ -300,7 +300,7 @@ class Conductor:
         was interrupted, if it covers the requests, else a new one."""
         sent = self._sent(keys)
         if sent is not None:
-            self._client.spending.reserve(sum(sent[1].values()))
+            self._client.budget.reserve(sum(sent[1].values()))
             return sent
         for name, ask in asks.items():
             sample, number = (int(piece) for piece in name.split("-")[1:])
@@ -362,7 +362,7 @@ class Describer:
     @property
     def spent(self) -> float:
         """Cost in US dollars."""
-        return self._client.spending.spent
+        return self._client.budget.spent
 
     def __call__(self, questions: Sequence[AppearanceQuestion]) -> list[str]:
         """Return a text for each question. Raises SceneError if the model cannot be reached."""
@@ -374,7 +374,7 @@ class Describer:
 
     def _answers(self, questions: Sequence[AppearanceQuestion], at: int) -> Iterator[str]:
         lines = "\n".join(f"{number}. {_question_line(question)}" for number, question in enumerate(questions, 1))
-        turn = said("user", self._prompts.text("words.md", questions=lines))
+        turn = text_message("user", self._prompts.text("words.md", questions=lines))
         request = self._speaker.request(self._prompts.text("words.system.md"), (turn,))
         answer = self._client.ask(request, at, 1, self._live.counting(0, at, "words"))
         found = {int(number): text.strip("\"'") for number, text in _LINE.findall(answer.reply.text)}
@@ -464,7 +464,7 @@ class Inference:
         if sample is None:
             raise _nothing(outcomes, stopped)
         usage = sum((_usage(attempt.facts) for attempt in run.attempts()), Usage())
-        return Result(outcomes[sample].verdict, sample, client.spending.spent, usage, stopped)
+        return Result(outcomes[sample].verdict, sample, client.budget.spent, usage, stopped)
 
     def _best(self, outcomes: Mapping[int, SampleOutcome], conductor: Conductor, speaker: Speaker) -> int | None:
         """Return the best sample; ties are decided by the model from rendered images."""

@@ -130,17 +130,17 @@ class Estimate:
 
 def first_estimate(inference: Inference) -> Estimate:
     """Return the first request of a run and its maximum cost, without key or network. Raises UsageError."""
-    from scenelang.backends.language_models.openai_chat import upper_estimate
-    from scenelang.backends.language_models.provider import unconnected
+    from scenelang.backends.language_models.openai_chat import estimate_tokens
+    from scenelang.backends.language_models.provider import offline_provider
 
     settings = inference.settings
     with usage_errors():
-        provider = unconnected(settings.provider)
+        provider = offline_provider(settings.provider)
         model = settings.known_model(provider)
         speaker = settings.speaker(model, inference.task.notation)
     request = inference.first_request(speaker)
-    tokens = upper_estimate(request)
-    cost = settings.samples * model.highest_cost(tokens, request.max_tokens, settings.is_batch)
+    tokens = estimate_tokens(request)
+    cost = settings.samples * model.max_cost(tokens, request.max_tokens, settings.is_batch)
     payload = provider.payload(replace(request, grammar=None))
     return Estimate(provider.address, payload, request.grammar, tokens, cost)
 
@@ -165,7 +165,7 @@ def begin(inference: Inference, command: str, name: str, runs: str | None = None
         inference.settings.speaker(client.model, inference.task.notation)
         if inference.settings.is_batch:
             client.batches()
-    run = new_run(runs_folder(runs), name, client.clean)
+    run = new_run(runs_folder(runs), name, client.redact)
     inference.begin(run, command, **facts)
     return run
 
@@ -207,7 +207,7 @@ def recorded(run: Run) -> Iterator[None]:
 def play(inference: Inference, run: Run, live: TextIO | None = None) -> Result:
     """Run or resume inference to its end; recorded answers are reused. Raises SceneError."""
     client = inference.settings.client(run.spent)
-    run = Run(run.path, client.clean)
+    run = Run(run.path, client.redact)
     run.note(settings=inference.settings.data())
     result = inference.run(run, client, live)
     run.keep_text("best.scene", result.best.program)

@@ -24,19 +24,19 @@ from types import MappingProxyType
 from typing import Any, TypeVar, get_type_hints
 from urllib.parse import urlsplit
 
-from scenelang.backends.files import user_folder, write_json, written_whole
+from scenelang.backends.files import atomic_write, user_folder, write_json
 from scenelang.backends.language_models import catalogue
 from scenelang.backends.language_models.catalogue import TIMEOUT
 from scenelang.backends.language_models.client import (
     Answer,
+    Budget,
     Client,
-    Replies,
-    Spending,
+    ReplyCache,
+    reply_cache_folder,
     reply_data,
-    reply_folder,
     reply_of,
 )
-from scenelang.backends.language_models.provider import Provider, connect, family
+from scenelang.backends.language_models.provider import Provider, connect, find_family
 from scenelang.grammar.diagnostics import SceneError, UsageError, printable, suggest, to_json
 from scenelang.grammar.settings import dollars, seconds, setting, settings_in, whole
 from scenelang.inference.brief import Notation
@@ -129,7 +129,7 @@ class Run:
         """Write a file of the run atomically."""
         path = self.path / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        with written_whole(path) as temporary:
+        with atomic_write(path) as temporary:
             temporary.write_bytes(data)
 
     def keep_text(self, name: str, text: str) -> None:
@@ -185,7 +185,7 @@ class Run:
     def answered(self, sample: int, number: int, purpose: str, key: str, answer: Answer) -> None:
         """Record an answer."""
         folder = self._attempt(sample, number, purpose)
-        facts = reply_data(answer.reply) | {"key": key, "cost": answer.cost, "was_kept": answer.was_kept}
+        facts = reply_data(answer.reply) | {"key": key, "cost": answer.cost, "was_kept": answer.was_cached}
         self.keep_text(f"{folder}/answer.txt", answer.reply.text)
         self.keep_text(f"{folder}/reply.json", json.dumps(facts))
 
@@ -437,7 +437,7 @@ class InferenceSettings:
     @property
     def model_name(self) -> str:
         """Name of the model. Raises SceneError if none is selected and the provider has no default."""
-        name = self.model or family(self.provider).default_model
+        name = self.model or find_family(self.provider).default_model
         if name is None:
             raise SceneError("value", f"the provider `{self.provider}` has no default model", "select one with --model")
         return name
@@ -445,13 +445,13 @@ class InferenceSettings:
     def known_model(self, provider: Provider | None) -> catalogue.Model:
         """Return the properties of the model; local models are free. Raises SceneError for an unknown price."""
         is_free = self.provider != "anthropic" and provider is not None and is_local(provider.address)
-        return catalogue.model(self.model_name, self.price, is_free)
+        return catalogue.find_model(self.model_name, self.price, is_free)
 
     def client(self, spent: float = 0.0) -> Client:
         """Connect to the provider; ``spent`` dollars of the cost limit are already used. Raises SceneError."""
         provider = connect(self.provider, self.timeout)
-        replies = Replies(reply_folder()) if self.uses_replies else None
-        return Client(provider, self.known_model(provider), Spending(self.max_cost, spent), replies)
+        replies = ReplyCache(reply_cache_folder()) if self.uses_replies else None
+        return Client(provider, self.known_model(provider), Budget(self.max_cost, spent), replies)
 
     def sends_grammar(self, notation: Notation) -> bool:
         """Return whether answers are constrained by the language's grammar, if the server supports it."""
@@ -465,7 +465,7 @@ class InferenceSettings:
             raise SceneError("value", f"`{model.name}` does not support answers of {tokens:,} tokens", hint)
         grammar = _grammar() if self.sends_grammar(notation) else None
         most_tokens = self.max_tokens or model.max_output
-        return Speaker(model.name, tokens, most_tokens, model.thinking, model.effort(self.effort), grammar)
+        return Speaker(model.name, tokens, most_tokens, model.thinking, model.check_effort(self.effort), grammar)
 
 
 def check_limits(given: Mapping[str, Any], as_flags: bool = False) -> None:

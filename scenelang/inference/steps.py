@@ -19,7 +19,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenelang.backends.files import read_regular
-from scenelang.backends.language_models.catalogue import ImageContent, Reply, Request, Stop, TextContent, Turn, said
+from scenelang.backends.language_models.catalogue import (
+    ImageContent,
+    Message,
+    Reply,
+    Request,
+    StopReason,
+    TextContent,
+    text_message,
+)
 from scenelang.backends.language_models.catalogue import ImageContent as Encoded
 from scenelang.formatting import formatted
 from scenelang.grammar.datum import Source
@@ -353,8 +361,8 @@ class Speaker:
     effort: str | None = None
     grammar: str | None = None
 
-    def request(self, system: str, turns: tuple[Turn, ...]) -> Request:
-        fixed = TextContent(system, is_fixed=True)
+    def request(self, system: str, turns: tuple[Message, ...]) -> Request:
+        fixed = TextContent(system, is_cacheable=True)
         return Request(self.model, fixed, turns, self.max_tokens, self.thinking, self.effort, self.grammar)
 
 
@@ -374,7 +382,7 @@ def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Sam
         shown = views(best.scene) if best.is_usable and best.scene is not None else []
         if not shown:
             break
-        turns = (brief.first, said("assistant", answer), brief.critique(shown, _noticed(best)))
+        turns = (brief.first, text_message("assistant", answer), brief.critique(shown, _noticed(best)))
         try:
             better, improved = yield from _with_repairs(brief, reader, speaker, plan, Purpose.CRITIQUE, turns, best)
         except SceneError as error:
@@ -395,7 +403,7 @@ def _with_repairs(
     speaker: Speaker,
     plan: SamplePlan,
     purpose: Purpose,
-    turns: tuple[Turn, ...],
+    turns: tuple[Message, ...],
     kept: Verdict | None = None,
 ) -> Generator[Step, Reply | None, tuple[Verdict, str]]:
     """Send a request, and repair requests while the answer has errors. Returns the last verdict and its answer;
@@ -403,7 +411,7 @@ def _with_repairs(
     asked = turns
     for repair in range(plan.repairs + 1):
         reply, speaker = yield from _complete(speaker, brief.system, purpose if repair == 0 else Purpose.REPAIR, asked)
-        if reply.stop is Stop.CUT:
+        if reply.stop is StopReason.MAX_TOKENS:
             verdict = Verdict("", None, (_cut(speaker),))
             yield SampleProgress(verdict)
             asked = (*turns, *_shown(reply.text), brief.cut(speaker.max_tokens))
@@ -419,9 +427,9 @@ def _with_repairs(
     return verdict, reply.text
 
 
-def _shown(answer: str) -> tuple[Turn, ...]:
+def _shown(answer: str) -> tuple[Message, ...]:
     """Convert an answer to a turn; services reject empty turns."""
-    return (said("assistant", answer),) if answer.strip() else (said("assistant", "(no text)"),)
+    return (text_message("assistant", answer),) if answer.strip() else (text_message("assistant", "(no text)"),)
 
 
 def _wants_nothing(answer: str) -> bool:
@@ -429,7 +437,7 @@ def _wants_nothing(answer: str) -> bool:
 
 
 def _complete(
-    speaker: Speaker, system: str, purpose: Purpose, turns: tuple[Turn, ...]
+    speaker: Speaker, system: str, purpose: Purpose, turns: tuple[Message, ...]
 ) -> Generator[Step, Reply | None, tuple[Reply, Speaker]]:
     """Request an answer until it is complete, or truncated at the model's maximum length. Incomplete answers are
     requested again, truncated ones with a higher token limit. Returns the answer and the updated speaker."""
@@ -437,20 +445,20 @@ def _complete(
     while True:
         reply = yield Ask(purpose, speaker.request(system, turns))
         assert reply is not None
-        if reply.stop is Stop.REFUSED:
+        if reply.stop is StopReason.REFUSED:
             note = f": {' '.join(reply.note.split())}" if reply.note else ""
             raise SceneError("model-refusal", f"the model refused to answer{note}", "rephrase the task")
-        if reply.stop is Stop.FULL:
+        if reply.stop is StopReason.CONTEXT_FULL:
             raise SceneError(
                 "model-answer", "the model's context window is full", "use fewer images or a smaller program"
             )
-        if reply.stop is Stop.BROKEN:
+        if reply.stop is StopReason.INTERRUPTED:
             broken += 1
             if broken > _MAX_BROKEN:
                 why = f": {reply.note}" if reply.note else ""
                 raise SceneError("model-answer", f"the answer was incomplete {broken} times{why}")
             continue
-        if reply.stop is Stop.CUT and speaker.max_tokens < speaker.most_tokens:
+        if reply.stop is StopReason.MAX_TOKENS and speaker.max_tokens < speaker.most_tokens:
             speaker = replace(speaker, max_tokens=min(speaker.most_tokens, 2 * speaker.max_tokens))
             continue
         return reply, speaker
@@ -487,7 +495,7 @@ def judge_steps(prompts: Prompts, speaker: Speaker, task: Task, verdicts: Sequen
         return SampleOutcome(judged[0])  # scenes that cannot be rendered cannot be compared
     wanted = f"Reconstruct the scene of the pictures before. {task.text}".strip() if task.pictures else task.text
     text = prompts.text("judge.md", count=str(len(scenes)), task=wanted)
-    turn = Turn("user", (*task.pictures, sheet, TextContent(text)))
+    turn = Message("user", (*task.pictures, sheet, TextContent(text)))
     request = replace(speaker, grammar=None).request(prompts.text("judge.system.md"), (turn,))
     reply = yield Ask(Purpose.JUDGE, request)
     match = _ANSWER.search(reply.text) if reply is not None else None

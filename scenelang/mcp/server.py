@@ -94,7 +94,7 @@ def serve(root: Path, limits: Limits, version: str) -> None:
 
 def _import_ahead() -> None:
     """Load modules and tables needed by every request, before worker processes are forked."""
-    from scenelang.backends.base import every
+    from scenelang.backends.base import all_backends
     from scenelang.backends.pictures import film  # noqa: F401
     from scenelang.grammar import ast, reader
     from scenelang.stdlib.library import build_library
@@ -102,7 +102,7 @@ def _import_ahead() -> None:
     reader.prepare()
     ast.prepare()
     build_library()
-    every()
+    all_backends()
 
 
 def build_server(project: Project, version: str, worker: Worker) -> SceneServer:

@@ -274,7 +274,7 @@ def _transpile(repl: Repl, rest: str) -> None:
 
 
 def _save(repl: Repl, rest: str) -> None:
-    from scenelang.backends.files import written_whole
+    from scenelang.backends.files import atomic_write
 
     is_forced = rest.startswith("!") or rest.endswith(" !")
     name = unquoted(operand_of(rest.strip("! "), "save", "a file"))
@@ -287,7 +287,7 @@ def _save(repl: Repl, rest: str) -> None:
         raise SceneError("file", f"cannot write {path}: {why}")
     if path.exists() and not is_forced and not _may_replace(repl, path):
         raise SceneError("file", f"{path} already exists", f"overwrite it with `,save! {path}`")
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text(text, "utf-8", newline="\n")
     repl.screen.write(f"wrote {path}")
 

@@ -14,7 +14,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.grammar.diagnostics import CODES, Diagnostic, SceneError, capped, printable, render_text
 from scenelang.interpreter.runtime.procedures import Closure, Condition
 from scenelang.interpreter.runtime.show import show
@@ -64,7 +64,7 @@ def protocol_of(environment: Mapping[str, str]) -> Protocol | None:
 
 def inline(path: Path, protocol: Protocol, rows: int) -> str:
     """Return the escape sequence of an image file, ``rows`` text lines high. Raises SceneError without pillow."""
-    image = need("PIL.Image", "pillow").open(path).convert("RGB")
+    image = require("PIL.Image", "pillow").open(path).convert("RGB")
     if protocol is Protocol.SIXEL:
         return _sixel(image, rows * 18)
     data = io.BytesIO()

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.files import read_regular, written_whole
+from scenelang.backends.files import atomic_write, read_regular
 from scenelang.backends.pictures.studio import from_srgb, to_srgb
 from scenelang.backends.viewer.packet import SplatsOf, packet_of
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Source, Span, Symbol, atom_text
@@ -205,7 +205,7 @@ def write_back(controls: Mapping[str, ParamControl], name: str, value: Any) -> N
         raise SceneError("file", f"`{name}` was not saved: {source.name} was modified since it was read")
     after = source.text[: control.place.start] + text + source.text[control.place.end :]
     mode = path.stat().st_mode & 0o7777
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(bom + after.encode())
         if _bytes(path) != before:
             raise SceneError("file", f"`{name}` was not saved: {source.name} was modified concurrently")
@@ -464,7 +464,7 @@ def _param_data(control: ParamControl, values: Mapping[str, Any], is_live: bool)
 def saved_page(workspace: Workspace, report: Callable[[Sequence[Diagnostic]], None]) -> str | None:
     """Return a self-contained page with the scenes of all files, or None if one has errors. ``told`` is called with the
     diagnostics."""
-    from scenelang.backends.viewer.page import SavedScene, self_contained
+    from scenelang.backends.viewer.page import SavedScene, self_contained_page
 
     scenes = []
     for number, name in enumerate(workspace.files):
@@ -473,4 +473,4 @@ def saved_page(workspace: Workspace, report: Callable[[Sequence[Diagnostic]], No
         if state.packet is None or not state.ok:
             return None
         scenes.append(SavedScene(name, state_data(name, state, is_live=False), state.packet))
-    return self_contained(scenes)
+    return self_contained_page(scenes)

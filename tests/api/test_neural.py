@@ -114,7 +114,7 @@ def test_words_for_numbers(beach: sl.Scene) -> None:
     assert any("mossy" in text for text in asked.texts)
     with pytest.raises(sl.SceneError, match="is already described"):
         z.describe(beach, describe=lambda questions: [])
-    with pytest.raises(sl.SceneError, match=r"a template knows \{embedding\}"):
+    with pytest.raises(sl.SceneError, match=r"the placeholders are \{embedding\}"):
         z.words_of(beach, template="{embedding} {colour}")
 
 
@@ -137,7 +137,7 @@ def test_mistakes_about_embeddings(beach: sl.Scene) -> None:
         (lambda: z.export("a.png"), "cannot write vectors to"),
         (lambda: z.export("a.npz"), "nothing to export: the embeddings file"),
         (lambda: z.encode(beach, models=sl.Models(device="tpu")), "unknown device"),
-        (lambda: z.encode(beach, models=sl.Models("nowhere")), "no model directory nowhere"),
+        (lambda: z.encode(beach, models=sl.Models("nowhere")), "the model directory nowhere does not exist"),
     ]
     for action, text in wrong:
         with pytest.raises(sl.SceneError, match=text):
@@ -195,7 +195,7 @@ def test_mistakes_about_pictures(beach: sl.Scene) -> None:
         (lambda: sl.ImagineSettings(method="magic"), "--method"),
         (lambda: sl.ImagineSettings(strength=-1.0), "--strength"),
         (lambda: sl.imagine(beach, count=0, models=CPU), "--count"),
-        (lambda: sl.imagine(beach, size=(60, 64), models=CPU), "steps of 8 pixels"),
+        (lambda: sl.imagine(beach, size=(60, 64), models=CPU), "must be multiples of 8"),
         (lambda: sl.imagine(beach, frame=3, models=CPU), "frame 3 does not exist"),
         (lambda: sl.imagine(beach, settings=sl.ImagineSettings(model="no/such"), models=CPU), "weights"),
         (lambda: sl.imagine_layout(beach, granularity=sl.Granularity(named=("castle",))), "castle"),
@@ -208,7 +208,7 @@ def test_mistakes_about_pictures(beach: sl.Scene) -> None:
 
 # --- invert, learn_style ---------------------------------------------------------------------------------------------
 
-QUICK = sl.InversionSettings(steps=3, batch=1, draws=2)
+QUICK = sl.InversionSettings(steps=3, batch_size=1, loss_samples=2)
 
 
 @pytest.fixture
@@ -343,10 +343,10 @@ def test_docstring_examples_run() -> None:
 
     from scenelang import embeddings, inversion, neural
     from scenelang.backends.neural import inversion as learning_of_words
-    from scenelang.backends.neural import sentences, weights
-    from scenelang.backends.neural.distillation import learning
+    from scenelang.backends.neural import prompts, weights
+    from scenelang.backends.neural.distillation import training
 
-    for module in (embeddings, inversion, neural, learning, learning_of_words, sentences, weights):
+    for module in (embeddings, inversion, neural, training, learning_of_words, prompts, weights):
         assert doctest.testmod(module).failed == 0
 
 

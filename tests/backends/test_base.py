@@ -13,7 +13,7 @@ import pytest
 
 from scenelang.backends import base
 from scenelang.backends.exports.gltf import GLTF
-from scenelang.backends.files import written_whole
+from scenelang.backends.files import atomic_write
 from scenelang.backends.pictures.draft import DRAFT
 from scenelang.backends.pictures.film import save_picture
 from scenelang.backends.pictures.mitsuba import MITSUBA
@@ -57,7 +57,7 @@ def test_backends_are_found_by_name_and_by_file(monkeypatch: pytest.MonkeyPatch)
     assert base.find("gltf") is GLTF
     assert base.for_file("a.PNG") is DRAFT
     assert base.for_file("a.glb", base.Work.EXPORT) is GLTF
-    assert all(backend.is_installed for backend in base.every())
+    assert all(backend.is_installed for backend in base.all_backends())
     with pytest.raises(SceneError, match="unknown backend `drft`") as caught:
         base.find("drft")
     assert caught.value.hint == "did you mean `draft`?"
@@ -74,7 +74,7 @@ def test_a_broken_backend_does_not_hide_the_others(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(
         base.PluginRegistry, "_points", lambda self: {"broken": broken, "wrong": wrong, **points(DRAFT)}
     )
-    assert base.every() == [DRAFT]
+    assert base.all_backends() == [DRAFT]
     with pytest.raises(SceneError, match="cannot be loaded"):
         base.find("broken")
     with pytest.raises(SceneError, match="is not a Backend"):
@@ -83,9 +83,9 @@ def test_a_broken_backend_does_not_hide_the_others(monkeypatch: pytest.MonkeyPat
 
 def test_a_missing_package_names_its_command() -> None:
     with pytest.raises(SceneError, match="no_such_package_here") as caught:
-        base.need("no_such_package_here", "such-a-package")
+        base.require("no_such_package_here", "such-a-package")
     assert caught.value.name == "backend"
-    assert caught.value.hint == "pip install such-a-package"
+    assert caught.value.hint == "install it with `pip install such-a-package`"
 
 
 PICTURE = np.full((4, 5, 3), 200, np.uint8)
@@ -106,7 +106,7 @@ def test_an_interrupted_write_changes_nothing(tmp_path: Path, error: type[BaseEx
     path.write_text("before")
 
     def interrupted() -> None:
-        with written_whole(path) as temporary:
+        with atomic_write(path) as temporary:
             temporary.write_text("half")
             raise error
 

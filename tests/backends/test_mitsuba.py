@@ -349,7 +349,7 @@ def test_many_samples_take_llvm_where_it_works(monkeypatch: pytest.MonkeyPatch) 
 
         def set_log_level(self, level: int) -> None: ...
 
-    monkeypatch.setattr(mitsuba, "need", lambda *_: Fake())
+    monkeypatch.setattr(mitsuba, "require", lambda *_: Fake())
     monkeypatch.setattr(mitsuba, "works", lambda name: True)
     for choice, samples, crowded in (
         ("auto", 10**9, False),

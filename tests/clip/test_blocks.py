@@ -13,14 +13,14 @@ from scenelang.backends.minecraft.connections import settled
 from scenelang.backends.minecraft.table import load_table
 from scenelang.backends.minecraft.voxels import Voxels
 from scenelang.backends.neural import clip
-from scenelang.backends.neural.clip import ClipName, by_meaning, load_clip
+from scenelang.backends.neural.clip import ClipName, load_clip, nearest_by_meaning
 
 NAMES = ["stone", "oak_planks", "sandstone", "glass", "red_wool"]
 
 
 @pytest.fixture
 def weights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A shelf with a small model in the place of ViT-H-14, and a cache of its own."""
+    """A hub with a small model in the place of ViT-H-14, and a cache of its own."""
     folder = tmp_path / "models"
     small_clip(folder / "ViT-H-14")
     monkeypatch.setenv("SCENELANG_MODELS", str(folder))
@@ -41,15 +41,15 @@ def openclip_says(folder: Path, name: str) -> str:
 
 @pytest.mark.parametrize("name", ["lava lamp", "wooden floor", "sea", "a dragon's scale"])
 def test_the_nearest_in_meaning(name: str, weights: Path) -> None:
-    assert by_meaning(name, NAMES) == openclip_says(weights, name)
+    assert nearest_by_meaning(name, NAMES) == openclip_says(weights, name)
 
 
 def test_names_are_encoded_once(weights: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = by_meaning("lava lamp", NAMES)
+    before = nearest_by_meaning("lava lamp", NAMES)
     counted: list[int] = []
-    encoded = clip._encoded
-    monkeypatch.setattr(clip, "_encoded", lambda e, names: counted.append(len(names)) or encoded(e, names))
-    assert by_meaning("lava lamp", NAMES) == before
+    encoded = clip._embed_names
+    monkeypatch.setattr(clip, "_embed_names", lambda e, names: counted.append(len(names)) or encoded(e, names))
+    assert nearest_by_meaning("lava lamp", NAMES) == before
     assert counted == [1]
 
 
@@ -59,7 +59,7 @@ def test_a_build_asks_it(weights: Path) -> None:
     )
     found = settled(voxels)
     names = [k.name.removeprefix("minecraft:") for k in load_table().blocks.values() if not k.is_for_operators]
-    assert found.build.palette[1].name == f"minecraft:{by_meaning('qwxzv', names)}"
+    assert found.build.palette[1].name == f"minecraft:{nearest_by_meaning('qwxzv', names)}"
     assert [warning.name for warning in found.warnings] == ["unknown-block"]
 
 
@@ -67,6 +67,6 @@ def test_without_weights_letters_decide(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setenv("SCENELANG_MODELS", str(tmp_path))
     monkeypatch.setenv("HF_HUB_CACHE", str(tmp_path))
     clip._encoder.cache_clear()
-    assert by_meaning("lava lamp", NAMES) is None
+    assert nearest_by_meaning("lava lamp", NAMES) is None
     monkeypatch.setattr(clip, "find_spec", lambda name: None)
-    assert by_meaning("lava lamp", NAMES) is None
+    assert nearest_by_meaning("lava lamp", NAMES) is None

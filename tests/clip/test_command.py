@@ -186,8 +186,8 @@ def test_what_z_holds_stays(place: Path) -> None:
         (["similar", "<z2>"], 1, "has not been encoded"),
         (["export", "-o", "a.npz"], 1, "the embeddings file does not exist"),
         (["export", "-o", "a.png"], 2, ".npz"),
-        (["encode", "--models-dir", "nowhere"], 1, "no model directory nowhere"),
-        (["encode", "--model", "ViT-Q/none", "--models-dir", "."], 1, "no model"),
+        (["encode", "--models-dir", "nowhere"], 1, "the model directory nowhere does not exist"),
+        (["encode", "--model", "ViT-Q/none", "--models-dir", "."], 1, "unknown OpenCLIP model `ViT-Q/none`"),
         (["encode", "--device", "tpu"], 1, "unknown device `tpu`"),
     ],
 )

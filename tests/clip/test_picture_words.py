@@ -11,7 +11,7 @@ from PIL import Image
 from small_models import seeded, small_clip
 
 from scenelang.backends.neural.clip import ClipModel, ClipName, load_clip
-from scenelang.backends.neural.inversion import SENTENCE, picture_word
+from scenelang.backends.neural.inversion import PROMPT, learn_picture_word
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.zfile import read_encodings, read_made, read_z
@@ -53,7 +53,7 @@ def own_cosine(model: ClipModel, vectors: np.ndarray, picture: Image.Image) -> f
     kept = weight[number].clone()
     with torch.no_grad():
         weight[number] = torch.from_numpy(vectors[0])
-        text = model.network.encode_text(model.tokenizer([SENTENCE.replace("<picture>", "thing")]), normalize=True)
+        text = model.network.encode_text(model.tokenizer([PROMPT.replace("<picture>", "thing")]), normalize=True)
         weight[number] = kept
         shown = model.network.encode_image(model.prepare(picture)[None], normalize=True)
     return float(text[0] @ shown[0])
@@ -61,7 +61,7 @@ def own_cosine(model: ClipModel, vectors: np.ndarray, picture: Image.Image) -> f
 
 def test_the_sentence_meets_the_picture(model: ClipModel) -> None:
     before = hashlib.sha256(b"".join(p.numpy().tobytes() for p in model.network.parameters())).digest()
-    found = picture_word(model, photo(), "thing")
+    found = learn_picture_word(model, photo(), "thing")
     assert found.vectors.shape == (1, 32)
     assert found.vectors.dtype == np.float32
     assert found.cosine > found.before + 0.2
@@ -72,18 +72,18 @@ def test_the_sentence_meets_the_picture(model: ClipModel) -> None:
 
 
 def test_pictures_have_words_of_their_own(model: ClipModel) -> None:
-    one, same, other = (picture_word(model, photo(seed), steps=5) for seed in (0, 0, 1))
+    one, same, other = (learn_picture_word(model, photo(seed), steps=5) for seed in (0, 0, 1))
     assert np.array_equal(one.vectors, same.vectors)
     assert not np.array_equal(one.vectors, other.vectors)
 
 
 def test_no_steps_are_the_start(model: ClipModel) -> None:
-    found = picture_word(model, photo(), "stone statue", steps=0)
+    found = learn_picture_word(model, photo(), "stone statue", steps=0)
     own = model.network.token_embedding.weight[model.tokenizer.encode("stone statue")].numpy()
     assert np.allclose(found.vectors[0], own.mean(0))
     assert found.cosine == found.before
     with pytest.raises(SceneError, match="no tokens"):
-        picture_word(model, photo(), " ")
+        learn_picture_word(model, photo(), " ")
 
 
 def test_a_handle_gets_a_picture(beach: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -124,7 +124,7 @@ def test_other_settings_leave_it_and_clear_forgets_it(beach: Path) -> None:
             "cannot read none.png as an image: No such file or directory",
         ),
         (["--image", "photo.png", "--start", " "], 1, "no tokens"),
-        (["--image", "photo.png", "--models-dir", "nowhere"], 1, "no model directory nowhere"),
+        (["--image", "photo.png", "--models-dir", "nowhere"], 1, "the model directory nowhere does not exist"),
     ],
 )
 def test_mistakes(words: list[str], code: int, text: str, beach: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -19,7 +19,7 @@ from scenelang.backends.neural.clip import (
     load_clip,
     parse_prompt,
     slots,
-    with_texts,
+    substitute_texts,
 )
 from scenelang.grammar.diagnostics import SceneError
 
@@ -53,8 +53,8 @@ def test_layers(model: ClipModel, encoder: TextEncoder) -> None:
     state = text.token_embedding(model.tokenizer(["a moai"])) + text.positional_embedding
     for block in list(text.transformer.resblocks)[:-1]:
         state = block(state, attn_mask=text.attn_mask)
-    assert torch.allclose(found.earlier, text.ln_final(state), atol=1e-6)
-    assert found.words.shape == found.earlier.shape == (1, 77, 32)
+    assert torch.allclose(found.penultimate, text.ln_final(state), atol=1e-6)
+    assert found.hidden_states.shape == found.penultimate.shape == (1, 77, 32)
 
 
 @settings(max_examples=many(25), deadline=None)
@@ -63,11 +63,11 @@ def test_a_words_own_vectors_are_the_word(encoder: TextEncoder, before: Any, hid
     torch = seeded()
     said = f"a {' '.join(before)} {' '.join(hidden)} {after}"
     spliced = (f"a {' '.join(before)} ", Slot("z2"), f" {after}")
-    vectors = {"z2": encoder.vectors_of(" ".join(hidden))}
+    vectors = {"z2": encoder.token_embeddings(" ".join(hidden))}
     one, other = encoder.encode([(said,)]), encoder.encode([spliced], vectors)
     assert torch.equal(one.pooled, other.pooled)
-    assert torch.equal(one.words, other.words)
-    assert torch.equal(one.earlier, other.earlier)
+    assert torch.equal(one.hidden_states, other.hidden_states)
+    assert torch.equal(one.penultimate, other.penultimate)
 
 
 def test_gradients_reach_only_the_vectors(model: ClipModel, encoder: TextEncoder) -> None:
@@ -98,9 +98,9 @@ def test_prompts_of_different_lengths_are_encoded_together(encoder: TextEncoder)
 
 def test_mistakes(encoder: TextEncoder) -> None:
     torch = seeded()
-    with pytest.raises(SceneError, match="nothing is known of <z9>"):
+    with pytest.raises(SceneError, match="<z9> has neither learned vectors nor a text"):
         encoder.encode([(Slot("z9"),)])
-    with pytest.raises(SceneError, match="1 x 8; those of this model are 32 wide") as caught:
+    with pytest.raises(SceneError, match="have the shape 1 x 8, but this model requires width 32") as caught:
         encoder.encode([(Slot("z9"),)], {"z9": torch.zeros(1, 8)})
     assert "another model" in (caught.value.hint or "")
 
@@ -119,8 +119,8 @@ def test_prompts_are_parsed() -> None:
 
 def test_texts_are_written_out() -> None:
     prompt = parse_prompt("a <z2> moai in <z1>")
-    assert with_texts(prompt, {"z2": "mossy"}.get) == ("a mossy moai in ", Slot("z1"))
-    assert with_texts(prompt, {"z2": "", "z1": "oil"}.get) == ("a  moai in oil",)
+    assert substitute_texts(prompt, {"z2": "mossy"}.get) == ("a mossy moai in ", Slot("z1"))
+    assert substitute_texts(prompt, {"z2": "", "z1": "oil"}.get) == ("a  moai in oil",)
     assert slots(prompt) == ("z2", "z1")
 
 
@@ -128,29 +128,29 @@ def test_texts_are_written_out() -> None:
 
 
 def test_a_shelf_finds_models_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from scenelang.backends.neural.weights import shelf
+    from scenelang.backends.neural.weights import model_hub
 
     torch = seeded()
     small_clip(tmp_path / "ViT-H-14")
-    found = load_clip(shelf=shelf(tmp_path))
+    found = load_clip(hub=model_hub(tmp_path))
     assert isinstance(found.network.positional_embedding, torch.nn.Parameter)
     monkeypatch.setenv("SCENELANG_MODELS", str(tmp_path))
-    assert load_clip(shelf=shelf()).name.architecture == "ViT-H-14"
+    assert load_clip(hub=model_hub()).name.architecture == "ViT-H-14"
 
 
 def test_what_is_not_there_is_one_clear_line(tmp_path: Path) -> None:
-    from scenelang.backends.neural.weights import Shelf, shelf
+    from scenelang.backends.neural.weights import ModelHub, model_hub
 
     with pytest.raises(SceneError) as caught:
-        load_clip(shelf=Shelf(None, fetch=False))
+        load_clip(hub=ModelHub(None, download=False))
     assert caught.value.name == "weights"
     assert "ViT-H-14" in caught.value.message
     assert "--models-dir" in (caught.value.hint or "")
-    with pytest.raises(SceneError, match="no model `ViT-H-14/nothing`"):
+    with pytest.raises(SceneError, match="unknown OpenCLIP model `ViT-H-14/nothing`"):
         load_clip(ClipName("ViT-H-14", "nothing"))
-    with pytest.raises(SceneError, match="no model directory"):
-        shelf(tmp_path / "nowhere")
+    with pytest.raises(SceneError, match=r"the model directory .* does not exist"):
+        model_hub(tmp_path / "nowhere")
     (tmp_path / "ViT-H-14").mkdir()
-    with pytest.raises(SceneError, match="does not hold") as broken:
-        load_clip(shelf=shelf(tmp_path))
+    with pytest.raises(SceneError, match="cannot load the model") as broken:
+        load_clip(hub=model_hub(tmp_path))
     assert broken.value.name == "weights"

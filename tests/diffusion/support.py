@@ -15,7 +15,7 @@ from scenelang.grammar.diagnostics import SceneError
 
 def predicted(diffusion: Any, latents: Any, cameras: Any = None, depth: Any = None) -> Any:
     torch = seeded()
-    states = diffusion.words.encode([("a red sphere",)] * len(latents))
+    states = diffusion.text_encoder.encode([("a red sphere",)] * len(latents))
     with torch.no_grad():
         return diffusion.predict(latents, torch.full((len(latents),), 300), states, cameras, depth)
 

@@ -8,7 +8,13 @@ from typing import Any
 import pytest
 from small_models import seeded, small_control, small_unet, small_vae
 
-from scenelang.backends.neural.diffusion import Autoencoder, Diffusion, Unshuffled, memory_told, schedule_of
+from scenelang.backends.neural.diffusion import (
+    Autoencoder,
+    DiffusionModel,
+    PixelUnshuffle,
+    schedule_of,
+    translate_out_of_memory,
+)
 from scenelang.grammar.diagnostics import SceneError
 
 
@@ -30,21 +36,21 @@ def test_an_autoencoder_is_that_of_diffusers() -> None:
 def test_pixels_as_channels() -> None:
     torch = seeded()
     pictures = torch.rand(2, 3, 8, 8)
-    latents = Unshuffled(2).encode(pictures)
+    latents = PixelUnshuffle(2).encode(pictures)
     assert latents.shape == (2, 12, 4, 4)
     assert torch.equal(latents[1, 4 * 2 + 3], pictures[1, 2, 1::2, 1::2] * 2 - 1)
-    assert torch.allclose(Unshuffled(2).decode(latents), pictures, atol=1e-6)
+    assert torch.allclose(PixelUnshuffle(2).decode(latents), pictures, atol=1e-6)
 
 
 # --- depth -----------------------------------------------------------------------------------------------------------
 
 
-def controlled(views: bool) -> tuple[Diffusion, Any]:
+def controlled(views: bool) -> tuple[DiffusionModel, Any]:
     seeded()
     network = small_unet(views)
     control = small_control(network)
     schedule = schedule_of({})
-    return Diffusion("small", network, schedule, Unshuffled(2), None, 16, 4 if views else 1, control), control  # type: ignore[arg-type]
+    return DiffusionModel("small", network, schedule, PixelUnshuffle(2), None, 16, 4 if views else 1, control), control  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("views", [False, True])
@@ -85,7 +91,7 @@ def test_a_control_is_that_of_diffusers() -> None:
 def test_depth_needs_a_control() -> None:
     torch = seeded()
     diffusion = replace(controlled(False)[0], control=None)
-    with pytest.raises(SceneError, match="`small` has no control") as caught:
+    with pytest.raises(SceneError, match="`small` has no ControlNet") as caught:
         diffusion.predict(
             torch.zeros(1, 4, 8, 8), torch.tensor([1]), torch.zeros(1, 77, 32), None, torch.zeros(1, 3, 32, 32)
         )
@@ -94,9 +100,9 @@ def test_depth_needs_a_control() -> None:
 
 def test_a_full_gpu_is_one_line() -> None:
     torch = seeded()
-    with pytest.raises(SceneError, match="memory of the GPU is full") as caught, memory_told():
+    with pytest.raises(SceneError, match="out of GPU memory") as caught, translate_out_of_memory():
         raise torch.cuda.OutOfMemoryError("CUDA out of memory. Tried to allocate 2.00 GiB")
     assert caught.value.name == "unsupported"
     assert "--device cpu" in (caught.value.hint or "")
-    with pytest.raises(ZeroDivisionError), memory_told():
+    with pytest.raises(ZeroDivisionError), translate_out_of_memory():
         raise ZeroDivisionError

@@ -10,9 +10,9 @@ import pytest
 from small_models import seeded, small_unet
 
 from scenelang.backends.neural.diffusion import (
-    Diffusion,
+    DiffusionModel,
     FoldedAttention,
-    Unshuffled,
+    PixelUnshuffle,
     camera_row,
     camera_rows,
     fold_views,
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from diffusion.original import OriginalUNet
 
 
-def model(network: Any, views: int = 4, control: Any = None) -> Diffusion:
-    return Diffusion("small", network, schedule_of({}), Unshuffled(2), None, 16, views, control)  # type: ignore[arg-type]
+def model(network: Any, views: int = 4, control: Any = None) -> DiffusionModel:
+    return DiffusionModel("small", network, schedule_of({}), PixelUnshuffle(2), None, 16, views, control)  # type: ignore[arg-type]
 
 
 def inputs(torch: Any, rows: int = 8) -> tuple[Any, Any, Any, Any]:
@@ -36,7 +36,7 @@ def inputs(torch: Any, rows: int = 8) -> tuple[Any, Any, Any, Any]:
 
 
 @pytest.fixture(scope="module")
-def pair() -> tuple[Diffusion, OriginalUNet]:
+def pair() -> tuple[DiffusionModel, OriginalUNet]:
     """The same random weights in both forms."""
     from diffusion.original import OriginalUNet
 
@@ -48,7 +48,7 @@ def pair() -> tuple[Diffusion, OriginalUNet]:
     return model(network), plain
 
 
-def test_views_attend_to_one_another_as_in_the_original(pair: tuple[Diffusion, OriginalUNet]) -> None:
+def test_views_attend_to_one_another_as_in_the_original(pair: tuple[DiffusionModel, OriginalUNet]) -> None:
     torch = seeded(1)
     diffusion, plain = pair
     latents, steps, states, cameras = inputs(torch)
@@ -60,7 +60,7 @@ def test_views_attend_to_one_another_as_in_the_original(pair: tuple[Diffusion, O
     assert float((found - alone).abs().max()) > 1e-2
 
 
-def test_without_cameras_pictures_are_alone(pair: tuple[Diffusion, OriginalUNet]) -> None:
+def test_without_cameras_pictures_are_alone(pair: tuple[DiffusionModel, OriginalUNet]) -> None:
     torch = seeded(2)
     diffusion, plain = pair
     latents, steps, states, _ = inputs(torch)
@@ -72,7 +72,7 @@ def test_without_cameras_pictures_are_alone(pair: tuple[Diffusion, OriginalUNet]
     assert float((found - with_zero).abs().max()) > 1e-2  # the layers' own biases are left out too
 
 
-def test_groups_do_not_mix(pair: tuple[Diffusion, OriginalUNet]) -> None:
+def test_groups_do_not_mix(pair: tuple[DiffusionModel, OriginalUNet]) -> None:
     torch = seeded(3)
     diffusion, _ = pair
     latents, steps, states, cameras = inputs(torch)
@@ -82,7 +82,7 @@ def test_groups_do_not_mix(pair: tuple[Diffusion, OriginalUNet]) -> None:
     assert torch.allclose(both[:4], first, atol=1e-5)
 
 
-def test_gradients_flow_through(pair: tuple[Diffusion, OriginalUNet]) -> None:
+def test_gradients_flow_through(pair: tuple[DiffusionModel, OriginalUNet]) -> None:
     torch = seeded(4)
     diffusion, _ = pair
     latents, steps, states, cameras = inputs(torch, 4)
@@ -93,7 +93,7 @@ def test_gradients_flow_through(pair: tuple[Diffusion, OriginalUNet]) -> None:
     assert float(states.grad.abs().max()) > 0
 
 
-def test_weights_in_half(pair: tuple[Diffusion, OriginalUNet]) -> None:
+def test_weights_in_half(pair: tuple[DiffusionModel, OriginalUNet]) -> None:
     torch = seeded(5)
     network = small_unet().to(torch.bfloat16)
     latents, steps, states, cameras = inputs(torch, 4)
@@ -113,9 +113,9 @@ def test_folding_twice_is_folding_once() -> None:
 def test_cameras_that_do_not_fit() -> None:
     torch = seeded()
     latents, steps, states, cameras = inputs(torch)
-    with pytest.raises(SceneError, match="groups of 4"):
+    with pytest.raises(SceneError, match="B a multiple of 4"):
         model(small_unet()).predict(latents[:6], steps[:6], states[:6], cameras[:6])
-    with pytest.raises(SceneError, match="knows no cameras"):
+    with pytest.raises(SceneError, match="has no camera conditioning"):
         model(small_unet(views=False), views=1).predict(latents, steps, states, cameras)
 
 

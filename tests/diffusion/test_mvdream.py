@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from small_models import CAMERAS, SMALL_SCHEDULER, SMALL_UNET, SMALL_VAE, seeded, small_clip, small_unet, small_vae
 
-from scenelang.backends.neural.clip import ClipName, TextEncoder, empty_tower, load_clip, text_weights
+from scenelang.backends.neural.clip import ClipName, TextEncoder, build_text_tower, load_clip, text_weights
 from scenelang.backends.neural.diffusion import Autoencoder, fold_views
 from scenelang.backends.neural.diffusion_loading import load_multiview
 from scenelang.backends.neural.mvdream import (
@@ -21,7 +21,7 @@ from scenelang.backends.neural.mvdream import (
     Networks,
     convert_mvdream,
     empty_networks,
-    fitted,
+    load_weights,
     mvdream_tensors,
     read_mvdream,
     text_names,
@@ -52,7 +52,7 @@ def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Networks
 
 
 def _text_only(network: Any) -> Any:
-    return fitted("clip", empty_tower(TEXT_CONFIG), text_weights(network.state_dict()))
+    return load_weights("clip", build_text_tower(TEXT_CONFIG), text_weights(network.state_dict()))
 
 
 def test_a_checkpoint_comes_back(checkpoint: tuple[Path, Networks]) -> None:
@@ -78,15 +78,15 @@ def test_a_checkpoint_works_as_its_networks_do(checkpoint: tuple[Path, Networks]
     assert (found.views, found.size) == (4, 32)
     latents, cameras = torch.randn(4, 4, 8, 8), torch.randn(4, 16)
     clip = load_clip(ClipName(str(path.parent / "clip")))
-    states = TextEncoder(clip).encode([("a red sphere",)] * 4).earlier
-    assert torch.equal(found.words.encode([("a red sphere",)] * 4), states)
+    states = TextEncoder(clip).encode([("a red sphere",)] * 4).penultimate
+    assert torch.equal(found.text_encoder.encode([("a red sphere",)] * 4), states)
     steps = torch.full((4,), 300)
     fold_views(networks.unet)
     with torch.no_grad():
         own = networks.unet(latents, steps, states, class_labels=cameras, cross_attention_kwargs={"views": 4}).sample
         assert torch.equal(found.predict(latents, steps, states, cameras), own)
         pictures = torch.rand(1, 3, 32, 32)
-        assert torch.equal(found.pixels.encode(pictures), Autoencoder(networks.vae).encode(pictures))
+        assert torch.equal(found.codec.encode(pictures), Autoencoder(networks.vae).encode(pictures))
 
 
 def test_a_checkpoint_as_a_folder(checkpoint: tuple[Path, Networks], tmp_path: Path) -> None:
@@ -96,7 +96,7 @@ def test_a_checkpoint_as_a_folder(checkpoint: tuple[Path, Networks], tmp_path: P
     one, other = load_multiview(str(path), architecture=SMALL), load_multiview(str(tmp_path / "made"))
     latents, cameras = torch.randn(4, 4, 8, 8), torch.randn(4, 16)
     assert torch.equal(predicted(one, latents, cameras), predicted(other, latents, cameras))
-    assert torch.equal(one.schedule.alphas, other.schedule.alphas)
+    assert torch.equal(one.schedule.alphas_cumprod, other.schedule.alphas_cumprod)
     with pytest.raises(SceneError, match="cannot write `made`"):
         convert_mvdream(path, tmp_path / "made", SMALL)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["made"]
@@ -159,11 +159,11 @@ def test_code_in_a_checkpoint_is_not_run(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda t: t.pop(f"{UNET}camera_embed.0.weight"), f"`{UNET}camera_embed.0.weight` is missing"),
-        (lambda t: t.update({f"{UNET}more.weight": t["betas"]}), f"`{UNET}more.weight` does not belong there"),
-        (lambda t: t.update({"lora.up": t["betas"]}), "`lora.up` does not belong there"),
-        (lambda t: t.update({f"{VAE}quant_conv.bias": t["betas"]}), "quant_conv.bias` has the shape 1000, not 8"),
-        (lambda t: t.pop(f"{TEXT}ln_final.bias"), f"`{TEXT}ln_final.bias` is missing"),
+        (lambda t: t.pop(f"{UNET}camera_embed.0.weight"), f"missing key `{UNET}camera_embed.0.weight`"),
+        (lambda t: t.update({f"{UNET}more.weight": t["betas"]}), f"unexpected key `{UNET}more.weight`"),
+        (lambda t: t.update({"lora.up": t["betas"]}), "unexpected key `lora.up`"),
+        (lambda t: t.update({f"{VAE}quant_conv.bias": t["betas"]}), "quant_conv.bias` has the shape 1000, expected 8"),
+        (lambda t: t.pop(f"{TEXT}ln_final.bias"), f"missing key `{TEXT}ln_final.bias`"),
     ],
 )
 def test_checkpoints_of_other_models(checkpoint: tuple[Path, Networks], tmp_path: Path, change: Any, said: str) -> None:

@@ -7,17 +7,17 @@ import pytest
 from later import later
 from support import evaluate
 
-from scenelang.backends.neural.distillation.learning import Cast, cast_of
-from scenelang.backends.neural.distillation.theta import beginning, on_stage, resting
-from scenelang.backends.neural.sentences import Granularity, Sayings, leaves_of
+from scenelang.backends.neural.distillation.theta import compose, initial_theta, zero_offsets
+from scenelang.backends.neural.distillation.training import SceneGroups, group_leaves
+from scenelang.backends.neural.prompts import Granularity, PromptContext, leaves_of
 from scenelang.backends.neural.splats.initial import gaussians_of
 from scenelang.grammar.diagnostics import SceneError
 
 torch = later("torch")
 
 
-def cast(text: str, *entities: str, depth: int | None = None, learned: frozenset[str] = frozenset()) -> Cast:
-    return cast_of(leaves_of(evaluate(text), Granularity(depth, entities), Sayings(learned)))
+def cast(text: str, *entities: str, depth: int | None = None, learned: frozenset[str] = frozenset()) -> SceneGroups:
+    return group_leaves(leaves_of(evaluate(text), Granularity(depth, entities), PromptContext(learned)))
 
 
 ROW = """
@@ -32,16 +32,16 @@ ROW = """
 
 def test_equal_sentences_and_boxes_share_one_theta() -> None:
     found = cast(ROW)
-    assert [actor.figure for actor in found.actors] == [0, 0, 1, 1, 2]
-    for figure in found.figures:
+    assert [actor.group for actor in found.instances] == [0, 0, 1, 1, 2]
+    for figure in found.groups:
         assert np.linalg.norm(figure.box) == pytest.approx(1.0)
 
 
 def test_a_pose_takes_the_normalised_box_to_the_thing() -> None:
-    for actor in cast(ROW).actors:
+    for actor in cast(ROW).instances:
         matrix = actor.poses[0, :, :3]
         assert np.allclose(matrix.T @ matrix, np.eye(3) * (matrix[:, 0] @ matrix[:, 0]))  # a turn times one scale
-    sizes = [np.abs(a.poses[0, :, :3]) @ cast(ROW).figures[a.figure].box for a in cast(ROW).actors]
+    sizes = [np.abs(a.poses[0, :, :3]) @ cast(ROW).groups[a.group].box for a in cast(ROW).instances]
     assert np.allclose(sizes, [[1, 1, 1], [2, 2, 2], [2, 1, 1], [1, 2, 1], [1, 1, 1]], atol=1e-6)
 
 
@@ -55,12 +55,12 @@ def test_the_program_s_own_gaussians_stand_where_they_did(pose: str) -> None:
     if "reflect [0 0 0]" in pose:
         text = text.replace("(reflect [0 0 0] [1 0 0])", "(scale [-1 1 1])")
     found = cast(text)
-    (figure,), (actor,) = found.figures, found.actors
+    (figure,), (actor,) = found.groups, found.instances
     whole = torch.from_numpy(actor.poses[0])
     local = torch.from_numpy(figure.local)
-    own = gaussians_of(figure.entity, 200).splats.moved(local[:, :3], local[:, 3])
+    own = gaussians_of(figure.entity, 200).splats.transformed(local[:, :3], local[:, 3])
     assert float(own.means.abs().sub(torch.from_numpy(figure.box)).max()) < 1e-6
-    back = own.moved(whole[:, :3], whole[:, 3])
+    back = own.transformed(whole[:, :3], whole[:, 3])
     wanted = gaussians_of(evaluate(text).root, 200).splats
     torch.testing.assert_close(back.means, wanted.means)
     torch.testing.assert_close(back.covariances, wanted.covariances)
@@ -76,21 +76,21 @@ HATS = """
 
 def test_entities_become_leaves_with_their_smallest_boxes() -> None:
     whole = cast(HATS, "hat")
-    assert [actor.name for actor in whole.actors] == ["hat", "hat"]
-    box = np.abs(whole.actors[0].poses[0, :, :3]) @ whole.figures[0].box
+    assert [actor.name for actor in whole.instances] == ["hat", "hat"]
+    box = np.abs(whole.instances[0].poses[0, :, :3]) @ whole.groups[0].box
     assert np.allclose(box, [1, 0.5, 1])
-    assert np.allclose(whole.actors[0].poses[0, :, 3], [0, 0.5, 0])
-    assert len(cast(HATS).actors) == 4
-    assert len(cast(HATS, depth=0).actors) == 1
-    assert len(cast(HATS, depth=1).actors) == 2
+    assert np.allclose(whole.instances[0].poses[0, :, 3], [0, 0.5, 0])
+    assert len(cast(HATS).instances) == 4
+    assert len(cast(HATS, depth=0).instances) == 1
+    assert len(cast(HATS, depth=1).instances) == 2
 
 
 def test_one_thing_may_be_named_by_its_handle() -> None:
     found = cast(HATS, "<z2>")
-    assert len(found.actors) == 3
-    with pytest.raises(SceneError, match="called `<z99>`"):
+    assert len(found.instances) == 3
+    with pytest.raises(SceneError, match="no entity `<z99>`"):
         cast(HATS, "<z99>")
-    with pytest.raises(SceneError, match="called `cap`"):
+    with pytest.raises(SceneError, match="no entity `cap`"):
         cast(HATS, "cap")
 
 
@@ -104,15 +104,15 @@ MOVING = """
 def test_over_time_a_thing_is_one_figure_with_a_pose_for_each_frame() -> None:
     found = cast(MOVING)
     assert found.frames == 2
-    ball, cube = found.actors
-    assert ball.shown.tolist() == [True, True]
-    assert cube.shown.tolist() == [True, False]
+    ball, cube = found.instances
+    assert ball.visible.tolist() == [True, True]
+    assert cube.visible.tolist() == [True, False]
     assert ball.poses[:, 0, 3].tolist() == [0.0, 2.0]
-    thetas = [beginning(torch.ones(3), 20, torch.Generator().manual_seed(0)).gaussians() for _ in found.figures]
-    starts = torch.from_numpy(np.stack([actor.poses for actor in found.actors])).float()
-    poses = resting(2, 2, starts)
-    assert len(on_stage(thetas, found.actors, starts, poses, 0)) == 40
-    assert len(on_stage(thetas, found.actors, starts, poses, 1)) == 20
+    thetas = [initial_theta(torch.ones(3), 20, torch.Generator().manual_seed(0)).gaussians() for _ in found.groups]
+    starts = torch.from_numpy(np.stack([actor.poses for actor in found.instances])).float()
+    poses = zero_offsets(2, 2, starts)
+    assert len(compose(thetas, found.instances, starts, poses, 0)) == 40
+    assert len(compose(thetas, found.instances, starts, poses, 1)) == 20
 
 
 # --- sentences -----------------------------------------------------------------------------------------------------
@@ -126,10 +126,10 @@ BEACH = """
 
 
 def sentences(text: str, *entities: str, learned: frozenset[str] = frozenset()) -> list[str]:
-    from scenelang.backends.neural.sentences import written
+    from scenelang.backends.neural.prompts import prompt_text
 
-    (leaves,) = leaves_of(evaluate(text), Granularity(None, entities), Sayings(learned))
-    return [written(leaf.condition.prompt) for leaf in leaves]
+    (leaves,) = leaves_of(evaluate(text), Granularity(None, entities), PromptContext(learned))
+    return [prompt_text(leaf.condition.prompt) for leaf in leaves]
 
 
 def test_one_entry_speaks_for_the_whole_entity_and_no_other() -> None:

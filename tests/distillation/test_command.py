@@ -15,7 +15,7 @@ from small_models import seeded, small_diffusion
 from support import interruptible
 
 from scenelang.backends.neural.distillation import run as runs
-from scenelang.backends.neural.distillation.run import kept_in
+from scenelang.backends.neural.distillation.run import load_checkpoint
 from scenelang.cli.main import main
 
 torch = later("torch")
@@ -56,9 +56,9 @@ def said(capsys: pytest.CaptureFixture[str]) -> str:
 def test_a_run_that_was_killed_goes_on(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Its file is from before the kill; what came after is made again, exactly."""
     assert main([*words, "-o", "whole", "-q"]) == 0
-    monkeypatch.setattr(runs, "_PAUSE", 0.0)
-    monkeypatch.setattr(runs, "_SLOWEST", 1e9)
-    step, made = runs.Learning.step, []
+    monkeypatch.setattr(runs, "_CHECKPOINT_INTERVAL", 0.0)
+    monkeypatch.setattr(runs, "_MAX_OVERHEAD", 1e9)
+    step, made = runs.DistillationTrainer.step, []
 
     def fatal(self: Any, share: Any = None) -> Any:
         if self.step_number == 7 and not made:
@@ -66,12 +66,12 @@ def test_a_run_that_was_killed_goes_on(words: list[str], monkeypatch: pytest.Mon
             raise MemoryError
         return step(self, share)
 
-    monkeypatch.setattr(runs.Learning, "step", fatal)
+    monkeypatch.setattr(runs.DistillationTrainer, "step", fatal)
     main([*words, "-q"])
     assert made
-    assert int(kept_in(Path("run")).tensors["step"]) == 7
+    assert int(load_checkpoint(Path("run")).tensors["step"]) == 7
     assert main([*words, "--resume", "-q"]) == 0
-    one, other = kept_in(Path("whole")).tensors, kept_in(Path("run")).tensors
+    one, other = load_checkpoint(Path("whole")).tensors, load_checkpoint(Path("run")).tensors
     assert all(one[name].equal(other[name]) for name in one)
     lines = [json.loads(line)["step"] for line in Path("run/losses.jsonl").read_text().splitlines()]
     assert lines == list(range(1, 13))
@@ -90,7 +90,7 @@ def test_ctrl_c_keeps_the_run(words: list[str]) -> None:
         _, told = running.communicate(timeout=60)
     assert running.returncode == 130
     assert told.decode().splitlines()[-2:] == ["saved to run; continue with `--resume`", "interrupted"]
-    assert int(kept_in(Path("run")).tensors["step"]) >= 1
+    assert int(load_checkpoint(Path("run")).tensors["step"]) >= 1
     assert not [path for path in Path("run").iterdir() if path.name.startswith(".")]
 
 
@@ -102,14 +102,14 @@ def test_a_run_is_not_overwritten_unasked(words: list[str], capsys: pytest.Captu
     assert main([*words, "--resume", "--seed", "5"]) == 1
     assert "other settings: seed" in said(capsys)
     assert main([*words, "--resume", "--steps", "8", "-q"]) == 0  # more of the same is allowed
-    assert int(kept_in(Path("run")).tensors["step"]) == 16
+    assert int(load_checkpoint(Path("run")).tensors["step"]) == 16
 
 
 def test_a_budget_ends_in_time(words: list[str]) -> None:
     start = time.monotonic()
     assert main([*words, "--steps", "1000000", "--budget", "0.05", "-q"]) == 0
     assert time.monotonic() - start < 60
-    assert kept_in(Path("run")).seconds >= 3.0
+    assert load_checkpoint(Path("run")).seconds >= 3.0
     assert Path("run/scene.ply").exists()
 
 
@@ -128,16 +128,16 @@ def test_frames_have_one_theta_and_their_own_poses(words: list[str]) -> None:
     from PIL import Image
 
     assert Image.open("film.gif").n_frames == 2
-    assert kept_in(Path("run")).asked["prompt"] == "Two balls that part"
+    assert load_checkpoint(Path("run")).config["prompt"] == "Two balls that part"
 
 
 @pytest.mark.parametrize(
     ("more", "code", "message"),
     [
-        (["--model", "nothing"], 1, "the weights of `nothing` are not on this machine"),
+        (["--model", "nothing"], 1, "the weights of `nothing` are not available"),
         (["--model", "scene/unet"], 1, "E707"),
         (["--scene-model", "figures"], 1, "E707"),
-        (["--depth", "1", "--entity", "house"], 1, "nothing in the scene is called `house`"),
+        (["--depth", "1", "--entity", "house"], 1, "the scene has no entity `house`"),
         (["--steps", "0"], 2, "at least 1 step"),
         (["--guidance", "nan"], 2, "`--guidance` must be 0 to 10,000"),
         (["--film", "nowhere/a.gif"], 1, "nowhere"),
@@ -147,7 +147,7 @@ def test_frames_have_one_theta_and_their_own_poses(words: list[str]) -> None:
         (["--start", "b"], 1, "no distillation in b"),
         (["-o", "a.scene"], 1, "cannot be a folder"),
         (["--device", "tpu"], 1, "unknown device `tpu`"),
-        (["--template", "a {color} thing"], 1, "is not a placeholder of a template"),
+        (["--template", "a {color} thing"], 1, "unknown placeholder `{color}` in the template"),
         (["--film", "a.txt"], 1, "cannot write a film as `a.txt`"),
     ],
 )
@@ -171,10 +171,10 @@ def test_what_was_taken_over_stays_after_a_break(words: list[str]) -> None:
     assert main([*words, "-q"]) == 0
     Path("a.scene").write_text(TWO.replace('(call "sphere")', '(call "sphere" :text "golden")'), "utf-8")
     assert main([*words, "-o", "again", "--start", "run", "-q"]) == 0
-    before = kept_in(Path("again"))
+    before = load_checkpoint(Path("again"))
     assert before.frozen == (1,)
     assert main([*words, "-o", "again", "--resume", "--steps", "9", "-q"]) == 0
-    after = kept_in(Path("again"))
+    after = load_checkpoint(Path("again"))
     assert int(after.tensors["step"]) == 9
     assert not before.tensors["figure/0/theta/means"].equal(after.tensors["figure/0/theta/means"])
     for name in (name for name in before.tensors if name.startswith("figure/1/")):
@@ -185,7 +185,7 @@ def test_an_empty_scene_and_a_run_of_another_one(words: list[str], capsys: pytes
     assert main([*words, "-q"]) == 0
     Path("a.scene").write_text('(bind "other" (lambda () (call "cone")))', "utf-8")
     assert main(["render", "a.scene", "--backend", "splats", "--distilled", "run", "-o", "a.png"]) == 1
-    assert "was made of another scene" in said(capsys)
+    assert "is of another scene" in said(capsys)
     Path("a.scene").write_text('(bind "e" (lambda () (union)))', "utf-8")
     for command in (words, ["embeddings", "a.scene", "encode"]):
         assert main([*command, "--force"] if command is words else command) == 1
@@ -201,8 +201,8 @@ def test_frames_without_anything_are_left_out(words: list[str]) -> None:
 
 
 def test_models_that_give_no_numbers_are_told(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    from scenelang.backends.neural.diffusion import Diffusion
+    from scenelang.backends.neural.diffusion import DiffusionModel
 
-    monkeypatch.setattr(Diffusion, "predict", lambda self, latents, *_: latents * float("nan"))
+    monkeypatch.setattr(DiffusionModel, "predict", lambda self, latents, *_: latents * float("nan"))
     assert main(words) == 1
-    assert int(kept_in(Path("run")).tensors["step"]) == 0
+    assert int(load_checkpoint(Path("run")).tensors["step"]) == 0

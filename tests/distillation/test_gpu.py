@@ -10,7 +10,7 @@ from later import later
 from toy.model import unpack
 
 from distillation.test_toy import TOYS, likeness, views
-from scenelang.backends.neural.distillation.run import kept_in
+from scenelang.backends.neural.distillation.run import load_checkpoint
 from scenelang.cli.main import main
 
 torch = later("torch")
@@ -27,7 +27,7 @@ def test_colours_and_shapes_on_cuda(tmp_path: Path) -> None:
     start = time.monotonic()
     assert main(words) == 0
     print(f"1,200 steps on {torch.cuda.get_device_name()}: {time.monotonic() - start:.0f} s")
-    kept = kept_in(tmp_path / "run")
+    kept = load_checkpoint(tmp_path / "run")
     red, round_ = views(kept, 0)
     blue, square = views(kept, 1)
     assert red[0] > 0.7 > 0.3 > max(red[1:])

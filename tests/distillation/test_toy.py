@@ -15,10 +15,10 @@ from toy.train import loss_of, train
 
 from scenelang.backends.neural.clip import ClipName, TextEncoder, load_clip
 from scenelang.backends.neural.diffusion_loading import load_diffusion
-from scenelang.backends.neural.distillation.learning import ring
-from scenelang.backends.neural.distillation.run import SavedDistillation, kept_in
+from scenelang.backends.neural.distillation.run import SavedDistillation, load_checkpoint
+from scenelang.backends.neural.distillation.training import orbit_cameras
 from scenelang.backends.neural.splats.files import read_gaussians
-from scenelang.backends.neural.splats.gaussians import posed, view_of
+from scenelang.backends.neural.splats.gaussians import apply_pose, view_of
 from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.cli.main import main
 from scenelang.zfile import beside
@@ -51,9 +51,9 @@ def place(toy: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def views(kept: SavedDistillation, figure: int) -> tuple[np.ndarray, np.ndarray]:
     """Mean colour (3,) where a figure hides anything, and how much it hides (4, 64, 64), from four sides."""
-    gaussians = kept.thetas()[figure]
-    splats = posed(gaussians, torch.eye(3), torch.zeros(3))
-    drawn = [rasterise(splats, view_of(camera, splats.means)) for camera in ring(4, 64, 20.0, 15.0, 40.0, 1.1)]
+    gaussians = kept.groups()[figure]
+    splats = apply_pose(gaussians, torch.eye(3), torch.zeros(3))
+    drawn = [rasterise(splats, view_of(camera, splats.means)) for camera in orbit_cameras(4, 64, 20.0, 15.0, 40.0, 1.1)]
     alpha = np.stack([one.alpha.numpy() for one in drawn])
     color = np.stack([one.color.numpy() for one in drawn])
     return color.sum((0, 1, 2)) / alpha.sum(), alpha
@@ -70,7 +70,7 @@ def likeness(alpha: np.ndarray, shape: str) -> float:
 
 @pytest.mark.slow
 def test_colours_and_shapes_are_those_of_the_sentences(place: Path) -> None:
-    kept = kept_in(place / "run")
+    kept = load_checkpoint(place / "run")
     red, round_ = views(kept, 0)
     blue, square = views(kept, 1)
     assert red[0] > 0.7
@@ -109,7 +109,7 @@ def test_swapping_an_embedding_changes_only_its_entity(place: Path, toy: Path) -
         assert main([*words, *WORK]) == 0
     finally:
         beside(program).unlink(missing_ok=True)
-    before, after = kept_in(place / "run"), kept_in(place / "green")
+    before, after = load_checkpoint(place / "run"), load_checkpoint(place / "green")
     assert all(
         before.tensors[name].equal(after.tensors[name]) for name in before.tensors if name.startswith("figure/1/")
     )

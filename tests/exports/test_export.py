@@ -289,7 +289,7 @@ def test_an_unwritten_extra_is_one_line(make: Any, tmp_path: Path, monkeypatch: 
     monkeypatch.setitem(sys.modules, "pxr", None)
     with pytest.raises(SceneError, match="cannot be imported") as caught:
         run(USD, make.scene(make.primitive("cube")), tmp_path / "a.usdc")
-    assert caught.value.hint == "pip install 'scenelang[usd]'"
+    assert caught.value.hint == "install it with `pip install 'scenelang[usd]'`"
 
 
 def test_every_example_has_geometry() -> None:

@@ -581,10 +581,10 @@ def config(data: bytes) -> None:
         path.write_bytes(data)
         path.chmod(0o600)
         with refusing():
-            catalogue.configuration()
+            catalogue.load_config()
         for family in ("anthropic", "openai"):
             with refusing():
-                catalogue.account(family, ["NO_SUCH_KEY"], "NO_SUCH_ADDRESS", "http://localhost:1", False)
+                catalogue.load_account(family, ["NO_SUCH_KEY"], "NO_SUCH_ADDRESS", "http://localhost:1", False)
     finally:
         if before is None:
             del os.environ["XDG_CONFIG_HOME"]

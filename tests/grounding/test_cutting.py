@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from scenelang.backends.neural.grounding import cut_out, mask_box, random_grey, read_mask, resized
+from scenelang.backends.neural.grounding import crop_masked, mask_box, random_grey, read_mask, resize
 from scenelang.grammar.diagnostics import SceneError
 
 
@@ -22,7 +22,7 @@ def test_the_part_is_in_the_middle_of_a_square_on_grey() -> None:
     picture, mask = numbered(20, 30), np.zeros((20, 30), np.bool_)
     mask[4:6, 10:17] = True  # 7 wide, 2 high
     mask[4, 12] = False  # a hole
-    square = cut_out(picture, mask, 99)
+    square = crop_masked(picture, mask, 99)
     wanted = np.full((7, 7, 3), 99, np.uint8)
     for row in range(2):  # 5 rows are left over: 2 above, 3 below
         for column in range(7):
@@ -35,7 +35,7 @@ def test_the_part_is_in_the_middle_of_a_square_on_grey() -> None:
 def test_high_parts_are_padded_at_the_sides() -> None:
     picture, mask = numbered(9, 9), np.zeros((9, 9), np.bool_)
     mask[0:4, 8] = True  # at the edge of the picture
-    square = cut_out(picture, mask, 0)
+    square = crop_masked(picture, mask, 0)
     assert square.shape == (4, 4, 3)
     assert np.array_equal(square[:, 1], picture[0:4, 8])
     assert not square[:, [0, 2, 3]].any()
@@ -43,14 +43,14 @@ def test_high_parts_are_padded_at_the_sides() -> None:
 
 def test_the_whole_of_a_square_picture_is_itself() -> None:
     picture = numbered(12, 12)
-    assert np.array_equal(cut_out(picture, np.ones((12, 12), np.bool_), 5), picture)
+    assert np.array_equal(crop_masked(picture, np.ones((12, 12), np.bool_), 5), picture)
 
 
 def test_the_box_of_a_mask() -> None:
     mask = np.zeros((8, 9), np.bool_)
     mask[2, 3] = mask[5, 7] = True
     assert mask_box(mask) == (3, 2, 8, 6)
-    with pytest.raises(SceneError, match="shows nothing"):
+    with pytest.raises(SceneError, match="the mask is empty"):
         mask_box(np.zeros((3, 3), np.bool_))
 
 
@@ -63,8 +63,8 @@ def test_the_grey_depends_on_the_seed() -> None:
 
 def test_the_size() -> None:
     flat = np.full((10, 10, 3), 77, np.uint8)
-    assert np.array_equal(resized(flat, 32), np.full((32, 32, 3), 77, np.uint8))
-    assert np.array_equal(resized(numbered(12, 12), 12), numbered(12, 12))
+    assert np.array_equal(resize(flat, 32), np.full((32, 32, 3), 77, np.uint8))
+    assert np.array_equal(resize(numbered(12, 12), 12), numbered(12, 12))
 
 
 def test_masks_of_files(tmp_path: Path) -> None:
@@ -74,7 +74,7 @@ def test_masks_of_files(tmp_path: Path) -> None:
     Image.fromarray(known).save(tmp_path / "mask.png")
     mask = read_mask(tmp_path / "mask.png", 8, 6)
     assert np.array_equal(mask, known >= 128)
-    with pytest.raises(SceneError, match="8 x 6 pixels"):
+    with pytest.raises(SceneError, match=r"the image's size 9 x 6, .* has 8 x 6"):
         read_mask(tmp_path / "mask.png", 9, 6)
     with pytest.raises(SceneError, match=r"as an image: No such file"):
         read_mask(tmp_path / "none.png", 9, 6)

@@ -129,7 +129,7 @@ def test_learned_vectors_stand_in_the_sentence(place: Path, models: Path, capsys
     """Those of a word's own tokens give the picture that the word gives."""
     from scenelang.backends.neural.imagine.sampling import load_checkpoint
 
-    words = load_checkpoint(str(models / "stable-diffusion-2-1")).words
+    words = load_checkpoint(str(models / "stable-diffusion-2-1")).text_encoder
     main(["embeddings", "beach.scene", "set", "<z3>", "--text", "golden", "-q"])
     written = drawn()
     numbers = words.tokenizer("golden", add_special_tokens=False).input_ids
@@ -183,7 +183,7 @@ def test_more_than_thirty_things(place: Path, capsys: pytest.CaptureFixture[str]
     assert len(json.loads((place / "row.json").read_text("utf-8"))["instances"]) == 30
     error = capsys.readouterr().err
     assert "W621" in error
-    assert "3 instances are left out" in error
+    assert "3 instances are omitted" in error
 
 
 # --- mistakes --------------------------------------------------------------------------------------------------------
@@ -199,7 +199,7 @@ def test_more_than_thirty_things(place: Path, capsys: pytest.CaptureFixture[str]
         (["-o", "a.png", "--steps", "0"], 2, "--steps"),
         (["-o", "a.png", "--guidance", "nan"], 2, "--guidance"),
         (["-o", "a.png", "--strength", "-1"], 2, "--strength"),
-        (["-o", "a.png", "--size", "60x64"], 1, "steps of 8 pixels"),
+        (["-o", "a.png", "--size", "60x64"], 1, "must be multiples of 8"),
         (["-o", "a.png", "--camera", "sideways"], 2, "camera"),
         (["-o", "a.png", "--entity", "castle"], 1, "castle"),
         (["-o", "a.png", "--prompt", "a <q> sea"], 1, "<q> has neither"),

@@ -16,18 +16,18 @@ from scenelang.backends.neural.imagine.migc import (
     FILE,
     Migc,
     MigcAttention,
-    MigcSteering,
+    MigcConditioning,
+    box_masks,
+    expected_shapes,
     from_checkpoint,
-    guides_of,
-    layer_of,
     load_migc,
-    shapes,
+    processor_of,
+    shared_box_mask,
     to_checkpoint,
-    visible,
 )
 from scenelang.backends.neural.imagine.regional import AttentionRegion
-from scenelang.backends.neural.imagine.sampling import Checkpoint, Sampling, draw, load_checkpoint
-from scenelang.backends.neural.weights import Shelf
+from scenelang.backends.neural.imagine.sampling import Checkpoint, Sampling, generate_image, load_checkpoint
+from scenelang.backends.neural.weights import ModelHub
 from scenelang.grammar.diagnostics import SceneError
 
 BOXES = [(0.0, 0.0, 0.5, 0.75), (0.25, 0.25, 1.0, 1.0), (0.625, 0.0, 0.875, 0.25)]  # of whole cells
@@ -37,7 +37,7 @@ UP = "up_blocks.1.attentions.0.transformer_blocks.0.attn2.processor"
 
 def weights(width: int = WIDTH, text: int = WIDTH, seed: int = 3) -> dict[str, Any]:
     torch = seeded(seed)
-    return {name: torch.randn(shape) * 0.3 for name, shape in shapes(width, text).items()}
+    return {name: torch.randn(shape) * 0.3 for name, shape in expected_shapes(width, text).items()}
 
 
 @pytest.fixture(scope="module")
@@ -48,8 +48,8 @@ def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Checkpoint:
 def regions(checkpoint: Checkpoint, texts: list[str]) -> list[AttentionRegion]:
     if not texts:
         return []
-    encoded = checkpoint.words.encoded([(text,) for text in texts])
-    return [AttentionRegion(BOXES[i], encoded.words[[i]], encoded.pooled[[i]]) for i in range(len(texts))]
+    encoded = checkpoint.text_encoder.encode_with_pooled([(text,) for text in texts])
+    return [AttentionRegion(BOXES[i], encoded.hidden_states[[i]], encoded.pooled[[i]]) for i in range(len(texts))]
 
 
 # --- the layer -------------------------------------------------------------------------------------------------------
@@ -98,7 +98,7 @@ def reference(
         box = torch.tensor([x0, x1, y0, y1], dtype=torch.double)
         waves = [f(100 ** (i / 8) * box) for i in range(8) for f in (torch.sin, torch.cos)]
         tokens = torch.stack([each.pooled[0], embed(torch.cat(waves))])
-        apart = attn.processor(attn, own[None], each.words)[0] + multi("ea", normal[None], tokens[None])[0]
+        apart = attn.processor(attn, own[None], each.hidden_states)[0] + multi("ea", normal[None], tokens[None])[0]
         rows.append(apart * mask.reshape(-1, 1))
     groups = torch.stack([*masks, background]).reshape(len(given) + 1, -1)
     hidden = torch.einsum("gp,gq->pq", groups, groups) == 0
@@ -138,7 +138,7 @@ def test_a_layer_is_the_papers(count: int, checkpoint: Checkpoint) -> None:
     torch = seeded(2)
     attn = deepcopy(dict(checkpoint.unet.named_modules())[MIDDLE.removesuffix(".processor")]).double()
     told = regions(checkpoint, ["a moai", "a tall palm", "a red cube"][:count])
-    given = [AttentionRegion(each.box, each.words.double(), each.pooled.double()) for each in told]
+    given = [AttentionRegion(each.box, each.hidden_states.double(), each.pooled.double()) for each in told]
     own, words = torch.randn(2, 64, WIDTH).double(), torch.randn(2, 77, WIDTH).double()
     state = {name: tensor.double() for name, tensor in weights().items()}
     with torch.no_grad():
@@ -155,18 +155,18 @@ def test_layout_attention_reads_every_box() -> None:
     """Two places of the first box see each other, whichever box it is."""
     torch = seeded()
     for boxes in (BOXES, BOXES[::-1]):
-        guides = guides_of(boxes, (8, 8), torch.zeros(1, 64, WIDTH))
+        guides = box_masks(boxes, (8, 8), torch.zeros(1, 64, WIDTH))
         x0, y0, x1, y1 = boxes[0]
         within = torch.zeros(8, 8, dtype=torch.bool)
         within[int(8 * y0) : int(8 * y1), int(8 * x0) : int(8 * x1)] = True
         inside = within.reshape(-1).nonzero()[:, 0]
-        assert visible(guides)[inside][:, inside].all()
+        assert shared_box_mask(guides)[inside][:, inside].all()
 
 
 def test_it_acts_in_the_first_half_of_the_steps(checkpoint: Checkpoint) -> None:
     seeded()
     given = regions(checkpoint, ["a moai", "a tall palm"])
-    steering = MigcSteering(checkpoint.unet, Migc({UP: weights()}), given, (8, 8), True, 0)
+    steering = MigcConditioning(checkpoint.unet, Migc({UP: weights()}), given, (8, 8), True, 0)
     before = dict(checkpoint.unet.attn_processors)
     with steering:
         layer = checkpoint.unet.attn_processors[UP]
@@ -180,19 +180,19 @@ def test_it_acts_in_the_first_half_of_the_steps(checkpoint: Checkpoint) -> None:
 
 
 def test_pictures_heed_it_and_repeat(checkpoint: Checkpoint) -> None:
-    words = checkpoint.words.encode([(), ("a beach",)])
+    words = checkpoint.text_encoder.encode([(), ("a beach",)])
     sampling = Sampling(64, 64, 4, 5.0, 3)
     held = Migc({MIDDLE: weights(), UP: weights(seed=4)})
 
     def picture(texts: list[str]) -> Any:
-        steering = MigcSteering(checkpoint.unet, held, regions(checkpoint, texts), (8, 8), True, 9)
-        return draw(checkpoint, words, sampling, steering)
+        steering = MigcConditioning(checkpoint.unet, held, regions(checkpoint, texts), (8, 8), True, 9)
+        return generate_image(checkpoint, words, sampling, steering)
 
     one = picture(["a moai", "a palm"])
     assert np.array_equal(one, picture(["a moai", "a palm"]))
     assert not np.array_equal(one, picture(["a moai", "a red cube"]))
-    assert not np.array_equal(one, draw(checkpoint, words, sampling))
-    plain = draw(checkpoint, words, sampling)
+    assert not np.array_equal(one, generate_image(checkpoint, words, sampling))
+    plain = generate_image(checkpoint, words, sampling)
     assert np.array_equal(picture([]), plain)
 
 
@@ -210,7 +210,7 @@ def test_key_names_go_both_ways() -> None:
     assert list(back.layers) == names
     for name in names:
         assert all(back.layers[name][key] is tensor for key, tensor in held.layers[name].items())
-    assert len(keys) == len(names) * len(shapes(WIDTH, WIDTH))
+    assert len(keys) == len(names) * len(expected_shapes(WIDTH, WIDTH))
     assert all(re.match(r"model\.diffusion_model\.(input|middle|output)_block", key) for key in keys)
 
 
@@ -227,7 +227,7 @@ def test_key_names_go_both_ways() -> None:
 )
 def test_layers_are_where_diffusers_has_them(key: str, layer: str) -> None:
     """The places of Stable Diffusion 1's blocks, by hand."""
-    found = layer_of(f"model.diffusion_model.{key}.transformer_blocks.0.attn2.migc.sac.conv1.weight")
+    found = processor_of(f"model.diffusion_model.{key}.transformer_blocks.0.attn2.migc.sac.conv1.weight")
     assert found == (f"{layer}.transformer_blocks.0.attn2.processor", "sac.conv1.weight")
 
 
@@ -239,7 +239,7 @@ def test_files_are_read(tmp_path: Path) -> None:
     (tmp_path / "MIGC").mkdir()
     torch.save({"state_dict": tensors}, tmp_path / "MIGC" / FILE)
     save_file(tensors, tmp_path / "migc.safetensors")
-    for found in (load_migc(shelf=Shelf(tmp_path)), load_migc(str(tmp_path / "migc.safetensors"))):
+    for found in (load_migc(hub=ModelHub(tmp_path)), load_migc(str(tmp_path / "migc.safetensors"))):
         assert list(found.layers) == [MIDDLE]
         assert found.text_width == WIDTH
         assert torch.equal(found.layers[MIDDLE]["norm.bias"], tensors[next(k for k in tensors if "norm.bias" in k)])
@@ -247,26 +247,26 @@ def test_files_are_read(tmp_path: Path) -> None:
 
 def test_other_weights_are_told(tmp_path: Path, checkpoint: Checkpoint) -> None:
     torch = seeded()
-    with pytest.raises(SceneError, match="not on this machine") as caught:
-        load_migc(shelf=Shelf(None))
+    with pytest.raises(SceneError, match="are not available") as caught:
+        load_migc(hub=ModelHub(None))
     assert FILE in (caught.value.hint or "")
-    with pytest.raises(SceneError, match=r"`model\.weight` is not a key of MIGC's checkpoint"):
+    with pytest.raises(SceneError, match=r"unexpected key `model\.weight` in MIGC's checkpoint"):
         from_checkpoint({"model.weight": torch.zeros(1)})
-    with pytest.raises(SceneError, match="empty"):
+    with pytest.raises(SceneError, match="contains no weights of MIGC"):
         from_checkpoint({})
     broken = weights()
     broken["sac.conv1.weight"] = torch.zeros(2, 2, 1, 1)
     with pytest.raises(SceneError, match=r"sac\.conv1\.weight"):
         from_checkpoint(to_checkpoint(Migc({MIDDLE: broken})))
     (tmp_path / "broken.ckpt").write_bytes(b"not a file of weights")
-    with pytest.raises(SceneError, match="does not hold MIGC") as caught:
+    with pytest.raises(SceneError, match="cannot load MIGC's weights from") as caught:
         load_migc(str(tmp_path / "broken.ckpt"))
     assert caught.value.name == "weights"
     far = UP.replace("blocks.1", "blocks.3")
     with pytest.raises(SceneError, match=r"no layer up_blocks\.3"):
-        MigcSteering(checkpoint.unet, Migc({far: weights()}), [], (8, 8), True, 0)
-    with pytest.raises(SceneError, match="read text 16 wide"):
-        MigcSteering(
+        MigcConditioning(checkpoint.unet, Migc({far: weights()}), [], (8, 8), True, 0)
+    with pytest.raises(SceneError, match="expect text embeddings of width 16, got"):
+        MigcConditioning(
             checkpoint.unet, Migc({MIDDLE: weights(text=16)}), regions(checkpoint, ["a moai"]), (8, 8), True, 0
         )
 

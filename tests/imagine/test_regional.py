@@ -10,8 +10,14 @@ import pytest
 from small_diffusion import WIDTH, small_diffusion
 from small_models import seeded
 
-from scenelang.backends.neural.imagine.regional import AttentionRegion, Regional, RegionalAttention, inside, shape_of
-from scenelang.backends.neural.imagine.sampling import Checkpoint, Sampling, draw, load_checkpoint
+from scenelang.backends.neural.imagine.regional import (
+    AttentionRegion,
+    Regional,
+    RegionalAttention,
+    cells_in,
+    feature_shape,
+)
+from scenelang.backends.neural.imagine.sampling import Checkpoint, Sampling, generate_image, load_checkpoint
 
 TEXTS = ("a red cube", "mossy stone")
 LEFT, RIGHT = (0.0, 0.0, 0.5, 1.0), (0.5, 0.25, 1.0, 0.75)
@@ -24,8 +30,8 @@ def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Checkpoint:
 
 
 def region(checkpoint: Checkpoint, text: str, box: tuple[float, float, float, float]) -> AttentionRegion:
-    encoded = checkpoint.words.encoded([(text,)])
-    return AttentionRegion(box, encoded.words, encoded.pooled)
+    encoded = checkpoint.text_encoder.encode_with_pooled([(text,)])
+    return AttentionRegion(box, encoded.hidden_states, encoded.pooled)
 
 
 def layer(torch: Any) -> Any:
@@ -47,7 +53,7 @@ def test_one_layer_is_exactly_local(checkpoint: Checkpoint) -> None:
     one, other = run("a red cube"), run("a mossy statue of stone")
     changed = (one != other).any(dim=2)
     assert not changed[0].any()
-    assert changed[1].nonzero()[:, 0].tolist() == sorted(inside(LEFT, (8, 8)))
+    assert changed[1].nonzero()[:, 0].tolist() == sorted(cells_in(LEFT, (8, 8)))
 
 
 def test_a_layer_is_the_formula(checkpoint: Checkpoint) -> None:
@@ -73,7 +79,7 @@ def test_a_layer_is_the_formula(checkpoint: Checkpoint) -> None:
         for each in regions:
             x0, y0, x1, y1 = each.box
             if x0 <= x <= x1 and y0 <= y <= y1:
-                total, weight = total + 10.0 * attended(states[1], each.words[0])[place], weight + 10.0
+                total, weight = total + 10.0 * attended(states[1], each.hidden_states[0])[place], weight + 10.0
         assert torch.allclose(out[1, place], total / weight, atol=1e-5), place
 
 
@@ -86,24 +92,26 @@ def test_self_attention_and_the_model_itself_stay(checkpoint: Checkpoint) -> Non
 
 
 def test_no_regions_change_nothing(checkpoint: Checkpoint) -> None:
-    words = checkpoint.words.encode([("",), ("a beach",)])
+    words = checkpoint.text_encoder.encode([("",), ("a beach",)])
     sampling = Sampling(64, 64, 2, 5.0, 1)
-    plain = draw(checkpoint, words, sampling)
-    assert np.array_equal(draw(checkpoint, words, sampling, Regional(checkpoint.unet, [], (8, 8), True)), plain)
+    plain = generate_image(checkpoint, words, sampling)
+    assert np.array_equal(
+        generate_image(checkpoint, words, sampling, Regional(checkpoint.unet, [], (8, 8), True)), plain
+    )
     same = [AttentionRegion(LEFT, words[1:], None)]  # told in its box what it is told everywhere
-    blended = draw(checkpoint, words, sampling, Regional(checkpoint.unet, same, (8, 8), True))
+    blended = generate_image(checkpoint, words, sampling, Regional(checkpoint.unet, same, (8, 8), True))
     assert np.abs(blended.astype(int) - plain).max() <= 1
 
 
 def test_over_a_whole_run_influence_stays_near_the_box(checkpoint: Checkpoint) -> None:
     """Convolutions and self-attention carry a little of it on; what differs, differs mostly in the box."""
-    words = checkpoint.words.encode([("",), ("a beach",)])
+    words = checkpoint.text_encoder.encode([("",), ("a beach",)])
     ratios = []
     for box in (LEFT, (0.5, 0.0, 1.0, 1.0), (0.0, 0.5, 1.0, 1.0)):
         latents = [final(checkpoint, words, region(checkpoint, text, box)) for text in TEXTS]
         ratios.append(inner_share(latents[0] - latents[1], box))
     assert min(ratios) > 2.0, ratios
-    everywhere = [final(checkpoint, checkpoint.words.encode([("",), (text,)])) for text in TEXTS]
+    everywhere = [final(checkpoint, checkpoint.text_encoder.encode([("",), (text,)])) for text in TEXTS]
     assert inner_share(everywhere[0] - everywhere[1], LEFT) < 1.3
 
 
@@ -112,7 +120,7 @@ def inner_share(difference: Any, box: tuple[float, float, float, float]) -> floa
     torch = seeded()
     flat = difference.abs().mean(dim=(0, 1)).reshape(-1)
     mine = torch.zeros(256, dtype=torch.bool)
-    mine[inside(box, (16, 16))] = True
+    mine[cells_in(box, (16, 16))] = True
     return float(flat[mine].mean() / flat[~mine].mean())
 
 
@@ -122,16 +130,16 @@ def final(checkpoint: Checkpoint, words: Any, steered: AttentionRegion | None = 
     steering = Regional(checkpoint.unet, [steered] if steered else [], (16, 16), True)
     hook = checkpoint.vae.decoder.register_forward_pre_hook(lambda _module, given: kept.append(given[0]))
     try:
-        draw(checkpoint, words, Sampling(128, 128, 6, 3.0, 4), steering)
+        generate_image(checkpoint, words, Sampling(128, 128, 6, 3.0, 4), steering)
     finally:
         hook.remove()
     return kept[0]
 
 
 def test_cells_and_levels() -> None:
-    assert inside((0.0, 0.0, 0.5, 0.5), (4, 4)) == [0, 1, 4, 5]
-    assert inside((0.3, 0.3, 0.31, 0.31), (4, 4)) == [5]
-    assert inside((0.99, 0.99, 1.0, 1.0), (4, 4)) == [15]
-    assert [shape_of(n, (9, 12)) for n in (108, 30, 9, 4, 1)] == [(9, 12), (5, 6), (3, 3), (2, 2), (1, 1)]
+    assert cells_in((0.0, 0.0, 0.5, 0.5), (4, 4)) == [0, 1, 4, 5]
+    assert cells_in((0.3, 0.3, 0.31, 0.31), (4, 4)) == [5]
+    assert cells_in((0.99, 0.99, 1.0, 1.0), (4, 4)) == [15]
+    assert [feature_shape(n, (9, 12)) for n in (108, 30, 9, 4, 1)] == [(9, 12), (5, 6), (3, 3), (2, 2), (1, 1)]
     with pytest.raises(ValueError, match="no level"):
-        shape_of(50, (9, 12))
+        feature_shape(50, (9, 12))

@@ -11,17 +11,17 @@ from small_diffusion import WIDTH, small_control, small_diffusion
 from small_models import seeded
 
 from scenelang.backends.neural.clip import parse_prompt
-from scenelang.backends.neural.imagine.regional import AttentionRegion, Gligen, Regional, grounding_of
+from scenelang.backends.neural.imagine.regional import AttentionRegion, Gligen, Regional, grounding_tokens
 from scenelang.backends.neural.imagine.sampling import (
     Checkpoint,
     Control,
     Sampling,
     check_control,
-    draw,
+    generate_image,
     load_checkpoint,
     load_control,
 )
-from scenelang.backends.neural.weights import Shelf
+from scenelang.backends.neural.weights import ModelHub
 from scenelang.grammar.diagnostics import SceneError
 
 SAMPLING = Sampling(64, 64, 4, 5.0, 3)
@@ -48,7 +48,7 @@ def gated(tmp_path_factory: pytest.TempPathFactory) -> Checkpoint:
 
 
 def words(checkpoint: Checkpoint) -> Any:
-    return checkpoint.words.encode([(NEGATIVE,), (PROMPT,)])
+    return checkpoint.text_encoder.encode([(NEGATIVE,), (PROMPT,)])
 
 
 def parts(checkpoint: Checkpoint) -> dict[str, Any]:
@@ -56,8 +56,8 @@ def parts(checkpoint: Checkpoint) -> dict[str, Any]:
     return {
         "vae": checkpoint.vae,
         "unet": checkpoint.unet,
-        "text_encoder": checkpoint.words.network,
-        "tokenizer": checkpoint.words.tokenizer,
+        "text_encoder": checkpoint.text_encoder.network,
+        "tokenizer": checkpoint.text_encoder.tokenizer,
         "scheduler": checkpoint.scheduler,
         "safety_checker": None,
         "feature_extractor": None,
@@ -91,9 +91,9 @@ def test_pictures_are_those_of_diffusers(scheduler: str, models: Path) -> None:
     names = {"euler": "EulerDiscreteScheduler", "ancestral": "EulerAncestralDiscreteScheduler", "pndm": "PNDMScheduler"}
     made = load_checkpoint(str(models / "sd"))
     chosen = made.scheduler if scheduler == "own" else getattr(diffusers, names[scheduler])(steps_offset=1)
-    made = Checkpoint(made.name, made.unet, made.vae, made.words, chosen)
+    made = Checkpoint(made.name, made.unet, made.vae, made.text_encoder, chosen)
     wanted = theirs(diffusers.StableDiffusionPipeline(**parts(made)))
-    assert np.abs(draw(made, words(made), SAMPLING) - wanted).max() <= 1.0
+    assert np.abs(generate_image(made, words(made), SAMPLING) - wanted).max() <= 1.0
     assert wanted.std() > 10.0
 
 
@@ -107,18 +107,20 @@ def test_depth_is_that_of_diffusers(checkpoint: Checkpoint, models: Path) -> Non
     torch = seeded(5)
     network = load_control(str(models / "control"))
     depth = np.tile(np.linspace(0, 255, 64).astype(np.uint8)[:, None, None], (1, 64, 3))
-    plain = draw(checkpoint, words(checkpoint), SAMPLING)
-    assert np.array_equal(draw(checkpoint, words(checkpoint), SAMPLING, None, Control(network, depth)), plain)
+    plain = generate_image(checkpoint, words(checkpoint), SAMPLING)
+    assert np.array_equal(generate_image(checkpoint, words(checkpoint), SAMPLING, None, Control(network, depth)), plain)
     for parameter in network.parameters():
         torch.nn.init.normal_(parameter, std=0.1)
     pipeline = diffusers.StableDiffusionControlNetPipeline(**parts(checkpoint), controlnet=network)
     shown = torch.from_numpy(depth).permute(2, 0, 1)[None].float() / 255.0
-    found = draw(checkpoint, words(checkpoint), SAMPLING, None, Control(network, depth))
+    found = generate_image(checkpoint, words(checkpoint), SAMPLING, None, Control(network, depth))
     assert np.abs(found - theirs(pipeline, image=shown)).max() <= 1.0
     assert np.abs(found.astype(int) - plain).max() > 3
     half = Sampling(64, 64, 4, 5.0, 3, control=0.5)
     wanted = theirs(pipeline, image=shown, controlnet_conditioning_scale=0.5)
-    assert np.abs(draw(checkpoint, words(checkpoint), half, None, Control(network, depth)) - wanted).max() <= 1.0
+    assert (
+        np.abs(generate_image(checkpoint, words(checkpoint), half, None, Control(network, depth)) - wanted).max() <= 1.0
+    )
 
 
 def test_a_controlnet_for_another_model_is_told(checkpoint: Checkpoint) -> None:
@@ -140,20 +142,24 @@ def test_a_controlnet_for_another_model_is_told(checkpoint: Checkpoint) -> None:
 
 
 def regions(checkpoint: Checkpoint, count: int = 2) -> list[AttentionRegion]:
-    encoded = checkpoint.words.encoded([("a moai",), ("a tall palm",)])
-    return [AttentionRegion(BOXES[i % 2], encoded.words[[i % 2]], encoded.pooled[[i % 2]]) for i in range(count)]
+    encoded = checkpoint.text_encoder.encode_with_pooled([("a moai",), ("a tall palm",)])
+    return [
+        AttentionRegion(BOXES[i % 2], encoded.hidden_states[[i % 2]], encoded.pooled[[i % 2]]) for i in range(count)
+    ]
 
 
 def test_closed_gates_change_nothing(gated: Checkpoint) -> None:
-    plain = draw(gated, words(gated), SAMPLING)
-    assert np.array_equal(draw(gated, words(gated), SAMPLING, Gligen(gated.unet, regions(gated), True)), plain)
+    plain = generate_image(gated, words(gated), SAMPLING)
+    assert np.array_equal(
+        generate_image(gated, words(gated), SAMPLING, Gligen(gated.unet, regions(gated), True)), plain
+    )
 
 
 def test_open_gates_are_those_of_diffusers(gated: Checkpoint) -> None:
     import diffusers
 
     torch = seeded()
-    plain = draw(gated, words(gated), SAMPLING)
+    plain = generate_image(gated, words(gated), SAMPLING)
     alphas = [p for name, p in gated.unet.named_parameters() if name.endswith(("alpha_attn", "alpha_dense"))]
     for parameter in alphas:
         parameter.fill_(1.5)
@@ -162,7 +168,7 @@ def test_open_gates_are_those_of_diffusers(gated: Checkpoint) -> None:
     wanted = theirs(
         pipeline, gligen_phrases=["a moai", "a tall palm"], gligen_boxes=boxes, gligen_scheduled_sampling_beta=0.5
     )
-    found = draw(gated, words(gated), SAMPLING, Gligen(gated.unet, regions(gated), True, share=0.5))
+    found = generate_image(gated, words(gated), SAMPLING, Gligen(gated.unet, regions(gated), True, beta=0.5))
     for parameter in alphas:
         parameter.fill_(torch.tensor(0.0))
     assert np.abs(found - wanted).max() <= 1.0
@@ -170,14 +176,14 @@ def test_open_gates_are_those_of_diffusers(gated: Checkpoint) -> None:
 
 
 def test_thirty_slots(gated: Checkpoint) -> None:
-    given = grounding_of(gated.unet, regions(gated, 40), True)
+    given = grounding_tokens(gated.unet, regions(gated, 40), True)
     assert given["boxes"].shape == (2, 30, 4)
     assert given["positive_embeddings"].shape == (2, 30, WIDTH)
     assert given["masks"].sum(dim=1).tolist() == [0.0, 30.0]
 
 
 def test_a_model_without_gates_is_told(checkpoint: Checkpoint) -> None:
-    with pytest.raises(SceneError, match="no gates of GLIGEN") as caught:
+    with pytest.raises(SceneError, match="no gated attention layers of GLIGEN") as caught:
         Gligen(checkpoint.unet, regions(checkpoint), True)
     assert caught.value.name == "weights"
 
@@ -188,36 +194,36 @@ def test_a_model_without_gates_is_told(checkpoint: Checkpoint) -> None:
 def test_words_are_those_of_transformers(checkpoint: Checkpoint) -> None:
     torch = seeded()
     texts = ["", "a mossy moai", "a castle, " * 60]
-    tokens = checkpoint.words.tokenizer(
+    tokens = checkpoint.text_encoder.tokenizer(
         texts, padding="max_length", truncation=True, max_length=77, return_tensors="pt"
     )
-    wanted = checkpoint.words.network(tokens.input_ids)
-    found = checkpoint.words.encoded([(text,) if text else () for text in texts])
-    assert torch.allclose(found.words, wanted.last_hidden_state, atol=1e-5)
+    wanted = checkpoint.text_encoder.network(tokens.input_ids)
+    found = checkpoint.text_encoder.encode_with_pooled([(text,) if text else () for text in texts])
+    assert torch.allclose(found.hidden_states, wanted.last_hidden_state, atol=1e-5)
     assert torch.allclose(found.pooled, wanted.pooler_output, atol=1e-5)
 
 
 def test_a_vector_equal_to_a_words_own_gives_the_same_picture(checkpoint: Checkpoint) -> None:
     torch = seeded()
-    (number,) = checkpoint.words.tokenizer("mossy", add_special_tokens=False).input_ids[1:] or [None]
-    table = checkpoint.words.network.get_input_embeddings().weight
-    numbers = checkpoint.words.tokenizer("mossy", add_special_tokens=False).input_ids
+    (number,) = checkpoint.text_encoder.tokenizer("mossy", add_special_tokens=False).input_ids[1:] or [None]
+    table = checkpoint.text_encoder.network.get_input_embeddings().weight
+    numbers = checkpoint.text_encoder.tokenizer("mossy", add_special_tokens=False).input_ids
     vectors = {"z2": table[numbers].detach().clone()}
     assert number is not None
     prompts = [(), parse_prompt("a <z2> moai")], [(), ("a mossy moai",)]
-    spliced, written = (checkpoint.words.encoded(each, vectors) for each in prompts)
-    assert torch.equal(spliced.words, written.words)
+    spliced, written = (checkpoint.text_encoder.encode_with_pooled(each, vectors) for each in prompts)
+    assert torch.equal(spliced.hidden_states, written.hidden_states)
     assert torch.equal(spliced.pooled, written.pooled)
     box = (0.0, 0.0, 0.5, 1.0)
     whole = words(checkpoint)
     pictures = [
-        draw(
+        generate_image(
             checkpoint,
             whole,
             SAMPLING,
-            Regional(checkpoint.unet, [AttentionRegion(box, each.words[1:], each.pooled[1:])], (8, 8), True),
+            Regional(checkpoint.unet, [AttentionRegion(box, each.hidden_states[1:], each.pooled[1:])], (8, 8), True),
         )
-        for each in (spliced, written, checkpoint.words.encoded([(), ("a golden moai",)]))
+        for each in (spliced, written, checkpoint.text_encoder.encode_with_pooled([(), ("a golden moai",)]))
     ]
     assert np.array_equal(pictures[0], pictures[1])
     assert not np.array_equal(pictures[0], pictures[2])
@@ -226,33 +232,35 @@ def test_a_vector_equal_to_a_words_own_gives_the_same_picture(checkpoint: Checkp
 def test_gradients_reach_the_vectors(checkpoint: Checkpoint) -> None:
     torch = seeded()
     vector = torch.randn(2, WIDTH, requires_grad=True)
-    checkpoint.words.encoded([parse_prompt("a <z2> moai"), ("a palm",)], {"z2": vector}).pooled.sum().backward()
+    checkpoint.text_encoder.encode_with_pooled(
+        [parse_prompt("a <z2> moai"), ("a palm",)], {"z2": vector}
+    ).pooled.sum().backward()
     assert vector.grad is not None
     assert float(vector.grad.abs().min()) > 0.0
 
 
 def test_vectors_that_do_not_fit(checkpoint: Checkpoint) -> None:
     torch = seeded()
-    with pytest.raises(SceneError, match="1 x 8; those of this model are 32 wide"):
-        checkpoint.words.encode([parse_prompt("<z2>")], {"z2": torch.zeros(1, 8)})
-    with pytest.raises(SceneError, match="nothing is known of <z2>"):
-        checkpoint.words.encode([parse_prompt("<z2>")])
+    with pytest.raises(SceneError, match="have the shape 1 x 8, but this model requires width 32"):
+        checkpoint.text_encoder.encode([parse_prompt("<z2>")], {"z2": torch.zeros(1, 8)})
+    with pytest.raises(SceneError, match="<z2> has neither learned vectors nor a text"):
+        checkpoint.text_encoder.encode([parse_prompt("<z2>")])
 
 
 # --- seeds and mistakes ----------------------------------------------------------------------------------------------
 
 
 def test_the_seed_decides(checkpoint: Checkpoint) -> None:
-    one, again = (draw(checkpoint, words(checkpoint), SAMPLING) for _ in range(2))
+    one, again = (generate_image(checkpoint, words(checkpoint), SAMPLING) for _ in range(2))
     assert np.array_equal(one, again)
-    assert not np.array_equal(one, draw(checkpoint, words(checkpoint), Sampling(64, 64, 4, 5.0, 4)))
+    assert not np.array_equal(one, generate_image(checkpoint, words(checkpoint), Sampling(64, 64, 4, 5.0, 4)))
 
 
 def test_without_guidance(checkpoint: Checkpoint) -> None:
     import diffusers
 
     torch = seeded()
-    alone = draw(checkpoint, checkpoint.words.encode([(PROMPT,)]), Sampling(72, 64, 4, 1.0, 3))
+    alone = generate_image(checkpoint, checkpoint.text_encoder.encode([(PROMPT,)]), Sampling(72, 64, 4, 1.0, 3))
     pipeline = diffusers.StableDiffusionPipeline(**parts(checkpoint))
     pipeline.set_progress_bar_config(disable=True)
     source = torch.Generator().manual_seed(3)
@@ -265,7 +273,7 @@ def test_without_guidance(checkpoint: Checkpoint) -> None:
 @pytest.mark.parametrize(
     ("sampling", "said"),
     [
-        (Sampling(60, 64), "in steps of 8 pixels"),
+        (Sampling(60, 64), "must be multiples of 8"),
         (Sampling(64, 64, 0), "--steps"),
         (Sampling(64, 64, 4, 1e9), "--guidance"),
         (Sampling(64, 64, 4, float("nan")), "--guidance"),
@@ -274,7 +282,7 @@ def test_without_guidance(checkpoint: Checkpoint) -> None:
 )
 def test_mistakes(sampling: Sampling, said: str, checkpoint: Checkpoint) -> None:
     with pytest.raises(SceneError, match=said):
-        draw(checkpoint, words(checkpoint), sampling)
+        generate_image(checkpoint, words(checkpoint), sampling)
 
 
 def test_memory_and_numbers_that_run_out(checkpoint: Checkpoint, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -285,21 +293,21 @@ def test_memory_and_numbers_that_run_out(checkpoint: Checkpoint, monkeypatch: py
 
     with monkeypatch.context() as patch:
         patch.setattr(checkpoint.vae, "decode", full)
-        with pytest.raises(SceneError, match="too little memory") as caught:
-            draw(checkpoint, words(checkpoint), SAMPLING)
-    assert caught.value.hint == "a smaller --size, or --device cpu"
+        with pytest.raises(SceneError, match="out of memory on") as caught:
+            generate_image(checkpoint, words(checkpoint), SAMPLING)
+    assert caught.value.hint == "use a smaller --size, or --device cpu"
     with pytest.raises(SceneError, match="numeric overflow in the model"):
-        draw(checkpoint, words(checkpoint) * float("nan"), SAMPLING)
+        generate_image(checkpoint, words(checkpoint) * float("nan"), SAMPLING)
 
 
 def test_absent_weights(tmp_path: Path) -> None:
     with pytest.raises(SceneError) as caught:
-        load_checkpoint(shelf=Shelf(None, fetch=False))
+        load_checkpoint(hub=ModelHub(None, download=False))
     assert caught.value.name == "weights"
     assert "stabilityai/stable-diffusion-2-1" in caught.value.message
     assert "mirror" in (caught.value.hint or "")
     (tmp_path / "sd").mkdir()
-    with pytest.raises(SceneError, match="does not hold the model"):
-        load_checkpoint("sd", Shelf(tmp_path, fetch=False))
+    with pytest.raises(SceneError, match="cannot load the model"):
+        load_checkpoint("sd", ModelHub(tmp_path, download=False))
     with pytest.raises(SceneError, match="thibaud/controlnet-sd21-depth-diffusers"):
-        load_control(shelf=Shelf(None, fetch=False))
+        load_control(hub=ModelHub(None, download=False))

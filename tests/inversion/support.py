@@ -9,16 +9,16 @@ from later import later
 from toy.model import ONE_GREY, unpack
 from toy.pictures import COLORS, Orbit, picture
 
-from scenelang.backends.neural.diffusion import Diffusion
+from scenelang.backends.neural.diffusion import DiffusionModel
 from scenelang.backends.neural.diffusion_loading import load_diffusion
-from scenelang.backends.neural.inversion import STYLE, LearnedSubject, sentence_of, start_of
+from scenelang.backends.neural.inversion import STYLE, LearnedSubject, entity_prompt, initial_vector
 
 torch = later("torch")
 
 VIEW = Orbit(0.6, 0.3, 3.2, math.radians(20.0))
 
 
-def toy(folder: Path) -> Diffusion:
+def toy(folder: Path) -> DiffusionModel:
     """The committed toy model, unpacked."""
     return load_diffusion(unpack(folder, ONE_GREY))
 
@@ -29,10 +29,10 @@ def shown(color: str, shape: str) -> torch.Tensor:
 
 
 def subject(name: str, color: str, shape: str) -> LearnedSubject:
-    return LearnedSubject(shown(color, shape), sentence_of(name))
+    return LearnedSubject(shown(color, shape), entity_prompt(name))
 
 
-def starts(model: Diffusion, *names: str) -> dict[str, torch.Tensor]:
+def starts(model: DiffusionModel, *names: str) -> dict[str, torch.Tensor]:
     """Pseudo-words that begin as "sphere", and the style as "toy"."""
-    words = {name: start_of(model.words, "sphere") for name in names}
-    return {**words, STYLE: start_of(model.words, "toy")}
+    words = {name: initial_vector(model.text_encoder, "sphere") for name in names}
+    return {**words, STYLE: initial_vector(model.text_encoder, "toy")}

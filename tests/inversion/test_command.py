@@ -16,9 +16,9 @@ from toy.model import ONE_GREY, unpack
 
 from inversion.support import shown
 from scenelang.backends.neural.clip import slots
-from scenelang.backends.neural.grounding import cut_out, random_grey
-from scenelang.backends.neural.inversion import InversionSettings, kept_in
-from scenelang.backends.neural.sentences import Granularity, Sayings, leaves_of
+from scenelang.backends.neural.grounding import crop_masked, random_grey
+from scenelang.backends.neural.inversion import InversionSettings, load_checkpoint
+from scenelang.backends.neural.prompts import Granularity, PromptContext, leaves_of
 from scenelang.cli.main import main
 from scenelang.scene import Scene
 from scenelang.zfile import Made, read_made, read_z, write_vectors
@@ -79,7 +79,7 @@ def test_the_whole_picture_becomes_an_entity(yard: Path, capsys: pytest.CaptureF
 def test_the_vectors_stand_in_the_sentences(yard: Path) -> None:
     assert invert("--no-segment", "-q") == 0
     learned = frozenset(read_z(Z)[1])
-    leaves = leaves_of(evaluate(PROGRAM), Granularity(), Sayings(learned))[0]
+    leaves = leaves_of(evaluate(PROGRAM), Granularity(), PromptContext(learned))[0]
     assert [slots(leaf.condition.prompt) for leaf in leaves] == [("z2", "z1"), ("z1",), ("z1",)]
 
 
@@ -95,7 +95,7 @@ def test_a_mask_says_where_the_thing_is(yard: Path) -> None:
     mask[10:20, 8:24] = True
     Image.fromarray(mask).save("mask.png")
     assert invert("--mask", "mask.png", "-q", "--seed", "5") == 0
-    wanted = cut_out(np.asarray(Image.open("photo.png")), mask, random_grey(5))
+    wanted = crop_masked(np.asarray(Image.open("photo.png")), mask, random_grey(5))
     assert np.array_equal(np.asarray(Image.open("yard.inversion/z2.png")), wanted)
 
 
@@ -131,12 +131,12 @@ def test_what_is_not_to_be_found(
 
 def test_a_broken_run_goes_on(yard: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Ctrl-C after two steps of three; the rest gives what a whole run gives, from the pictures that were kept."""
-    from scenelang.backends.neural.inversion import Inverting
+    from scenelang.backends.neural.inversion import InversionTrainer
 
     assert invert("--no-segment", "-q", "-o", "whole", "--z", "whole.z.safetensors") == 0
-    step = Inverting.step
+    step = InversionTrainer.step
 
-    def interrupted(self: Inverting) -> float:
+    def interrupted(self: InversionTrainer) -> float:
         import signal
 
         loss = step(self)
@@ -144,12 +144,12 @@ def test_a_broken_run_goes_on(yard: Path, monkeypatch: pytest.MonkeyPatch, capsy
             signal.raise_signal(signal.SIGINT)
         return loss
 
-    monkeypatch.setattr(Inverting, "step", interrupted)
+    monkeypatch.setattr(InversionTrainer, "step", interrupted)
     assert invert("--no-segment") == 130
     assert "continue with `--resume`" in capsys.readouterr().err
     assert not Z.exists()
-    assert kept_in(Path("yard.inversion")).done == 2
-    monkeypatch.setattr(Inverting, "step", step)
+    assert load_checkpoint(Path("yard.inversion")).done == 2
+    monkeypatch.setattr(InversionTrainer, "step", step)
     assert invert("--no-segment") == 1
     assert "already contains an unfinished run" in capsys.readouterr().err
     Path("photo.png").unlink()
@@ -188,7 +188,11 @@ def test_mistakes(words: list[str], code: int, text: str, yard: Path, capsys: py
 
 
 def test_names_that_make_no_sense(yard: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for entity, text in (("castle", "no entity"), ("yard", "style of the scene"), ("<z1>", "style of the scene")):
+    for entity, text in (
+        ("castle", "no visible entity"),
+        ("yard", "style of the scene"),
+        ("<z1>", "style of the scene"),
+    ):
         assert invert("--no-segment", entity=entity) == 1
         assert text in capsys.readouterr().err
     double = ["invert", "yard.scene", "--from", "photo.png", "--entity", "tower", "--entity", "<z3>"]
@@ -214,7 +218,7 @@ def test_a_style_for_the_scene_or_a_part(yard: Path, capsys: pytest.CaptureFixtu
     assert sorted(vectors) == ["z1", "z3", "z4"]
     assert {made[name].how for name in vectors} == {"style"}
     assert made["z3"].source == "photo.png"
-    leaves = leaves_of(evaluate(PROGRAM), Granularity(), Sayings(frozenset(vectors)))[0]
+    leaves = leaves_of(evaluate(PROGRAM), Granularity(), PromptContext(frozenset(vectors)))[0]
     assert [slots(leaf.condition.prompt) for leaf in leaves] == [("z1",), ("z3", "z1"), ("z4", "z1")]
 
 

@@ -13,21 +13,21 @@ from small_models import seeded, small_diffusion
 
 from inversion.support import shown, starts, subject, toy
 from scenelang.backends.neural.clip import Slot
-from scenelang.backends.neural.diffusion import ClipWords, Diffusion
+from scenelang.backends.neural.diffusion import ClipPromptEncoder, DiffusionModel
 from scenelang.backends.neural.diffusion_loading import load_any
 from scenelang.backends.neural.inversion import (
-    STATE,
+    CHECKPOINT,
     STYLE,
     InversionSettings,
-    Inverting,
+    InversionTrainer,
     LearnedSubject,
-    asked_of,
     denoising_loss,
-    kept_in,
+    entity_prompt,
+    initial_vector,
+    load_checkpoint,
     run,
-    sentence_about,
-    sentence_of,
-    start_of,
+    run_config,
+    style_prompt,
 )
 from scenelang.grammar.diagnostics import SceneError
 
@@ -35,21 +35,21 @@ torch = later("torch")
 
 
 @pytest.fixture(scope="module")
-def model(tmp_path_factory: pytest.TempPathFactory) -> Diffusion:
+def model(tmp_path_factory: pytest.TempPathFactory) -> DiffusionModel:
     return toy(tmp_path_factory.mktemp("models") / "toy")
 
 
-def learning(model: Diffusion, **settings: Any) -> Inverting:
-    return Inverting(
-        model, [subject("z2", "red", "cube")], starts(model, "z2"), InversionSettings(**{"batch": 1, **settings})
+def learning(model: DiffusionModel, **settings: Any) -> InversionTrainer:
+    return InversionTrainer(
+        model, [subject("z2", "red", "cube")], starts(model, "z2"), InversionSettings(**{"batch_size": 1, **settings})
     )
 
 
-def weights(model: Diffusion) -> str:
+def weights(model: DiffusionModel) -> str:
     """What tells all weights of a model, to the bit."""
     found = hashlib.sha256()
-    words = model.words
-    text = words._encoder._text if isinstance(words, ClipWords) else words.network  # type: ignore[attr-defined]
+    words = model.text_encoder
+    text = words._encoder._text if isinstance(words, ClipPromptEncoder) else words.network  # type: ignore[attr-defined]
     for network in (model.network, text):
         for name, tensor in network.state_dict().items():
             found.update(name.encode() + tensor.numpy().tobytes())
@@ -57,21 +57,21 @@ def weights(model: Diffusion) -> str:
 
 
 def test_the_sentence_is_the_papers() -> None:
-    assert sentence_of("z2") == (Slot("z2"), ", 3d model, in the style of ", Slot(STYLE))
-    assert sentence_about("stone moai") == ("stone moai, 3d model, in the style of ", Slot(STYLE))
+    assert entity_prompt("z2") == (Slot("z2"), ", 3d model, in the style of ", Slot(STYLE))
+    assert style_prompt("stone moai") == ("stone moai, 3d model, in the style of ", Slot(STYLE))
 
 
-def test_the_loss_is_lower_and_only_two_vectors_move(model: Diffusion) -> None:
+def test_the_loss_is_lower_and_only_two_vectors_move(model: DiffusionModel) -> None:
     before, begun = weights(model), starts(model, "z2")
     work = learning(model)
     assert {name: vector.tolist() for name, vector in work.vectors().items()} == {
         name: vector.tolist() for name, vector in begun.items()
     }
-    first = work.measured()
-    assert work.measured() == first, "the same noise every time"
+    first = work.mean_loss()
+    assert work.mean_loss() == first, "the same noise every time"
     for _ in range(100):
         work.step()
-    assert work.measured() < 0.5 * first
+    assert work.mean_loss() < 0.5 * first
     assert weights(model) == before
     after = work.vectors()
     assert sorted(after) == [STYLE, "z2"]
@@ -80,45 +80,50 @@ def test_the_loss_is_lower_and_only_two_vectors_move(model: Diffusion) -> None:
 
 
 @pytest.mark.slow
-def test_the_model_knows_the_thing_again(model: Diffusion) -> None:
+def test_the_model_knows_the_thing_again(model: DiffusionModel) -> None:
     """The learned sentence fits its own picture better than that of another thing, and the other way round."""
     found = {}
     pictures = {"z2": ("red", "cube"), "z3": ("blue", "sphere")}
     for name, (color, shape) in pictures.items():
-        work = Inverting(model, [subject(name, color, shape)], starts(model, name), InversionSettings(batch=1))
+        work = InversionTrainer(
+            model, [subject(name, color, shape)], starts(model, name), InversionSettings(batch_size=1)
+        )
         for _ in range(40):
             work.step()
         found[name] = {key: torch.from_numpy(vector) for key, vector in work.vectors().items()}
-    loss = lambda name, shown_as: Inverting(
-        model, [LearnedSubject(shown(*pictures[shown_as]), sentence_of(name))], found[name], InversionSettings()
-    ).measured()
+    loss = lambda name, shown_as: InversionTrainer(
+        model, [LearnedSubject(shown(*pictures[shown_as]), entity_prompt(name))], found[name], InversionSettings()
+    ).mean_loss()
     assert loss("z2", "z2") < 0.85 * loss("z3", "z2")
     assert loss("z3", "z3") < 0.85 * loss("z2", "z3")
 
 
 @pytest.mark.slow
-def test_several_things_share_a_style(model: Diffusion) -> None:
+def test_several_things_share_a_style(model: DiffusionModel) -> None:
     subjects = [subject("z2", "red", "cube"), subject("z3", "blue", "sphere")]
-    work = Inverting(model, subjects, starts(model, "z2", "z3"), InversionSettings(batch=1))
-    first = work.measured()
+    work = InversionTrainer(model, subjects, starts(model, "z2", "z3"), InversionSettings(batch_size=1))
+    first = work.mean_loss()
     alone = [
-        Inverting(model, [each], starts(model, "z2", "z3"), InversionSettings(draws=32)).measured() for each in subjects
+        InversionTrainer(model, [each], starts(model, "z2", "z3"), InversionSettings(loss_samples=32)).mean_loss()
+        for each in subjects
     ]
     assert first == pytest.approx(float(np.mean(alone)), rel=0.2), "the mean of both"
     for _ in range(25):
         work.step()
-    assert work.measured() < 0.75 * first
+    assert work.mean_loss() < 0.75 * first
     assert sorted(work.vectors()) == [STYLE, "z2", "z3"]
 
 
 @pytest.mark.slow
-def test_the_style_alone(model: Diffusion) -> None:
-    about = LearnedSubject(shown("green", "cube"), sentence_about("cube"))
-    work = Inverting(model, [about], {STYLE: start_of(model.words, "toy")}, InversionSettings(batch=1))
-    first = work.measured()
+def test_the_style_alone(model: DiffusionModel) -> None:
+    about = LearnedSubject(shown("green", "cube"), style_prompt("cube"))
+    work = InversionTrainer(
+        model, [about], {STYLE: initial_vector(model.text_encoder, "toy")}, InversionSettings(batch_size=1)
+    )
+    first = work.mean_loss()
     for _ in range(40):
         work.step()
-    assert work.measured() < first, "little, since the toy was taught to heed no style"
+    assert work.mean_loss() < first, "little, since the toy was taught to heed no style"
     assert list(work.vectors()) == [STYLE]
 
 
@@ -133,12 +138,12 @@ def _scheduler(kind: str) -> Any:
     )  # fmt: skip
 
 
-def test_the_loss_is_that_of_diffusers_training(model: Diffusion) -> None:
+def test_the_loss_is_that_of_diffusers_training(model: DiffusionModel) -> None:
     """Noise and velocity by diffusers, the network without views or cameras by its own call."""
     generator = torch.Generator().manual_seed(1)
-    latents = model.pixels.encode(shown("red", "cube")[None]).expand(3, -1, -1, -1)
+    latents = model.codec.encode(shown("red", "cube")[None]).expand(3, -1, -1, -1)
     noise, steps = torch.randn(latents.shape, generator=generator), torch.tensor([5, 400, 990])
-    states = model.words.encode([("a red cube, 3D model",)]).expand(3, -1, -1)
+    states = model.text_encoder.encode([("a red cube, 3D model",)]).expand(3, -1, -1)
     scheduler = _scheduler("v_prediction")
     noisy = scheduler.add_noise(latents, noise, steps)
     with torch.no_grad():
@@ -152,19 +157,19 @@ def test_the_loss_is_that_of_diffusers_training(model: Diffusion) -> None:
     assert float(found) == pytest.approx(float(wanted), rel=1e-4)
 
 
-def test_what_networks_are_trained_to_say(model: Diffusion) -> None:
+def test_what_networks_are_trained_to_say(model: DiffusionModel) -> None:
     from dataclasses import replace
 
     clean, noise = torch.randn(2, 3, 4, 4), torch.randn(2, 3, 4, 4)
     steps = torch.tensor([10, 700])
     schedule = model.schedule
-    assert torch.equal(replace(schedule, prediction="epsilon").target(clean, noise, steps), noise)
-    assert torch.equal(replace(schedule, prediction="sample").target(clean, noise, steps), clean)
-    velocity = replace(schedule, prediction="v_prediction").target(clean, noise, steps)
+    assert torch.equal(replace(schedule, prediction_type="epsilon").training_target(clean, noise, steps), noise)
+    assert torch.equal(replace(schedule, prediction_type="sample").training_target(clean, noise, steps), clean)
+    velocity = replace(schedule, prediction_type="v_prediction").training_target(clean, noise, steps)
     assert torch.allclose(velocity, _scheduler("v_prediction").get_velocity(clean, noise, steps), atol=1e-5)
 
 
-def test_a_step_is_adamws(model: Diffusion) -> None:
+def test_a_step_is_adamws(model: DiffusionModel) -> None:
     """The second step too, by the formulas of its paper: momentum, bias corrected, decay of a hundredth."""
     work = learning(model)
     begun = {name: vector.astype(np.float64) for name, vector in work.vectors().items()}
@@ -181,7 +186,7 @@ def test_a_step_is_adamws(model: Diffusion) -> None:
         assert np.allclose(after, value, atol=1e-6)
 
 
-def test_the_seed_decides(model: Diffusion) -> None:
+def test_the_seed_decides(model: DiffusionModel) -> None:
     one, same, other = (learning(model, seed=seed) for seed in (3, 3, 4))
     losses = [[work.step() for _ in range(3)] for work in (one, same, other)]
     assert losses[0] == losses[1]
@@ -195,11 +200,16 @@ def test_models_of_single_pictures(tmp_path: Path) -> None:
     model = load_any(str(small_diffusion(tmp_path / "sd", views=False)))
     assert model.views == 1
     picture = torch.rand(3, model.size, model.size)
-    begun = {"z2": start_of(model.words, "stone statue"), STYLE: start_of(model.words, "photo")}
-    assert torch.allclose(begun["z2"], model.words.vectors_of("stone statue").mean(0, keepdim=True))
-    work = Inverting(model, [LearnedSubject(picture, sentence_of("z2"))], begun, InversionSettings(batch=2))
+    begun = {
+        "z2": initial_vector(model.text_encoder, "stone statue"),
+        STYLE: initial_vector(model.text_encoder, "photo"),
+    }
+    assert torch.allclose(begun["z2"], model.text_encoder.token_embeddings("stone statue").mean(0, keepdim=True))
+    work = InversionTrainer(
+        model, [LearnedSubject(picture, entity_prompt("z2"))], begun, InversionSettings(batch_size=2)
+    )
     with torch.no_grad():
-        latents, states = model.pixels.encode(picture[None]), model.words.encode([sentence_of("z2")], begun)
+        latents, states = model.codec.encode(picture[None]), model.text_encoder.encode([entity_prompt("z2")], begun)
         noise, steps = torch.randn(latents.shape), torch.tensor([300])
         noisy = _scheduler("epsilon").add_noise(latents, noise, steps)
         wanted = ((model.network(noisy, steps, encoder_hidden_states=states).sample - noise) ** 2).mean()
@@ -210,12 +220,15 @@ def test_models_of_single_pictures(tmp_path: Path) -> None:
     assert all(not np.array_equal(work.vectors()[name], begun[name].numpy()) for name in begun)
 
 
-def test_a_start_without_tokens(model: Diffusion) -> None:
+def test_a_start_without_tokens(model: DiffusionModel) -> None:
     with pytest.raises(SceneError, match="no tokens"):
-        start_of(model.words, "  ")
+        initial_vector(model.text_encoder, "  ")
 
 
-@pytest.mark.parametrize("wrong", [{"steps": 0}, {"rate": 0.0}, {"rate": float("nan")}, {"batch": 0}, {"batch": 1000}])
+@pytest.mark.parametrize(
+    "wrong",
+    [{"steps": 0}, {"learning_rate": 0.0}, {"learning_rate": float("nan")}, {"batch_size": 0}, {"batch_size": 1000}],
+)
 def test_settings_that_make_no_sense(wrong: dict[str, Any]) -> None:
     with pytest.raises(SceneError) as caught:
         InversionSettings(**wrong)
@@ -225,13 +238,15 @@ def test_settings_that_make_no_sense(wrong: dict[str, Any]) -> None:
 # --- breaks ----------------------------------------------------------------------------------------------------------
 
 
-def asked(model: Diffusion, steps: int = 12, **settings: Any) -> dict[str, Any]:
+def asked(model: DiffusionModel, steps: int = 12, **settings: Any) -> dict[str, Any]:
     shown_things = [subject("z2", "red", "cube")]
-    return asked_of(InversionSettings(steps=steps, batch=1, **settings), model.name, shown_things, {"z2": "sphere"})
+    return run_config(
+        InversionSettings(steps=steps, batch_size=1, **settings), model.name, shown_things, {"z2": "sphere"}
+    )
 
 
 @pytest.mark.slow
-def test_a_run_that_was_broken_off_ends_as_if_it_had_not(model: Diffusion, tmp_path: Path) -> None:
+def test_a_run_that_was_broken_off_ends_as_if_it_had_not(model: DiffusionModel, tmp_path: Path) -> None:
     for name in ("whole", "broken"):
         (tmp_path / name).mkdir()
     whole = learning(model, steps=12)
@@ -243,37 +258,40 @@ def test_a_run_that_was_broken_off_ends_as_if_it_had_not(model: Diffusion, tmp_p
     )
     assert not stopped.finished
     assert told == [1, 2, 3, 4, 5]
-    kept = kept_in(tmp_path / "broken")
+    kept = load_checkpoint(tmp_path / "broken")
     assert (kept.done, kept.finished) == (5, False)
     rest = learning(model, steps=12)
     again = run(rest, tmp_path / "broken", asked(model), kept)
     assert again == outcome
     assert all(np.array_equal(rest.vectors()[name], whole.vectors()[name]) for name in whole.vectors())
-    assert kept_in(tmp_path / "broken").losses == kept_in(tmp_path / "whole").losses
-    assert kept_in(tmp_path / "broken").finished
+    assert load_checkpoint(tmp_path / "broken").losses == load_checkpoint(tmp_path / "whole").losses
+    assert load_checkpoint(tmp_path / "broken").finished
     more = learning(model, steps=14)
-    assert run(more, tmp_path / "broken", asked(model, 14), kept_in(tmp_path / "broken")).finished
+    assert run(more, tmp_path / "broken", asked(model, 14), load_checkpoint(tmp_path / "broken")).finished
 
 
-def test_only_the_same_run_goes_on(model: Diffusion, tmp_path: Path) -> None:
+def test_only_the_same_run_goes_on(model: DiffusionModel, tmp_path: Path) -> None:
     run(learning(model, steps=2), tmp_path, asked(model, 2))
-    kept = kept_in(tmp_path)
-    for other, text in (({"seed": 1}, "other seed"), ({"rate": 0.5}, "other rate")):
+    kept = load_checkpoint(tmp_path)
+    for other, text in (
+        ({"seed": 1}, "other settings: seed"),
+        ({"learning_rate": 0.5}, "other settings: learning_rate"),
+    ):
         with pytest.raises(SceneError, match=text):
             run(learning(model, steps=2, **other), tmp_path, asked(model, 2, **other), kept)
     with pytest.raises(SceneError, match="2 steps already"):
         run(learning(model, steps=1), tmp_path, asked(model, 1), kept)
     elsewhere = {**asked(model, 2), "pictures": [["another", "picture"]]}
-    with pytest.raises(SceneError, match="other pictures"):
+    with pytest.raises(SceneError, match="other settings: pictures"):
         run(learning(model, steps=2), tmp_path, elsewhere, kept)
 
 
 @pytest.mark.parametrize("damage", ["none", "text", "cut", "steps", "shape"])
-def test_files_that_are_no_runs(model: Diffusion, tmp_path: Path, damage: str) -> None:
+def test_files_that_are_no_runs(model: DiffusionModel, tmp_path: Path, damage: str) -> None:
     from safetensors import safe_open
     from safetensors.torch import save_file
 
-    path = tmp_path / STATE
+    path = tmp_path / CHECKPOINT
     if damage != "none":
         run(learning(model, steps=2), tmp_path, asked(model, 2))
     if damage == "text":
@@ -290,5 +308,5 @@ def test_files_that_are_no_runs(model: Diffusion, tmp_path: Path, damage: str) -
             tensors = {name: tensor[:, :5].contiguous() for name, tensor in tensors.items()}
         save_file(tensors, path, metadata=told)
     with pytest.raises(SceneError) as caught:
-        run(learning(model, steps=2), tmp_path, asked(model, 2), kept_in(tmp_path))
+        run(learning(model, steps=2), tmp_path, asked(model, 2), load_checkpoint(tmp_path))
     assert caught.value.name == "file"

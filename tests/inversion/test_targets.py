@@ -39,7 +39,7 @@ def test_entities_by_name() -> None:
 
 @pytest.mark.parametrize("name", ["castle", "<z99>", "roof/tower", "pillar/tower", "/"])
 def test_names_that_nothing_has(name: str) -> None:
-    with pytest.raises(SceneError, match="no entity") as caught:
+    with pytest.raises(SceneError, match="no visible entity") as caught:
         targets_named(evaluate(TOWN), [name])
     assert caught.value.name == "value"
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from random import Random
 
 import pytest
-
 from fuzz.scene_programs import Programs
+
 from kinds.tracing import Traced, trace
 from scenelang import Options, Session, Source
 from scenelang.interpreter.runtime.limits import Limits

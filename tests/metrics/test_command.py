@@ -69,8 +69,8 @@ def listed(place: Path, *entries: dict[str, Any]) -> str:
 def test_every_metric_of_what_it_is_for(said: Callable[..., Any], place: Path, models: Path) -> None:
     from support import evaluate
 
-    from scenelang.backends.neural.metrics import ClipScore, around, drawn
-    from scenelang.backends.neural.weights import Shelf
+    from scenelang.backends.neural.metrics import ClipScore, render_shots, turntable_shots
+    from scenelang.backends.neural.weights import ModelHub
     from scenelang.backends.pictures.film import PictureOptions
 
     entries = [{"scene": "cans.scene"}, {"scene": "moai.scene", "image": "wanted.png"}, {"scene": "ball.scene"}]
@@ -90,8 +90,8 @@ def test_every_metric_of_what_it_is_for(said: Callable[..., Any], place: Path, m
         "a ball that moves",
     ]
     scene, options = evaluate(CANS), PictureOptions(width=64, height=64, labels=False)
-    pictures = drawn(scene, around(scene, 4, 64, 64), options, "draft")
-    expected = ClipScore(shelf=Shelf(models, False)).cosines("three red cans", pictures)
+    pictures = render_shots(scene, turntable_shots(scene, 4, 64, 64), options, "draft")
+    expected = ClipScore(hub=ModelHub(models, False)).cosines("three red cans", pictures)
     assert kept["cans.scene", "clip"]["views"] == pytest.approx(expected, abs=1e-6)
     assert kept["cans.scene", "clip"]["value"] == pytest.approx(np.mean(expected))
     assert len(kept["moai.scene", "lpips"]["views"]) == 3

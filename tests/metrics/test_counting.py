@@ -5,7 +5,14 @@ from __future__ import annotations
 import pytest
 from support import evaluate
 
-from scenelang.backends.neural.metrics import Asked, asked_in, asked_of, counted, is_accurate, singular
+from scenelang.backends.neural.metrics import (
+    CountQuery,
+    count_entities,
+    count_queries,
+    is_accurate,
+    parse_counts,
+    singular,
+)
 
 CANS = """
 (bind "coke-can" (lambda () (call "cylinder" :color [.8 .1 .1])))
@@ -38,7 +45,7 @@ CANS = """
     ],
 )
 def test_what_a_text_asks_for(text: str, expected: list[tuple[int, str]]) -> None:
-    assert [(one.count, " ".join(one.words)) for one in asked_in(text)] == expected
+    assert [(one.count, " ".join(one.words)) for one in parse_counts(text)] == expected
 
 
 @pytest.mark.parametrize(
@@ -66,25 +73,25 @@ def test_singulars(plural: str, word: str) -> None:
     ],
 )
 def test_what_a_program_has(text: str, words: tuple[str, ...], found: int, is_right: bool) -> None:
-    (one,) = counted(evaluate(CANS, root="pyramid"), asked_in(text))
-    assert (one.words, one.found, one.is_right) == (words, found, is_right)
+    (one,) = count_entities(evaluate(CANS, root="pyramid"), parse_counts(text))
+    assert (one.words, one.found, one.is_correct) == (words, found, is_right)
 
 
 def test_all_counts_must_be_right() -> None:
     scene = evaluate(CANS, root="pyramid")
-    assert is_accurate(counted(scene, asked_in("15 coke cans and a table with 4 legs")))
-    assert not is_accurate(counted(scene, asked_in("15 coke cans and a table with 3 legs")))
+    assert is_accurate(count_entities(scene, parse_counts("15 coke cans and a table with 4 legs")))
+    assert not is_accurate(count_entities(scene, parse_counts("15 coke cans and a table with 3 legs")))
 
 
 def test_a_table_of_counts_is_taken_as_it_is() -> None:
-    assert asked_of({"coke-can": 15, "Legs": 4}) == (Asked(15, ("coke", "can")), Asked(4, ("leg",)))
+    assert count_queries({"coke-can": 15, "Legs": 4}) == (CountQuery(15, ("coke", "can")), CountQuery(4, ("leg",)))
 
 
 def test_of_a_name_and_its_plural_the_name_counts() -> None:
     """Where a program has only the plural, that is what there is."""
     only = '(bind "cans" (lambda () (union (call "cube") (transform (call "cube") (translate [2 0 0])))))'
-    (one,) = counted(evaluate(only), asked_in("2 cans"))
+    (one,) = count_entities(evaluate(only), parse_counts("2 cans"))
     assert (one.words, one.found) == (("cans",), 1)
     several = '(bind "b" (lambda () (union (call "red-can") (call "green-can"))))'
-    (one,) = counted(evaluate(several), asked_in("2 cans"))
+    (one,) = count_entities(evaluate(several), parse_counts("2 cans"))
     assert (one.words, one.found) == (("red-can", "green-can"), 2)

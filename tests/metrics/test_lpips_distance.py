@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from small_models import seeded
 
-from scenelang.backends.neural.metrics import Lpips, fitted
-from scenelang.backends.neural.weights import Shelf
+from scenelang.backends.neural.metrics import Lpips, resize_and_crop
+from scenelang.backends.neural.weights import ModelHub
 from scenelang.grammar.diagnostics import SceneError
 
 
@@ -38,14 +38,14 @@ def test_distances_are_the_packages(models: Path) -> None:
 
     with torch.no_grad():
         expected = [reference(tensor(wanted), tensor(other), normalize=True).item() for other in others]
-    found = Lpips(Shelf(models, False)).distances(wanted, others)
+    found = Lpips(ModelHub(models, False)).distances(wanted, others)
     assert found == pytest.approx(expected, rel=1e-5)
     assert min(found) > 0.01
 
 
 def test_the_same_picture_is_no_distance_away(models: Path) -> None:
     seeded()
-    network = Lpips(Shelf(models, False))
+    network = Lpips(ModelHub(models, False))
     one = picture(1)
     noisy = np.clip(one.astype(int) + np.random.default_rng(2).integers(-20, 21, one.shape), 0, 255).astype(np.uint8)
     same, near, far = network.distances(one, [one, noisy, picture(9)])
@@ -58,11 +58,11 @@ def test_the_same_picture_is_no_distance_away(models: Path) -> None:
 def test_a_picture_is_brought_to_size_by_its_middle() -> None:
     wide = np.zeros((40, 120, 3), np.uint8)
     wide[:, 40:80] = 255
-    found = fitted(wide, 20, 20)
+    found = resize_and_crop(wide, 20, 20)
     assert found.shape == (20, 20, 3)
     assert found.min() > 200, "what is at the sides is cut"
     assert found[:, 1:-1].min() == 255
-    assert fitted(wide, 120, 40) is wide
+    assert resize_and_crop(wide, 120, 40) is wide
 
 
 @pytest.mark.parametrize("damage", ["shape", "name", "kind", "none"])
@@ -79,7 +79,7 @@ def test_other_weights_are_told(models: Path, tmp_path: Path, damage: str) -> No
     elif damage != "none":
         torch.save(state, tmp_path / "alexnet" / "a.pth")
     with pytest.raises(SceneError) as caught:
-        Lpips(Shelf(tmp_path, False))
+        Lpips(ModelHub(tmp_path, False))
     assert caught.value.name == "weights"
     assert "alexnet" in caught.value.message.lower()
 
@@ -95,7 +95,7 @@ def test_nothing_in_a_file_of_weights_is_executed(tmp_path: Path) -> None:
     (tmp_path / "alexnet").mkdir()
     (tmp_path / "alexnet" / "a.pth").write_bytes(pickle.dumps(Trap()))
     with pytest.raises(SceneError) as caught:
-        Lpips(Shelf(tmp_path, False))
+        Lpips(ModelHub(tmp_path, False))
     assert caught.value.name == "weights"
     assert not (tmp_path / "sprung").exists()
 
@@ -103,11 +103,11 @@ def test_nothing_in_a_file_of_weights_is_executed(tmp_path: Path) -> None:
 def test_weights_in_torchs_own_cache_are_found(models: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     torch = seeded()
     monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path))
-    with pytest.raises(SceneError, match="not on this machine"):
-        Lpips(Shelf(None, False))
+    with pytest.raises(SceneError, match="are not available"):
+        Lpips(ModelHub(None, False))
     (tmp_path / "checkpoints").mkdir()
     (tmp_path / "checkpoints" / "alexnet-owt-7be5be79.pth").write_bytes(
         (models / "alexnet" / "alexnet-owt-7be5be79.pth").read_bytes()
     )
-    here, there = Lpips(Shelf(None, False)), Lpips(Shelf(models, False))
+    here, there = Lpips(ModelHub(None, False)), Lpips(ModelHub(models, False))
     assert here.distances(picture(1), [picture(2)]) == there.distances(picture(1), [picture(2)])

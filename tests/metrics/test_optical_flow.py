@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from small_models import seeded
 
-from scenelang.backends.neural.metrics import Raft, degree, degree_of_film, motion, sampled
-from scenelang.backends.neural.weights import Shelf
+from scenelang.backends.neural.metrics import Raft, dynamic_degree, film_dynamic_degree, motion, sample_frames
+from scenelang.backends.neural.weights import ModelHub
 from scenelang.grammar.diagnostics import SceneError
 
 
@@ -41,7 +41,7 @@ def test_flow_is_torchvisions(models: Path, size: tuple[int, int]) -> None:
     one, two = OpticalFlow()(*padded)
     with torch.no_grad():
         expected = network(one[None], two[None], num_flow_updates=3)[-1][0].permute(1, 2, 0).numpy()
-    found = Raft(Shelf(models, False)).flow(before, after, iterations=3)
+    found = Raft(ModelHub(models, False)).flow(before, after, iterations=3)
     assert found.shape == (height, width, 2)
     np.testing.assert_allclose(found, expected[top : top + height, left : left + width], atol=1e-4)
     assert np.abs(found).max() > 1e-3
@@ -97,11 +97,11 @@ def test_the_degree_of_a_film_whose_motion_is_known() -> None:
         picture = np.full((176, 200, 3), 128, np.uint8)
         picture[56:120, 16 + 16 * n : 80 + 16 * n] = noise(64, 64, seed=4)
         film.append(picture)
-    found = degree_of_film(film, 8.0, Raft(network=matching_raft()).flow)
+    found = film_dynamic_degree(film, 8.0, Raft(network=matching_raft()).flow)
     assert found.pixels == pytest.approx(16.0, abs=0.1)
-    assert found.share == found.pixels / 176
+    assert found.relative == found.pixels / 176
     assert found.is_dynamic
-    still = degree_of_film([film[0]] * 5, 8.0, Raft(network=matching_raft()).flow)
+    still = film_dynamic_degree([film[0]] * 5, 8.0, Raft(network=matching_raft()).flow)
     assert still.pixels < 0.1
     assert not still.is_dynamic
 
@@ -109,12 +109,12 @@ def test_the_degree_of_a_film_whose_motion_is_known() -> None:
 def test_other_weights_are_told(tmp_path: Path) -> None:
     torch = seeded()
     with pytest.raises(SceneError, match="raft_large") as caught:
-        Raft(Shelf(tmp_path, False))
+        Raft(ModelHub(tmp_path, False))
     assert caught.value.name == "weights"
     (tmp_path / "raft_large").mkdir()
     torch.save({"a": torch.zeros(1)}, tmp_path / "raft_large" / "a.pth")
     with pytest.raises(SceneError, match="not the weights of torchvision's RAFT large") as caught:
-        Raft(Shelf(tmp_path, False))
+        Raft(ModelHub(tmp_path, False))
     assert caught.value.name == "weights"
 
 
@@ -156,16 +156,16 @@ def test_motion_is_vbenchs_on_random_flows() -> None:
     ],
 )
 def test_what_is_dynamic(motions: list[float], fps: float, width: int, height: int, is_dynamic: bool) -> None:
-    found = degree(motions, fps, width, height)
+    found = dynamic_degree(motions, fps, width, height)
     assert found.is_dynamic is is_dynamic
     assert found.pixels == pytest.approx(sum(motions) / max(1, len(motions)))
-    assert found.share == pytest.approx(found.pixels / min(width, height))
+    assert found.relative == pytest.approx(found.pixels / min(width, height))
 
 
 def test_about_eight_pictures_per_second_are_looked_at() -> None:
-    assert sampled(10, 24.0) == [0, 3, 6, 9]
-    assert sampled(5, 8.0) == [0, 1, 2, 3, 4]
-    assert sampled(3, 2.0) == [0, 1, 2]
+    assert sample_frames(10, 24.0) == [0, 3, 6, 9]
+    assert sample_frames(5, 8.0) == [0, 1, 2, 3, 4]
+    assert sample_frames(3, 2.0) == [0, 1, 2]
     seen: list[tuple[int, int]] = []
 
     def flow(one: np.ndarray, two: np.ndarray) -> np.ndarray:
@@ -173,22 +173,22 @@ def test_about_eight_pictures_per_second_are_looked_at() -> None:
         return np.full((8, 8, 2), 3.0)
 
     film = [np.full((8, 8, 3), n, np.uint8) for n in range(10)]
-    assert degree_of_film(film, 24.0, flow).pixels == pytest.approx(np.sqrt(18.0))
+    assert film_dynamic_degree(film, 24.0, flow).pixels == pytest.approx(np.sqrt(18.0))
     assert seen == [(0, 3), (3, 6), (6, 9)]
 
 
 def test_a_4d_scene_is_seen_frame_by_frame_from_one_place() -> None:
     from support import evaluate
 
-    from scenelang.backends.neural.metrics import around, steady
+    from scenelang.backends.neural.metrics import fixed_shots, turntable_shots
 
     moving = """(bind "ball" (lambda (:x) (transform (call "sphere" :radius .3) (translate (list x 0 0)))))
     (bind "way" (lambda () (frames (for/list ((i (iota 6))) (call "ball" :x (* i .2))))))"""
     scene = evaluate(moving, root="way")
-    shots = steady(scene, 200, 160)
+    shots = fixed_shots(scene, 200, 160)
     assert [shot.frame for shot in shots] == list(range(6))
     assert len({shot.camera.world_to_camera.tobytes() for shot in shots}) == 1
-    turn = around(scene, 12, 200, 160)
+    turn = turntable_shots(scene, 12, 200, 160)
     assert [shot.frame for shot in turn] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
     places = np.array([shot.camera.eye for shot in turn])
     middle = places.mean(axis=0)

@@ -158,7 +158,7 @@ def test_warnings_reach_the_user(folder: Path, capsys: pytest.CaptureFixture[str
 
 def test_every_backend_of_blocks_can_be_chosen() -> None:
     told: list[Diagnostic] = []
-    names = [b.name for b in base.every(base.Work.EXPORT) if any(o.name == "voxelize" for o in b.options)]
+    names = [b.name for b in base.all_backends(base.Work.EXPORT) if any(o.name == "voxelize" for o in b.options)]
     assert names == ["blocks", "datapack", "litematic", "mcfunction", "minecraft-json", "schem", "structure"]
     assert BLOCKS.setting(BackendOptions(warn=told.append), "voxelize") is None
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from scenelang.backends.language_models.catalogue import Request, TextContent, said
+from scenelang.backends.language_models.catalogue import Request, TextContent, text_message
 from scenelang.backends.language_models.provider import Provider, connect
 from scenelang.grammar.diagnostics import SceneError
 
@@ -54,7 +54,7 @@ def openai_at(url: str, monkeypatch: pytest.MonkeyPatch) -> Provider:
 
 
 def request(text: str = "a cube", max_tokens: int = 1000, model: str = "claude-opus-5-5") -> Request:
-    return Request(model, TextContent("rules", is_fixed=True), (said("user", text),), max_tokens)
+    return Request(model, TextContent("rules", is_cacheable=True), (text_message("user", text),), max_tokens)
 
 
 def one_line(error: SceneError) -> str:

@@ -14,17 +14,17 @@ from models.server import RESPONSES_PER_PIECE, ModelServer, Said, serving
 from models.services import KEY, anthropic_at, hurry, one_line, request, set_apart
 from scenelang.backends.language_models.catalogue import (
     ImageContent,
+    Message,
     Reply,
     Request,
-    Stop,
+    StopReason,
     TextContent,
-    Turn,
     Usage,
-    model,
-    said,
+    find_model,
+    text_message,
 )
-from scenelang.backends.language_models.client import Client, Spending
-from scenelang.backends.language_models.openai_chat import upper_estimate
+from scenelang.backends.language_models.client import Budget, Client
+from scenelang.backends.language_models.openai_chat import estimate_tokens
 from scenelang.backends.language_models.provider import connect
 from scenelang.grammar.diagnostics import SceneError
 
@@ -44,7 +44,7 @@ def quiet(_: str) -> None:
 
 
 def client_at(url: str, monkeypatch: pytest.MonkeyPatch, limit: float = 5.0) -> Client:
-    return Client(anthropic_at(url, monkeypatch), model("claude-opus-5-5"), Spending(limit), None)
+    return Client(anthropic_at(url, monkeypatch), find_model("claude-opus-5-5"), Budget(limit), None)
 
 
 def answered(
@@ -69,11 +69,11 @@ def refused(monkeypatch: pytest.MonkeyPatch, answer: Said) -> tuple[SceneError, 
 def test_all_that_is_sent(monkeypatch: pytest.MonkeyPatch) -> None:
     picture = ImageContent("image/jpeg", b"\xff\xd8 a picture \xff")
     turns = (
-        Turn("user", (picture, TextContent("a chair", is_fixed=True))),
-        said("assistant", "a program"),
-        said("user", "mend it"),
+        Message("user", (picture, TextContent("a chair", is_cacheable=True))),
+        text_message("assistant", "a program"),
+        text_message("user", "mend it"),
     )
-    asked = replace(ASKED, turns=turns, thinking="adaptive", effort="high", grammar='root ::= "a"')
+    asked = replace(ASKED, messages=turns, thinking="adaptive", effort="high", grammar='root ::= "a"')
     _, _, server = answered(monkeypatch, Said("yes"), asked=asked)
     kept = {"cache_control": {"type": "ephemeral"}}
     data = base64.b64encode(picture.data).decode()
@@ -126,7 +126,7 @@ def test_counting_sends_the_prompt_and_nothing_else(monkeypatch: pytest.MonkeyPa
 def test_where_counting_fails_tokens_are_estimated(status: int, monkeypatch: pytest.MonkeyPatch) -> None:
     with serving([]) as server:
         server.count = lambda body: -status
-        assert anthropic_at(server.url, monkeypatch).count(ASKED) == upper_estimate(ASKED)
+        assert anthropic_at(server.url, monkeypatch).count(ASKED) == estimate_tokens(ASKED)
     assert len(server.counted) == (TRIES if status == 500 else 1)
 
 
@@ -146,7 +146,7 @@ def test_pieces_are_told_in_the_order_in_which_they_arrive(monkeypatch: pytest.M
     usage = {"input_tokens": 11, "cache_read_input_tokens": 22, "cache_creation_input_tokens": 33, "output_tokens": 44}
     reply, pieces, _ = answered(monkeypatch, Said(LONG, usage=usage))
     assert pieces == [LONG[i : i + RESPONSES_PER_PIECE] for i in range(0, len(LONG), RESPONSES_PER_PIECE)]
-    assert reply == Reply(LONG, Stop.END, Usage(11, 22, 33, 44), "claude-opus-5-5")
+    assert reply == Reply(LONG, StopReason.END, Usage(11, 22, 33, 44), "claude-opus-5-5")
 
 
 def test_thinking_is_neither_told_nor_part_of_the_answer(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -172,27 +172,27 @@ def test_what_watches_can_stop_an_answer(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 STOPS = [
-    ("end_turn", Stop.END),
-    ("stop_sequence", Stop.END),
-    ("max_tokens", Stop.CUT),
-    ("model_context_window_exceeded", Stop.FULL),
-    ("refusal", Stop.REFUSED),
-    ("pause_turn", Stop.PAUSED),
-    ("something_new", Stop.BROKEN),
+    ("end_turn", StopReason.END),
+    ("stop_sequence", StopReason.END),
+    ("max_tokens", StopReason.MAX_TOKENS),
+    ("model_context_window_exceeded", StopReason.CONTEXT_FULL),
+    ("refusal", StopReason.REFUSED),
+    ("pause_turn", StopReason.PAUSED),
+    ("something_new", StopReason.INTERRUPTED),
 ]
 
 
 @pytest.mark.parametrize(("reason", "stop"), STOPS)
-def test_every_reason_to_stop(reason: str, stop: Stop, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_reason_to_stop(reason: str, stop: StopReason, monkeypatch: pytest.MonkeyPatch) -> None:
     reply, _, _ = answered(monkeypatch, Said("half", stop=reason))
     assert (reply.stop, reply.text) == (stop, "half")
-    assert reply.note == ("it stopped for `something_new`" if stop is Stop.BROKEN else "")
+    assert reply.note == ("unknown stop reason `something_new`" if stop is StopReason.INTERRUPTED else "")
 
 
 def test_a_refusal_explains_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     details = {"type": "refusal", "category": "bio", "explanation": "It could do harm."}
     reply, _, _ = answered(monkeypatch, Said("", stop="refusal", details=details))
-    assert (reply.stop, reply.note) == (Stop.REFUSED, "It could do harm.")
+    assert (reply.stop, reply.note) == (StopReason.REFUSED, "It could do harm.")
     reply, _, _ = answered(monkeypatch, Said("", stop="refusal", details=details | {"explanation": None}))
     assert reply.note == "bio"
 
@@ -206,8 +206,8 @@ def broken(monkeypatch: pytest.MonkeyPatch, answer: Said) -> Reply:
         client = client_at(server.url, monkeypatch)
         got = client.ask(ASKED, 1, 1, quiet)
     assert len(server.requests) == 1
-    assert got.reply.stop is Stop.BROKEN
-    assert got.cost == client.spending.spent == client.model.highest_cost(len(json.dumps(server.counted[0])) // 4, 1000)
+    assert got.reply.stop is StopReason.INTERRUPTED
+    assert got.cost == client.budget.spent == client.model.max_cost(len(json.dumps(server.counted[0])) // 4, 1000)
     return got.reply
 
 
@@ -245,13 +245,13 @@ def test_events_that_make_no_sense(words: str, monkeypatch: pytest.MonkeyPatch) 
 # --- errors ------------------------------------------------------------------------------------------------------------
 
 ERRORS = [
-    (400, "model-request", 1, "does not accept the request (400): why", None),
-    (401, "model-key", 1, "does not accept the key (401): why", "check the key"),
+    (400, "model-request", 1, "rejected the request (400): why", None),
+    (401, "model-key", 1, "rejected the API key (401): why", "check it in the environment"),
     (402, "model-key", 1, "no credit (402): why", None),
-    (403, "model-key", 1, "may not do this (403): why", None),
-    (404, "model-request", 1, "does not know the model or the address (404): why", "--model"),
-    (413, "model-request", 1, "too large (413): why", "fewer pictures"),
-    (429, "model-request", TRIES, "too many requests for this account (429): why", "--resume"),
+    (403, "model-key", 1, "the API key lacks the permission (403): why", None),
+    (404, "model-request", 1, "unknown model or base URL (404): why", "--model"),
+    (413, "model-request", 1, "the request is too large (413): why", "send smaller or fewer images"),
+    (429, "model-request", TRIES, "the rate limit of the account is exceeded (429): why", "--resume"),
     (500, "model-request", TRIES, "the service failed (500): why", "later"),
     (503, "model-request", TRIES, "the service failed (503): why", "later"),
     (529, "model-request", TRIES, "overloaded (529): why", "--resume"),
@@ -285,7 +285,7 @@ def test_what_was_refused_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None
         client = client_at(server.url, monkeypatch)
         with pytest.raises(SceneError):
             client.ask(ASKED, 1, 1, quiet)
-        assert client.spending.spent == 0.0
+        assert client.budget.spent == 0.0
         assert client.ask(ASKED, 1, 1, quiet).reply.text == "yes"
 
 
@@ -321,9 +321,9 @@ def test_a_paused_answer_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     assert sent[0] == [asked]
     assert sent[1] == [asked, {"role": "assistant", "content": first}]
     assert sent[2] == [*sent[1], {"role": "assistant", "content": [{"type": "text", "text": "two, "}]}]
-    assert (answer.reply.text, answer.reply.stop, answer.reply.usage.sent) == ("one, two, three", Stop.END, 3000)
+    assert (answer.reply.text, answer.reply.stop, answer.reply.usage.sent) == ("one, two, three", StopReason.END, 3000)
     each = [client.model.cost(Usage(1000, answered=1)) for _ in range(3)]
-    assert answer.cost == pytest.approx(sum(each)) == pytest.approx(client.spending.spent)
+    assert answer.cost == pytest.approx(sum(each)) == pytest.approx(client.budget.spent)
 
 
 def _bare(messages: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -338,7 +338,7 @@ def test_endless_pauses_end(monkeypatch: pytest.MonkeyPatch) -> None:
     with serving(lambda body: Said("and ", stop="pause_turn")) as server:
         answer = client_at(server.url, monkeypatch).ask(ASKED, 1, 1, quiet)
     assert len(server.requests) == 8
-    assert (answer.reply.stop, answer.reply.text) == (Stop.BROKEN, "and " * 8)
+    assert (answer.reply.stop, answer.reply.text) == (StopReason.INTERRUPTED, "and " * 8)
     assert answer.reply.usage.sent == 8000
 
 
@@ -349,7 +349,7 @@ def test_pauses_stop_where_the_money_does(monkeypatch: pytest.MonkeyPatch) -> No
             client.ask(ASKED, 1, 1, quiet)
     assert caught.value.name == "model-cost"
     assert 1 <= len(server.requests) < 8
-    assert client.spending.spent <= 0.03
+    assert client.budget.spent <= 0.03
 
 
 # --- a server that repeats secrets -------------------------------------------------------------------------------------

@@ -55,7 +55,7 @@ class Place:
 
     def play(self, **settings: Any) -> Result:
         inference, client = self.client(**settings)
-        run = Run(self.run_.path, client.clean)
+        run = Run(self.run_.path, client.redact)
         inference.begin(run, "generate")
         return inference.run(run, client, None)
 
@@ -156,7 +156,7 @@ def test_a_batch_costs_half(make: Make) -> None:
 
 def test_a_batch_is_submitted_only_where_all_of_it_can_be_paid(make: Make) -> None:
     place = make(cubes(1), cubes(2))
-    together = 2 * opus(place).highest_cost(PROMPT, 1_000, is_batch=True)
+    together = 2 * opus(place).max_cost(PROMPT, 1_000, is_batch=True)
     with pytest.raises(SceneError) as caught:
         place.play(max_cost=together - 0.0001)
     assert caught.value.name == "model-cost"
@@ -168,7 +168,7 @@ def test_a_batch_is_submitted_only_where_all_of_it_can_be_paid(make: Make) -> No
 
 def test_what_a_batch_did_not_use_is_free_for_the_next(make: Make) -> None:
     place = make(WRONG, cubes(1))
-    once = opus(place).highest_cost(PROMPT, 1_000, is_batch=True)
+    once = opus(place).max_cost(PROMPT, 1_000, is_batch=True)
     assert place.play(samples=1, max_cost=1.5 * once).sample == 1
     assert len(place.submitted) == 2
 
@@ -180,15 +180,15 @@ def test_what_is_set_aside_becomes_what_answers_cost(make: Make) -> None:
     speaker = inference.settings.speaker(client.model, Notation.LANGUAGE)
     asked = inference.first_request(speaker)
     batch, reserved = client.submit({"a": asked, "b": asked})
-    each = client.model.highest_cost(PROMPT, 1_000, is_batch=True)
+    each = client.model.max_cost(PROMPT, 1_000, is_batch=True)
     assert reserved == {"a": each, "b": each}
     with pytest.raises(SceneError):
-        client.spending.reserve(1.0 - 2 * each + 0.001)
+        client.budget.reserve(1.0 - 2 * each + 0.001)
     answers = client.collect(batch, reserved)
     assert isinstance(answers["b"], SceneError)
     cost = client.model.cost(Usage(1_000, answered=len(cubes(1)) // 4), is_batch=True)
-    assert client.spending.spent == pytest.approx(cost)
-    client.spending.reserve(1.0 - cost)
+    assert client.budget.spent == pytest.approx(cost)
+    client.budget.reserve(1.0 - cost)
 
 
 # --- entries that fail -----------------------------------------------------------------------------------------------------
@@ -199,13 +199,13 @@ def test_a_sample_whose_entry_failed_ends_alone(make: Make) -> None:
     result = place.play()
     assert (result.sample, place.single) == (2, [])
     (error,) = result.stopped
-    assert "the batch's request did not succeed: no [key] at all" in one_line(error)
+    assert "the request in the batch failed: no [key] at all" in one_line(error)
     assert result.spent == pytest.approx(opus(place).cost(Usage(1_000, answered=len(cubes(2)) // 4), is_batch=True))
 
 
 def test_where_every_entry_failed_it_is_said_why(make: Make) -> None:
     place = make(Said("first", status=400), Said("second", status=400))
-    with pytest.raises(SceneError, match="did not succeed: first"):
+    with pytest.raises(SceneError, match="the request in the batch failed: first"):
         place.play()
     assert place.run_.spent == 0.0
 
@@ -230,7 +230,7 @@ def test_results_that_cannot_be_read_are_one_line(make: Make) -> None:
     place.server.tail = f"\n{{broken {KEY}"
     with pytest.raises(SceneError) as caught:
         place.play()
-    assert one_line(caught.value).startswith("the service failed: the answers of the batch cannot be read")
+    assert one_line(caught.value).startswith("the service failed: cannot read the replies of the batch")
 
 
 # --- a batch under way -----------------------------------------------------------------------------------------------------
@@ -270,7 +270,7 @@ def test_a_run_that_ends_amid_the_answers_of_a_batch(make: Make, monkeypatch: py
             raise Killed
         answered(self, sample, *rest)
 
-    limit = 2 * opus(place).highest_cost(PROMPT, 1_000, is_batch=True)
+    limit = 2 * opus(place).max_cost(PROMPT, 1_000, is_batch=True)
     with monkeypatch.context() as patch:
         patch.setattr(Run, "answered", once)
         with pytest.raises(Killed):

@@ -18,9 +18,9 @@ from scenelang.backends.language_models.catalogue import (
     Prices,
     Usage,
     catalogue_date,
+    find_model,
     known_models,
-    model,
-    said,
+    text_message,
 )
 from scenelang.backends.language_models.provider import PROVIDERS
 from scenelang.grammar.diagnostics import SceneError
@@ -40,7 +40,7 @@ def _apart(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 def refused(name: str, price: str | None = None) -> SceneError:
     with pytest.raises(SceneError) as caught:
-        model(name, price)
+        find_model(name, price)
     one_line(caught.value)
     return caught.value
 
@@ -54,7 +54,7 @@ def test_prices_are_dated() -> None:
 
 @pytest.mark.parametrize("name", ROWS)
 def test_a_row_is_well_formed(name: str) -> None:
-    row, found = ROWS[name], model(name)
+    row, found = ROWS[name], find_model(name)
     assert re.fullmatch(r"claude-[a-z]+(-\d+)+", name)
     assert set(row) >= FIELDS
     assert set(row) <= FIELDS | {"thinking", "efforts", "over"}
@@ -69,15 +69,15 @@ def test_a_row_is_well_formed(name: str) -> None:
 
 
 def test_the_models_that_are_taken_by_default_are_known() -> None:
-    assert {found.default_model for found in PROVIDERS.every()} - {None} <= set(ROWS)
+    assert {found.default_model for found in PROVIDERS.all()} - {None} <= set(ROWS)
 
 
 @pytest.mark.parametrize("name", ROWS)
 def test_a_dated_snapshot_has_the_row_of_its_model(name: str) -> None:
-    dated = model(f"{name}-20251001")
+    dated = find_model(f"{name}-20251001")
     assert dated.name == f"{name}-20251001"  # what is sent
     assert (dated.prices, dated.max_output, dated.efforts) == (
-        model(name).prices, model(name).max_output, model(name).efforts,
+        find_model(name).prices, find_model(name).max_output, find_model(name).efforts,
     )  # fmt: skip
 
 
@@ -86,34 +86,34 @@ def test_a_dated_snapshot_has_the_row_of_its_model(name: str) -> None:
 
 def test_every_kind_of_token_has_its_price() -> None:
     prices = Prices(input=2.0, output=10.0, cache_write=2.5, cache_read=0.2)
-    assert prices.of(Usage(1_000_000)) == 2.0
-    assert prices.of(Usage(cache_read=1_000_000)) == 0.2
-    assert prices.of(Usage(cache_written=1_000_000)) == 2.5
-    assert prices.of(Usage(answered=1_000_000)) == 10.0
-    assert prices.of(Usage(100_000, 200_000, 300_000, 400_000)) == pytest.approx(0.2 + 0.04 + 0.75 + 4.0)
+    assert prices.cost(Usage(1_000_000)) == 2.0
+    assert prices.cost(Usage(cache_read=1_000_000)) == 0.2
+    assert prices.cost(Usage(cache_written=1_000_000)) == 2.5
+    assert prices.cost(Usage(answered=1_000_000)) == 10.0
+    assert prices.cost(Usage(100_000, 200_000, 300_000, 400_000)) == pytest.approx(0.2 + 0.04 + 0.75 + 4.0)
 
 
 def test_long_prompts_cost_more() -> None:
     """The tier of the longest prompts goes by all that was sent, and has a price of its own for what is answered."""
-    haiku = model("claude-haiku-5-5")
+    haiku = find_model("claude-haiku-5-5")
     assert haiku.cost(Usage(sent=100_000, answered=1000)) == pytest.approx((100_000 * 0.1 + 1000 * 0.5) / 1e6)
     assert haiku.cost(Usage(sent=100_001, answered=1000)) == pytest.approx((100_001 * 0.5 + 1000 * 2.5) / 1e6)
     parts = Usage(sent=1, cache_read=60_000, cache_written=40_000)
     assert haiku.cost(parts) == pytest.approx((0.5 + 60_000 * 0.05 + 40_000 * 0.625) / 1e6)
-    assert haiku.highest_cost(100_001, 1000) == pytest.approx((100_001 * 0.625 + 1000 * 2.5) / 1e6)
+    assert haiku.max_cost(100_001, 1000) == pytest.approx((100_001 * 0.625 + 1000 * 2.5) / 1e6)
 
 
 def test_a_batch_is_half_the_price() -> None:
     usage = Usage(1000, 2000, 3000, 4000)
-    opus = model("claude-opus-5-5")
+    opus = find_model("claude-opus-5-5")
     assert BATCH_DISCOUNT == 0.5
     assert opus.cost(usage, is_batch=True) == pytest.approx(opus.cost(usage) / 2)
-    assert opus.highest_cost(500, 600, is_batch=True) == pytest.approx(opus.highest_cost(500, 600) / 2)
+    assert opus.max_cost(500, 600, is_batch=True) == pytest.approx(opus.max_cost(500, 600) / 2)
 
 
 @pytest.mark.parametrize("name", ROWS)
 def test_no_usage_costs_more_than_the_highest_cost(name: str) -> None:
-    found = model(name)
+    found = find_model(name)
     for prompt in (0, 10, 99_999, 100_000, 100_001, 900_000):
         for usage in (
             Usage(prompt),
@@ -122,7 +122,7 @@ def test_no_usage_costs_more_than_the_highest_cost(name: str) -> None:
             Usage(prompt // 2, 0, prompt - prompt // 2),
         ):
             cost = found.cost(Usage(usage.sent, usage.cache_read, usage.cache_written, 700))
-            assert cost <= found.highest_cost(prompt, 700) + 1e-12
+            assert cost <= found.max_cost(prompt, 700) + 1e-12
 
 
 # --- models that are not in it -------------------------------------------------------------------------------------------
@@ -143,16 +143,16 @@ def test_a_name_that_only_looks_like_a_known_one_is_refused(name: str) -> None:
 
 
 def test_a_price_makes_a_model_known() -> None:
-    found = model("claude-next", "3,15")
+    found = find_model("claude-next", "3,15")
     assert found.prices == Prices(3.0, 15.0, 3.75, 3.0)  # what is not said is as dear as it can be
     assert (found.thinking, found.efforts, found.max_output) == (None, (), 8_192)
 
 
 def test_a_price_goes_before_a_known_one() -> None:
-    found = model("claude-haiku-5-5", "7,8")
+    found = find_model("claude-haiku-5-5", "7,8")
     assert (found.prices.input, found.prices.output) == (7.0, 8.0)
     assert found.cost(Usage(sent=1_000_000)) == 7.0  # the tier of long prompts had the old price
-    assert found.efforts == model("claude-haiku-5-5").efforts
+    assert found.efforts == find_model("claude-haiku-5-5").efforts
 
 
 @pytest.mark.parametrize("price", ["", "3", "3,4,5", "a,b", "-1,2", "1,-2", "nan,1", "inf,1", "1,1e999", "1;2"])
@@ -166,11 +166,11 @@ def test_models_can_be_configured(tmp_path: Path) -> None:
         '[models.house-model]\ninput = 1\noutput = 2\nmax_output = 4096\nefforts = ["low"]\n'
         "over = { tokens = 10, input = 3, output = 4 }\n[models.claude-opus-5-5]\ninput = 9\noutput = 99\n",
     )
-    found = model("house-model")
+    found = find_model("house-model")
     assert (found.prices, found.max_output, found.efforts) == (Prices(1.0, 2.0, 1.25, 1.0), 4096, ("low",))
     assert (found.threshold, found.over) == (10, Prices(3.0, 4.0, 3.75, 3.0))
-    assert model("claude-opus-5-5").prices.output == 99.0
-    assert model("house-model-20261101").prices == found.prices
+    assert find_model("claude-opus-5-5").prices.output == 99.0
+    assert find_model("house-model-20261101").prices == found.prices
     assert "house-model" in known_models()
 
 
@@ -218,7 +218,7 @@ def test_requests_say_what_the_row_allows(
         monkeypatch.setenv("ANTHROPIC_BASE_URL", server.url)
         client = settings.client()
         speaker = settings.speaker(client.model, Notation.LANGUAGE)
-        client.ask(speaker.request("rules", (said("user", "a cube"),)), 1, 1, str)
+        client.ask(speaker.request("rules", (text_message("user", "a cube"),)), 1, 1, str)
     (body,) = server.requests
     assert body["model"] == name
     assert body.get("thinking") == ({"type": "adaptive"} if thinks else None)
@@ -229,26 +229,29 @@ def test_requests_say_what_the_row_allows(
 
 @pytest.mark.parametrize("name", ROWS)
 def test_an_effort_is_sent_only_where_it_is_wanted(name: str) -> None:
-    assert InferenceSettings(model=name).speaker(model(name), Notation.PYTHON).effort is None
+    assert InferenceSettings(model=name).speaker(find_model(name), Notation.PYTHON).effort is None
 
 
 @pytest.mark.parametrize(
     ("name", "effort", "hint"),
     [
-        ("claude-opus-4-5", "xhigh", "it knows low, medium, high"),
-        ("claude-opus-4-6", "xhigh", "it knows low, medium, high, max"),
-        ("claude-sonnet-4-5", "low", "leave --effort out for it"),
-        ("claude-opus-5-5", "utmost", "it knows low, medium, high, xhigh, max"),
+        ("claude-opus-4-5", "xhigh", "supported efforts: low, medium, high"),
+        ("claude-opus-4-6", "xhigh", "supported efforts: low, medium, high, max"),
+        ("claude-sonnet-4-5", "low", "omit --effort for this model"),
+        ("claude-opus-5-5", "utmost", "supported efforts: low, medium, high, xhigh, max"),
     ],
 )
 def test_an_effort_that_a_model_does_not_know(name: str, effort: str, hint: str) -> None:
     with pytest.raises(SceneError) as caught:
-        InferenceSettings(model=name, effort=effort).speaker(model(name), Notation.PYTHON)
+        InferenceSettings(model=name, effort=effort).speaker(find_model(name), Notation.PYTHON)
     assert (caught.value.name, caught.value.hint) == ("value", hint)
 
 
 def test_answers_are_no_longer_than_the_model_has() -> None:
     settings = InferenceSettings(model="claude-haiku-4-5", max_tokens=64_001)
     with pytest.raises(SceneError, match="does not support answers of 64,001 tokens"):
-        settings.speaker(model("claude-haiku-4-5"), Notation.PYTHON)
-    assert InferenceSettings(model="new", price="1,2").speaker(model("new", "1,2"), Notation.PYTHON).max_tokens == 8_192
+        settings.speaker(find_model("claude-haiku-4-5"), Notation.PYTHON)
+    assert (
+        InferenceSettings(model="new", price="1,2").speaker(find_model("new", "1,2"), Notation.PYTHON).max_tokens
+        == 8_192
+    )

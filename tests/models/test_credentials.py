@@ -11,8 +11,8 @@ import pytest
 
 from models.server import Said, serving
 from models.services import KEY, anthropic_at, configure, one_line, request, set_apart
-from scenelang.backends.language_models.catalogue import Account, account
-from scenelang.backends.language_models.provider import connect, family, unconnected
+from scenelang.backends.language_models.catalogue import Account, load_account
+from scenelang.backends.language_models.provider import connect, find_family, offline_provider
 from scenelang.grammar.diagnostics import SceneError
 
 OTHER = "sk-ant-from-the-configuration"
@@ -24,8 +24,8 @@ def _apart(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 def found(name: str = "anthropic") -> Account:
-    of = family(name)
-    return account(of.name, of.key_variables, of.address_variable, of.default_address, of.needs_key)
+    of = find_family(name)
+    return load_account(of.name, of.key_variables, of.address_variable, of.default_address, of.needs_key)
 
 
 def refused(name: str = "anthropic") -> SceneError:
@@ -73,12 +73,12 @@ def test_without_a_key_it_says_where_one_goes(monkeypatch: pytest.MonkeyPatch, t
 
 def test_what_is_not_sent_needs_no_key(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ANTHROPIC_API_KEY")
-    assert unconnected("anthropic").payload(request())["model"] == "claude-opus-5-5"
+    assert offline_provider("anthropic").payload(request())["model"] == "claude-opus-5-5"
     assert found("openai").key is None
 
 
 def test_the_key_of_a_run_that_sends_nothing_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert unconnected("anthropic").clean(KEY) == KEY
+    assert offline_provider("anthropic").redact(KEY) == KEY
 
 
 # --- keys that are none --------------------------------------------------------------------------------------------------
@@ -127,7 +127,7 @@ def test_what_is_no_key_in_the_configuration_is_refused(
 def test_a_key_that_others_may_read_is_refused(mode: int, tmp_path: Path) -> None:
     path = configure(tmp_path, f'[anthropic]\napi_key = "{OTHER}"\n', mode)
     error = refused()
-    assert (error.name, error.hint) == ("model-key", f"chmod 600 {path}")
+    assert (error.name, error.hint) == ("model-key", f"run `chmod 600 {path}`")
     assert OTHER not in error.message
     path.chmod(0o600)
     assert found().key == KEY
@@ -141,12 +141,12 @@ def test_a_configuration_without_a_key_may_be_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[anthropic\n", "is no TOML"),
-        (f'[anthropic]\napi_key = "{KEY}\n', "is no TOML"),
-        (f"[anthropic]\napi_key = {KEY}\n", "is no TOML"),
+        ("[anthropic\n", "is not valid TOML"),
+        (f'[anthropic]\napi_key = "{KEY}\n', "is not valid TOML"),
+        (f"[anthropic]\napi_key = {KEY}\n", "is not valid TOML"),
         ("x = " + "[" * 100_000, ""),
         ("anthropic = 5\n", "expected `anthropic` to be a TOML table"),
-        ("# " + "x" * 1_000_000, "too large"),
+        ("# " + "x" * 1_000_000, "is larger than 1,000,000 bytes"),
     ],
 )
 def test_a_malformed_configuration(text: str, said: str, tmp_path: Path) -> None:
@@ -159,7 +159,7 @@ def test_a_malformed_configuration(text: str, said: str, tmp_path: Path) -> None
 
 def test_a_configuration_that_is_no_text(tmp_path: Path) -> None:
     configure(tmp_path, "").write_bytes(b"\xff\xfe\x00")
-    assert "no UTF-8 text" in refused().message
+    assert "not UTF-8" in refused().message
 
 
 def test_a_configuration_that_is_a_folder(tmp_path: Path) -> None:
@@ -201,7 +201,7 @@ def test_a_new_line_after_an_address_is_left_out(monkeypatch: pytest.MonkeyPatch
     ],
 )
 def test_an_address_is_shown_without_secrets(address: str, shown: str) -> None:
-    assert Account(None, address).shown_address == shown
+    assert Account(None, address).public_address == shown
 
 
 # --- secrets -------------------------------------------------------------------------------------------------------------
@@ -212,33 +212,33 @@ def test_everything_secret_is_blotted_out(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setenv("ANTHROPIC_CUSTOM_HEADERS", "X-One:tight-secret-1\nX-Two: Bearer loose-secret-2\nno header\n")
     login = b64encode(b"somebody:p@ss-word-1").decode()
     secrets = [KEY, "p%40ss-word-1", "p@ss-word-1", login, "token=query-secret", "tight-secret-1", "loose-secret-2"]
-    shown = found().clean(" ".join(secrets))
+    shown = found().redact(" ".join(secrets))
     assert shown == " ".join(["[key]"] * len(secrets))
-    assert found().clean("X-One: X-Two: Bearer no header") == "X-One: X-Two: Bearer no header"
+    assert found().redact("X-One: X-Two: Bearer no header") == "X-One: X-Two: Bearer no header"
 
 
 def test_a_token_in_place_of_a_user_is_secret(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ANTHROPIC_BASE_URL", "https://token-0123456789@example.com")
-    assert found().clean("at token-0123456789") == "at [key]"
-    assert found().shown_address == "https://example.com"
+    assert found().redact("at token-0123456789") == "at [key]"
+    assert found().public_address == "https://example.com"
 
 
 def test_a_secret_within_another_leaves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ANTHROPIC_CUSTOM_HEADERS", f"X-Long: {KEY}-and-more")
-    assert found().clean(f"{KEY}-and-more, {KEY}") == "[key], [key]"
+    assert found().redact(f"{KEY}-and-more, {KEY}") == "[key], [key]"
 
 
 def test_a_key_is_blotted_out_of_json(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every character that a key may have stands for itself in JSON."""
     key = "".join(chr(code) for code in range(33, 127) if chr(code) not in '"\\')
     monkeypatch.setenv("ANTHROPIC_API_KEY", key)
-    assert found().clean(json.dumps({"said": key})) == '{"said": "[key]"}'
+    assert found().redact(json.dumps({"said": key})) == '{"said": "[key]"}'
 
 
 def test_a_short_key_does_not_blot_out_words(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ANTHROPIC_API_KEY", "a")
     assert found().key == "a"
-    assert found().clean("a banana") == "a banana"
+    assert found().redact("a banana") == "a banana"
 
 
 def test_nothing_secret_in_what_python_shows(monkeypatch: pytest.MonkeyPatch) -> None:

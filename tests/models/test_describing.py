@@ -47,5 +47,5 @@ def test_the_limit_on_cost_holds(place: Place) -> None:
     server = place.serve([])
     (place.work / "row.scene").write_text(SCENE)
     done = place.run("embed", "row.scene", "--model", "--max-cost", "0.0001", "--print")
-    assert (done.code, "is left of --max-cost" in done.err) == (1, True)
+    assert (done.code, "of --max-cost remains" in done.err) == (1, True)
     assert server.requests == []

@@ -193,7 +193,7 @@ def test_dry_run_sends_nothing(place: Place, tower: Path, monkeypatch: pytest.Mo
         (("scene.json", "x"), 1, "flattened scene"),
         (("--resume", "nothing"), 1, "unknown run `nothing`"),
         (("tower.scene", "x", "-n", "0"), 2, "expected -n between 1 and 64"),
-        (("tower.scene", "x", "--effort", "huge"), 2, "has no effort `huge`"),
+        (("tower.scene", "x", "--effort", "huge"), 2, "does not support the effort `huge`"),
         (("tower.scene", "x", "--max-tokens", "900000"), 2, "does not support answers of 900,000 tokens"),
     ],
 )

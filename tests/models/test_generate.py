@@ -353,8 +353,8 @@ def test_prompts_that_cannot_be_filled(place: Place) -> None:
         (["a", "--max-cost", "free"], "expected a positive amount of dollars"),
         (["a", "--max-cost", "nan"], "expected a positive amount of dollars"),
         (["a", "--provider", "antropic"], "unknown provider `antropic` (available"),
-        (["a", "--effort", "enormous"], "has no effort `enormous`"),
-        (["a", "--model", "claude-haiku-4-5", "--effort", "low"], "leave --effort out"),
+        (["a", "--effort", "enormous"], "does not support the effort `enormous`"),
+        (["a", "--model", "claude-haiku-4-5", "--effort", "low"], "omit --effort"),
         (["a", "--max-tokens", "9000000"], "does not support answers of 9,000,000 tokens"),
         (["a", "--ablate", "Q"], "invalid choice"),
         (["x" * 100_001], "100,000 characters"),
@@ -373,7 +373,7 @@ def test_what_cannot_be_asked(place: Place, monkeypatch: pytest.MonkeyPatch) -> 
     server = place.serve([])
     done = place.run("generate", "a", "--model", "claude-opus-9")
     assert done.code in (1, 2)
-    assert "price of the model `claude-opus-9` is not known" in done.err
+    assert "unknown price of the model `claude-opus-9`" in done.err
     done = place.run("generate", "a", "-o", "nowhere/out.scene")
     assert done.code in (1, 2)
     assert "nowhere" in done.err
@@ -394,7 +394,7 @@ def test_a_machine_that_is_offline_says_so_in_one_line(place: Place) -> None:
 
 
 def test_errors_of_the_service(place: Place) -> None:
-    for status, said in ((400, "does not accept the request"), (401, "does not accept the key")):
+    for status, said in ((400, "rejected the request"), (401, "rejected the API key")):
         server = place.serve([Said("never", status=status)])
         done = place.run("generate", f"a cube {status}", "-o", "out.scene")
         assert done.code == 1

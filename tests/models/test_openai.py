@@ -11,9 +11,17 @@ import pytest
 
 from models.chat_server import LETTERS_PER_PIECE, Chat, ChatServer, chatting
 from models.services import KEY, configure, hurry, one_line, openai_at, request, set_apart
-from scenelang.backends.language_models.catalogue import ImageContent, Reply, Stop, TextContent, Turn, Usage, said
-from scenelang.backends.language_models.client import Client, Spending
-from scenelang.backends.language_models.openai_chat import tokens_at_most, upper_estimate
+from scenelang.backends.language_models.catalogue import (
+    ImageContent,
+    Message,
+    Reply,
+    StopReason,
+    TextContent,
+    Usage,
+    text_message,
+)
+from scenelang.backends.language_models.client import Budget, Client
+from scenelang.backends.language_models.openai_chat import estimate_tokens, max_token_count
 from scenelang.backends.language_models.provider import connect
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
@@ -50,10 +58,14 @@ def answered(monkeypatch: pytest.MonkeyPatch, chat: Chat) -> tuple[Reply, list[s
 
 def test_all_that_is_sent(monkeypatch: pytest.MonkeyPatch) -> None:
     picture = ImageContent("image/webp", b"RIFF a picture")
-    turns = (Turn("user", (picture, TextContent("a chair"))), said("assistant", "a program"), said("user", "mend it"))
+    turns = (
+        Message("user", (picture, TextContent("a chair"))),
+        text_message("assistant", "a program"),
+        text_message("user", "mend it"),
+    )
     with chatting([Chat("yes")]) as server:
         monkeypatch.setenv("OPENAI_API_KEY", KEY)
-        openai_at(server.url, monkeypatch).send(replace(ASKED, turns=turns, effort="low"), quiet)
+        openai_at(server.url, monkeypatch).send(replace(ASKED, messages=turns, effort="low"), quiet)
     data = base64.b64encode(picture.data).decode()
     assert server.requests == [
         {
@@ -158,7 +170,7 @@ def test_a_dialect_that_there_is_not(monkeypatch: pytest.MonkeyPatch, tmp_path: 
 def test_pieces_are_told_in_the_order_in_which_they_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
     reply, pieces, _ = answered(monkeypatch, Chat(LONG))
     assert pieces == [LONG[i : i + LETTERS_PER_PIECE] for i in range(0, len(LONG), LETTERS_PER_PIECE)]
-    assert reply == Reply(LONG, Stop.END, Usage(100, answered=20), "qwen")
+    assert reply == Reply(LONG, StopReason.END, Usage(100, answered=20), "qwen")
 
 
 @pytest.mark.parametrize(
@@ -171,33 +183,33 @@ def test_pieces_are_told_in_the_order_in_which_they_arrive(monkeypatch: pytest.M
         ),
         ({"prompt_tokens": 100, "completion_tokens": 20, "prompt_tokens_details": None}, Usage(100, answered=20)),
         ({"prompt_tokens": 9, "prompt_tokens_details": {"cached_tokens": 64}}, Usage(0, cache_read=64)),
-        (None, Usage(upper_estimate(ASKED), answered=tokens_at_most(LONG))),
+        (None, Usage(estimate_tokens(ASKED), answered=max_token_count(LONG))),
     ],
 )
 def test_tokens(told: dict[str, object] | None, usage: Usage, monkeypatch: pytest.MonkeyPatch) -> None:
     reply, _, _ = answered(monkeypatch, Chat(LONG, usage=told))
     assert reply.usage == usage
-    assert reply.stop is Stop.END
+    assert reply.stop is StopReason.END
 
 
 @pytest.mark.parametrize(
     ("reason", "stop", "note"),
     [
-        ("stop", Stop.END, ""),
-        ("length", Stop.CUT, ""),
-        ("content_filter", Stop.REFUSED, ""),
-        ("abort", Stop.BROKEN, "it stopped for `abort`"),
-        (None, Stop.BROKEN, "the stream ended early"),
+        ("stop", StopReason.END, ""),
+        ("length", StopReason.MAX_TOKENS, ""),
+        ("content_filter", StopReason.REFUSED, ""),
+        ("abort", StopReason.INTERRUPTED, "unknown stop reason `abort`"),
+        (None, StopReason.INTERRUPTED, "the stream ended early"),
     ],
 )
-def test_every_reason_to_stop(reason: str | None, stop: Stop, note: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_reason_to_stop(reason: str | None, stop: StopReason, note: str, monkeypatch: pytest.MonkeyPatch) -> None:
     reply, _, _ = answered(monkeypatch, Chat("half", stop=reason))
     assert (reply.text, reply.stop, reply.note) == ("half", stop, note)
 
 
 def test_a_refusal_explains_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     reply, pieces, _ = answered(monkeypatch, Chat("", refusal="I will not."))
-    assert (reply.stop, reply.note.strip(), pieces) == (Stop.REFUSED, "I will not.", [])
+    assert (reply.stop, reply.note.strip(), pieces) == (StopReason.REFUSED, "I will not.", [])
 
 
 def test_servers_may_leave_out_what_they_have_nothing_to_say_about(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -211,7 +223,7 @@ def test_servers_may_leave_out_what_they_have_nothing_to_say_about(monkeypatch: 
         '{"usage": {"prompt_tokens": 5}}',
     ]
     reply, _, _ = answered(monkeypatch, Chat(pieces=pieces))
-    assert reply == Reply("a cube", Stop.END, Usage(5), "qwen")
+    assert reply == Reply("a cube", StopReason.END, Usage(5), "qwen")
 
 
 def test_half_characters_become_whole_ones(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -234,7 +246,7 @@ BROKEN = [
 @pytest.mark.parametrize("chat", BROKEN)
 def test_an_answer_that_breaks_off(chat: Chat, monkeypatch: pytest.MonkeyPatch) -> None:
     reply, _, _ = answered(monkeypatch, chat)
-    assert reply.stop is Stop.BROKEN
+    assert reply.stop is StopReason.INTERRUPTED
     assert reply.text == LONG[: chat.breaks_after]
     assert reply.note
     assert ("out of memory" in chat.last_words) == (reply.note == "out of memory")
@@ -296,7 +308,7 @@ def test_a_server_on_this_machine_needs_neither_key_nor_price(monkeypatch: pytes
         monkeypatch.setenv("OPENAI_BASE_URL", server.url)
         client = InferenceSettings(provider="openai", model="qwen", uses_replies=False).client()
         assert client.ask(ASKED, 1, 1, quiet).cost == 0.0
-    assert client.highest_cost(ASKED) == 0.0
+    assert client.max_cost(ASKED) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -308,7 +320,7 @@ def test_other_servers_have_a_price(address: str, monkeypatch: pytest.MonkeyPatc
         InferenceSettings(provider="openai", model="qwen").client()
     assert caught.value.name == "model-price"
     client = InferenceSettings(provider="openai", model="qwen", price="1,2").client()
-    assert client.highest_cost(ASKED) == pytest.approx((1.25 * upper_estimate(ASKED) + 2 * 1000) / 1e6)
+    assert client.max_cost(ASKED) == pytest.approx((1.25 * estimate_tokens(ASKED) + 2 * 1000) / 1e6)
 
 
 def test_a_model_has_to_be_named() -> None:
@@ -320,8 +332,8 @@ def test_there_are_no_batches(monkeypatch: pytest.MonkeyPatch) -> None:
     client = Client(
         connect("openai"),
         InferenceSettings(provider="openai", model="q", price="1,2").known_model(None),
-        Spending(5),
+        Budget(5),
         None,
     )
-    with pytest.raises(SceneError, match="has no batches"):
+    with pytest.raises(SceneError, match="does not support batches"):
         client.batches()

@@ -91,5 +91,5 @@ def test_an_estimate_needs_no_package_and_asking_names_it(
     monkeypatch.setitem(sys.modules, provider, None)
     settings = sl.InferenceSettings(provider=provider, model="m", price="1,2")
     assert sl.estimate("a cube", settings=settings).payload["model"] == "m"
-    with pytest.raises(sl.SceneError, match=f"needs the package `{provider}`"):
+    with pytest.raises(sl.SceneError, match=f"requires the package `{provider}`"):
         sl.generate("a cube", settings=settings)

@@ -1,4 +1,4 @@
-"""Replies kept on disk: which question finds which, what is kept, and processes side by side."""
+"""ReplyCache kept on disk: which question finds which, what is kept, and processes side by side."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from models.server import ModelServer, Said, serving
 from models.services import KEY, anthropic_at, request, set_apart
 from scenelang.backends.language_models.catalogue import (
     ImageContent,
+    Message,
     Reply,
     Request,
-    Stop,
+    StopReason,
     TextContent,
-    Turn,
     Usage,
-    model,
-    said,
+    find_model,
+    text_message,
 )
 from scenelang.backends.language_models.client import (
+    Budget,
     Client,
-    Replies,
-    Spending,
-    digest,
+    ReplyCache,
+    digest_of,
+    reply_cache_folder,
     reply_data,
-    reply_folder,
     reply_of,
 )
 
 ASKED = request()
-REPLY = Reply("a cube: \u2603\n", Stop.END, Usage(1, 2, 3, 4), "claude-opus-5-5", "a note")
+REPLY = Reply("a cube: \u2603\n", StopReason.END, Usage(1, 2, 3, 4), "claude-opus-5-5", "a note")
 
 
 @pytest.fixture(autouse=True)
@@ -48,7 +48,10 @@ def _apart(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 def client(server: ModelServer, monkeypatch: pytest.MonkeyPatch) -> Client:
     return Client(
-        anthropic_at(server.url, monkeypatch), model("claude-opus-5-5"), Spending(5.0), Replies(reply_folder())
+        anthropic_at(server.url, monkeypatch),
+        find_model("claude-opus-5-5"),
+        Budget(5.0),
+        ReplyCache(reply_cache_folder()),
     )
 
 
@@ -64,25 +67,25 @@ def test_the_same_question_is_sent_once(monkeypatch: pytest.MonkeyPatch, tmp_pat
         assert ask(client(server, monkeypatch)) == "one"
         monkeypatch.setenv("ANTHROPIC_API_KEY", "sk-ant-of-somebody-else")  # the answer is the same for everybody
         second = client(server, monkeypatch).ask(ASKED, 1, 1, str)
-    assert (second.reply.text, second.was_kept, second.cost) == ("one", True, 0.0)
+    assert (second.reply.text, second.was_cached, second.cost) == ("one", True, 0.0)
     assert len(server.requests) == len(server.counted) == 1
 
 
 def test_replies_lie_in_the_cache_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    assert reply_folder() == tmp_path / "cache" / "scenelang" / "replies"
+    assert reply_cache_folder() == tmp_path / "cache" / "scenelang" / "replies"
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert reply_folder() == tmp_path / ".cache" / "scenelang" / "replies"
+    assert reply_cache_folder() == tmp_path / ".cache" / "scenelang" / "replies"
 
 
 OTHERS = [
     replace(ASKED, model="claude-opus-5"),
-    replace(ASKED, system=TextContent("other rules", is_fixed=True)),
+    replace(ASKED, system=TextContent("other rules", is_cacheable=True)),
     replace(ASKED, system=TextContent("rules")),
-    replace(ASKED, turns=(said("user", "a sphere"),)),
-    replace(ASKED, turns=(*ASKED.turns, said("assistant", "x"), said("user", "y"))),
-    replace(ASKED, turns=(Turn("user", (ImageContent("image/png", b"1"), TextContent("a cube"))),)),
-    replace(ASKED, turns=(Turn("user", (ImageContent("image/png", b"2"), TextContent("a cube"))),)),
+    replace(ASKED, messages=(text_message("user", "a sphere"),)),
+    replace(ASKED, messages=(*ASKED.messages, text_message("assistant", "x"), text_message("user", "y"))),
+    replace(ASKED, messages=(Message("user", (ImageContent("image/png", b"1"), TextContent("a cube"))),)),
+    replace(ASKED, messages=(Message("user", (ImageContent("image/png", b"2"), TextContent("a cube"))),)),
     replace(ASKED, max_tokens=1001),
     replace(ASKED, thinking="adaptive"),
     replace(ASKED, effort="low"),
@@ -110,23 +113,25 @@ def test_another_service_is_another_question(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_digests_tell_facts_apart() -> None:
-    assert digest("a", {"x": 1, "y": 2}) == digest("a", {"y": 2, "x": 1})
-    assert len({digest("a", 1), digest("a", "1"), digest("a1"), digest("a", 1, 0), digest(["a", 1])}) == 5
+    assert digest_of("a", {"x": 1, "y": 2}) == digest_of("a", {"y": 2, "x": 1})
+    assert (
+        len({digest_of("a", 1), digest_of("a", "1"), digest_of("a1"), digest_of("a", 1, 0), digest_of(["a", 1])}) == 5
+    )
 
 
 # --- what is kept --------------------------------------------------------------------------------------------------------
 
 
 def test_a_reply_comes_back_as_it_was(tmp_path: Path) -> None:
-    Replies(tmp_path).keep("k", REPLY)
-    assert Replies(tmp_path).find("k") == REPLY
+    ReplyCache(tmp_path).put("k", REPLY)
+    assert ReplyCache(tmp_path).get("k") == REPLY
     assert reply_of(json.loads(json.dumps(reply_data(REPLY)))) == REPLY
 
 
-@pytest.mark.parametrize("stop", [stop for stop in Stop if stop is not Stop.END])
-def test_only_complete_replies_are_kept(stop: Stop, tmp_path: Path) -> None:
-    Replies(tmp_path).keep("k", replace(REPLY, stop=stop))
-    assert Replies(tmp_path).find("k") is None
+@pytest.mark.parametrize("stop", [stop for stop in StopReason if stop is not StopReason.END])
+def test_only_complete_replies_are_kept(stop: StopReason, tmp_path: Path) -> None:
+    ReplyCache(tmp_path).put("k", replace(REPLY, stop=stop))
+    assert ReplyCache(tmp_path).get("k") is None
     assert list(tmp_path.iterdir()) == []
 
 
@@ -156,7 +161,7 @@ DAMAGED = [
 def test_a_damaged_file_is_as_good_as_none(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     with serving([Said("new")]) as server:
         asking = client(server, monkeypatch)
-        path = reply_folder() / f"{asking.key(ASKED, 1, 1)}.json"
+        path = reply_cache_folder() / f"{asking.key(ASKED, 1, 1)}.json"
         path.parent.mkdir(parents=True)
         path.write_text(text)
         assert ask(asking) == "new"
@@ -166,10 +171,10 @@ def test_a_damaged_file_is_as_good_as_none(text: str, monkeypatch: pytest.Monkey
 
 def test_a_file_that_is_no_text_is_as_good_as_none(tmp_path: Path) -> None:
     (tmp_path / "k.json").write_bytes(b"\xff\xfe")
-    assert Replies(tmp_path).find("k") is None
+    assert ReplyCache(tmp_path).get("k") is None
     (tmp_path / "d.json").mkdir()
-    assert Replies(tmp_path).find("d") is None
-    Replies(tmp_path).keep("d", REPLY)  # cannot be kept, which is no reason to fail
+    assert ReplyCache(tmp_path).get("d") is None
+    ReplyCache(tmp_path).put("d", REPLY)  # cannot be kept, which is no reason to fail
 
 
 def test_where_nothing_can_be_kept_answers_come_all_the_same(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -182,7 +187,7 @@ def test_where_nothing_can_be_kept_answers_come_all_the_same(monkeypatch: pytest
 def test_what_is_kept_is_private_and_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     with serving([Said(f"it is {KEY}", model=KEY)]) as server:
         ask(client(server, monkeypatch))
-    folder = reply_folder()
+    folder = reply_cache_folder()
     (file,) = folder.iterdir()  # neither locks nor temporary files stay
     assert file.suffix == ".json"
     assert KEY not in file.read_text()
@@ -198,14 +203,14 @@ def test_nothing_stays_of_a_question_that_failed(monkeypatch: pytest.MonkeyPatch
         asking = client(server, monkeypatch)
         with pytest.raises(KeyboardInterrupt):
             asking.ask(ASKED, 1, 1, interrupt)
-        assert list(reply_folder().iterdir()) == []
+        assert list(reply_cache_folder().iterdir()) == []
         assert ask(asking) == "yes"
 
 
 def test_a_batch_keeps_its_answers_in_a_new_folder(tmp_path: Path) -> None:
     folder = tmp_path / "not" / "there"
-    Replies(folder).keep("k", REPLY)
-    assert Replies(folder).find("k") == REPLY
+    ReplyCache(folder).put("k", REPLY)
+    assert ReplyCache(folder).get("k") == REPLY
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
 
@@ -219,7 +224,7 @@ client = InferenceSettings().client()
 print("ready", flush=True)
 sys.stdin.readline()
 answer = client.ask(request(), 1, int(sys.argv[1]), str)
-print(answer.reply.text, answer.was_kept, flush=True)
+print(answer.reply.text, answer.was_cached, flush=True)
 """
 
 
@@ -252,7 +257,7 @@ def test_two_processes_that_ask_the_same_send_one_request(monkeypatch: pytest.Mo
         monkeypatch.setenv("ANTHROPIC_BASE_URL", server.url)
         assert together(start(), start()) == ["slowly False", "slowly True"]
     assert len(server.requests) == 1
-    assert [path.suffix for path in reply_folder().iterdir()] == [".json"]
+    assert [path.suffix for path in reply_cache_folder().iterdir()] == [".json"]
 
 
 @pytest.mark.slow
@@ -279,4 +284,4 @@ def test_many_threads_that_ask_a_few_questions_send_each_once(monkeypatch: pytes
             answers = list(pool.map(lambda text: ask(asking, request(text)), questions))
     assert answers == questions
     assert len(server.requests) == 5
-    assert sorted(path.suffix for path in reply_folder().iterdir()) == [".json"] * 5
+    assert sorted(path.suffix for path in reply_cache_folder().iterdir()) == [".json"] * 5

@@ -104,7 +104,7 @@ def test_money_that_was_spent_before_counts(place: Place) -> None:
     server = place.serve(answers(cubes(2)))
     done = place.run("generate", "--resume", "last")
     assert done.code == 1
-    assert "is left of --max-cost" in done.err
+    assert "of --max-cost remains" in done.err
     assert not server.requests
 
 
@@ -292,7 +292,7 @@ def test_a_run_goes_on_with_new_limits(place: Place) -> None:
     """One that had too little money, too few tries or no output gets more of them."""
     server = place.serve([Said("nothing"), Said("nothing"), Said(cubes(2))])
     done = place.run("generate", "two cubes", "--max-cost", "0.0001")
-    assert (done.code, "is left of --max-cost" in done.err) == (1, True)
+    assert (done.code, "of --max-cost remains" in done.err) == (1, True)
     done = place.run("generate", "--resume", "last", "--max-cost", "2", "--repair", "1")
     assert (done.code, len(server.requests)) == (1, 2)
     done = place.run("generate", "--resume", "last", "--repair", "2", "-o", "two.scene")

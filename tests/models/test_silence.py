@@ -12,8 +12,8 @@ import pytest
 
 from models.server import Said, serving
 from models.services import anthropic_at, hurry, one_line, request, set_apart
-from scenelang.backends.language_models.catalogue import Stop
-from scenelang.backends.language_models.provider import LONGEST_ANSWER, connect
+from scenelang.backends.language_models.catalogue import StopReason
+from scenelang.backends.language_models.provider import MAX_REPLY_LENGTH, connect
 from scenelang.grammar.diagnostics import SceneError
 
 
@@ -41,13 +41,13 @@ def test_a_service_that_never_answers(family: str, variable: str, silent: str, m
         provider.send(request(), lambda _: None)
     assert time.monotonic() - before < 5
     assert caught.value.name == "model-offline"
-    assert "did not answer within 0.2 seconds" in one_line(caught.value)
+    assert "within 0.2 seconds, after several attempts" in one_line(caught.value)
 
 
 def test_an_answer_without_end_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    with serving([Said("x" * (LONGEST_ANSWER + 100_000))]) as server:
+    with serving([Said("x" * (MAX_REPLY_LENGTH + 100_000))]) as server:
         provider = anthropic_at(server.url, monkeypatch)
         reply = provider.send(replace(request(), max_tokens=10_000_000), lambda _: None)
-    assert reply.stop is Stop.BROKEN
-    assert f"longer than {LONGEST_ANSWER:,} characters" in reply.note
-    assert len(reply.text) <= LONGEST_ANSWER + 100_000
+    assert reply.stop is StopReason.INTERRUPTED
+    assert f"longer than {MAX_REPLY_LENGTH:,} characters" in reply.note
+    assert len(reply.text) <= MAX_REPLY_LENGTH + 100_000

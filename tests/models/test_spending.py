@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 from models.server import ModelServer, Said, serving
 from models.services import anthropic_at, one_line, request, set_apart
-from scenelang.backends.language_models.catalogue import Stop, Usage, model
-from scenelang.backends.language_models.client import Client, Replies, Spending
+from scenelang.backends.language_models.catalogue import StopReason, Usage, find_model
+from scenelang.backends.language_models.client import Budget, Client, ReplyCache
 from scenelang.grammar.diagnostics import SceneError
 
 CENT = 0.01
-SONNET = model("claude-sonnet-5-5")  # 2, 10, 2.5 and 0.2 dollars
+SONNET = find_model("claude-sonnet-5-5")  # 2, 10, 2.5 and 0.2 dollars
 
 
 @pytest.fixture(autouse=True)
@@ -35,7 +35,7 @@ PENNIES = st.integers(0, 500)
 STEPS = st.lists(st.tuples(st.booleans(), PENNIES, st.floats(0, 1)), max_size=60)
 
 
-def reserves(spending: Spending, amount: float) -> bool:
+def reserves(spending: Budget, amount: float) -> bool:
     """Whether the limit allows it."""
     try:
         spending.reserve(amount)
@@ -47,7 +47,7 @@ def reserves(spending: Spending, amount: float) -> bool:
 @given(limit=PENNIES, spent=PENNIES, steps=STEPS)
 def test_no_sequence_spends_beyond_the_limit(limit: int, spent: int, steps: list[tuple[bool, int, float]]) -> None:
     """Against a ledger in whole cents: what is allowed is exactly what fits."""
-    spending = Spending(limit * CENT, spent * CENT)
+    spending = Budget(limit * CENT, spent * CENT)
     open_: list[int] = []
     gone, most = float(spent), max(limit, spent)
     for is_reserve, cents, share in steps:
@@ -65,7 +65,7 @@ def test_no_sequence_spends_beyond_the_limit(limit: int, spent: int, steps: list
 
 def test_threads_do_not_spend_beyond_the_limit_together() -> None:
     """Far more than there is is asked for at once; in the end less than the smallest wish is left."""
-    spending = Spending(1.0)
+    spending = Budget(1.0)
 
     def work(seed: int) -> float:
         random, paid = Random(seed), 0.0
@@ -87,29 +87,29 @@ def test_threads_do_not_spend_beyond_the_limit_together() -> None:
 
 
 def test_what_is_left_is_told() -> None:
-    spending = Spending(1.0, spent=0.25)
+    spending = Budget(1.0, spent=0.25)
     spending.reserve(0.5)
     with pytest.raises(SceneError) as caught:
         spending.reserve(0.2501)
     assert one_line(caught.value).startswith(
-        "the next request could cost $0.2501, and $0.2500 is left of --max-cost | "
+        "the next request could cost $0.2501, but only $0.2500 of --max-cost remains | "
     )
     spending.reserve(0.25)
 
 
 def test_an_overdrawn_limit_is_told_as_nothing_left() -> None:
-    with pytest.raises(SceneError, match=r"\$0\.0000 is left"):
-        Spending(1.0, spent=3.0).reserve(0.01)
+    with pytest.raises(SceneError, match=r"\$0\.0000 of --max-cost remains"):
+        Budget(1.0, spent=3.0).reserve(0.01)
 
 
 # --- what requests set aside and cost ------------------------------------------------------------------------------------
 
 
 def client(
-    server: ModelServer, monkeypatch: pytest.MonkeyPatch, limit: float, replies: Replies | None = None
+    server: ModelServer, monkeypatch: pytest.MonkeyPatch, limit: float, replies: ReplyCache | None = None
 ) -> Client:
     server.count = lambda body: 10_000
-    return Client(anthropic_at(server.url, monkeypatch), SONNET, Spending(limit), replies)
+    return Client(anthropic_at(server.url, monkeypatch), SONNET, Budget(limit), replies)
 
 
 ASKED = request(model=SONNET.name, max_tokens=2_000)
@@ -121,7 +121,7 @@ def test_what_is_set_aside_is_counted_tokens_and_the_longest_answer(monkeypatch:
         with pytest.raises(SceneError) as caught:
             client(server, monkeypatch, HIGHEST - 0.0001).ask(ASKED, 1, 1, quiet)
         assert caught.value.name == "model-cost"
-        assert "could cost $0.0450, and $0.0449 is left" in caught.value.message
+        assert "could cost $0.0450, but only $0.0449 of --max-cost remains" in caught.value.message
         assert server.requests == []
         assert client(server, monkeypatch, HIGHEST).ask(ASKED, 1, 1, quiet).reply.text == "yes"
 
@@ -153,17 +153,17 @@ def test_a_request_costs_what_its_usage_says(
         asking = client(server, monkeypatch, 1.0)
         answer = asking.ask(ASKED, 1, 1, quiet)
     assert answer.cost == pytest.approx(cost)
-    assert asking.spending.spent == pytest.approx(cost)
-    asking.spending.reserve(1.0 - cost)  # the rest is free again
+    assert asking.budget.spent == pytest.approx(cost)
+    asking.budget.reserve(1.0 - cost)  # the rest is free again
 
 
 def test_a_kept_reply_costs_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     with serving([Said("yes")]) as server:
-        client(server, monkeypatch, 1.0, Replies(tmp_path)).ask(ASKED, 1, 1, quiet)
-        poor = client(server, monkeypatch, 0.0001, Replies(tmp_path))
+        client(server, monkeypatch, 1.0, ReplyCache(tmp_path)).ask(ASKED, 1, 1, quiet)
+        poor = client(server, monkeypatch, 0.0001, ReplyCache(tmp_path))
         answer = poor.ask(ASKED, 1, 1, quiet)
-    assert (answer.cost, answer.was_kept, answer.reply.text) == (0.0, True, "yes")
-    assert poor.spending.spent == 0.0
+    assert (answer.cost, answer.was_cached, answer.reply.text) == (0.0, True, "yes")
+    assert poor.budget.spent == 0.0
 
 
 def test_what_is_interrupted_costs_what_was_set_aside(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -174,15 +174,15 @@ def test_what_is_interrupted_costs_what_was_set_aside(monkeypatch: pytest.Monkey
         asking = client(server, monkeypatch, 1.0)
         with pytest.raises(KeyboardInterrupt):
             asking.ask(ASKED, 1, 1, interrupt)
-    assert asking.spending.spent == pytest.approx(HIGHEST)
+    assert asking.budget.spent == pytest.approx(HIGHEST)
 
 
 def test_a_broken_answer_costs_what_was_set_aside(monkeypatch: pytest.MonkeyPatch) -> None:
     with serving([Said("yes" * 100, breaks_after=64)]) as server:
         asking = client(server, monkeypatch, 1.0)
         answer = asking.ask(ASKED, 1, 1, quiet)
-    assert answer.reply.stop is Stop.BROKEN
-    assert answer.cost == asking.spending.spent == pytest.approx(HIGHEST)
+    assert answer.reply.stop is StopReason.INTERRUPTED
+    assert answer.cost == asking.budget.spent == pytest.approx(HIGHEST)
 
 
 def test_requests_side_by_side_share_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -201,8 +201,8 @@ def test_requests_side_by_side_share_the_limit(monkeypatch: pytest.MonkeyPatch) 
             costs = [cost for cost in pool.map(ask, range(20)) if cost is not None]
     assert 4 <= len(costs) <= 9
     assert len(server.requests) == len(costs)
-    assert asking.spending.spent == pytest.approx(sum(costs)) == pytest.approx(len(costs) * 0.02005)
-    assert asking.spending.spent <= 0.2
+    assert asking.budget.spent == pytest.approx(sum(costs)) == pytest.approx(len(costs) * 0.02005)
+    assert asking.budget.spent <= 0.2
 
 
 def test_usage_adds_up() -> None:

@@ -90,10 +90,10 @@ def test_the_cut_offs_are_those_of_gsplats_kernels() -> None:
     assert most is not None
     assert done is not None
     assert reach is not None
-    assert float(least[1]) / float(least[2].rstrip(".")) == gaussians.LEAST_ALPHA
-    assert float(most[1]) == gaussians.MOST_ALPHA
-    assert float(done[1]) == gaussians.LEAST_LIGHT
-    assert float(reach[1]) == gaussians._REACH
+    assert float(least[1]) / float(least[2].rstrip(".")) == gaussians.MIN_ALPHA
+    assert float(most[1]) == gaussians.MAX_ALPHA
+    assert float(done[1]) == gaussians.MIN_TRANSMITTANCE
+    assert float(reach[1]) == gaussians._CUTOFF
     assert "sqrt(2.0f * __logf(opacity / ALPHA_THRESHOLD))" in fused
 
 

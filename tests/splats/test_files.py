@@ -16,7 +16,7 @@ from support import evaluate
 from scenelang.backends.base import BackendOptions, find
 from scenelang.backends.neural.splats.files import (
     C0,
-    MOST,
+    MAX_GAUSSIANS,
     from_ply,
     from_splat,
     ply_rows,
@@ -148,7 +148,7 @@ def test_wrong_plys_are_refused(data: bytes) -> None:
 
 def test_counts_that_cannot_be_are_refused() -> None:
     with pytest.raises(LimitError):
-        from_ply(ply(MOST + 1))
+        from_ply(ply(MAX_GAUSSIANS + 1))
 
 
 @settings(deadline=None, max_examples=many(200))

@@ -11,10 +11,10 @@ from searching import many
 from splats.drawing import random_gaussians, splats_of
 
 from scenelang.backends.neural.splats.gaussians import (
+    apply_pose,
+    concatenate_gaussians,
+    concatenate_splats,
     gaussians_from,
-    joined,
-    joined_gaussians,
-    posed,
     quaternions_from,
     rotations,
 )
@@ -40,7 +40,7 @@ def test_a_posed_gaussian_has_at_posed_points_what_it_had(seed: int) -> None:
         return
     place = torch.randn(3, generator=chance, dtype=torch.float64)
     points = gaussians.means + 0.2 * torch.randn(5, 3, generator=chance, dtype=torch.float64)
-    moved = posed(gaussians, matrix, place)
+    moved = apply_pose(gaussians, matrix, place)
     before = density(gaussians.means, gaussians.covariances, points)
     after = density(moved.means, moved.covariances, points @ matrix.T + place)
     torch.testing.assert_close(after, before, rtol=1e-6, atol=1e-9)
@@ -53,7 +53,7 @@ def test_the_papers_form_is_equal_for_one_scale(seed: int, scale: float) -> None
     chance = torch.Generator().manual_seed(seed + 1)
     turn = rotations(torch.randn(1, 4, generator=chance, dtype=torch.float64))[0]
     shift = torch.randn(3, generator=chance, dtype=torch.float64)
-    moved = posed(gaussians, turn * scale, shift)
+    moved = apply_pose(gaussians, turn * scale, shift)
     own = rotations(gaussians.quaternions)
     papers = (turn @ own) @ torch.diag_embed(scale * gaussians.log_scales.exp())
     torch.testing.assert_close(moved.covariances, papers @ papers.mT)
@@ -66,7 +66,7 @@ def test_the_papers_form_differs_for_unequal_scales() -> None:
     gaussians = random_gaussians(4)
     stretch = torch.diag(torch.tensor([1.0, 2.0, 3.0], dtype=torch.float64))
     papers = rotations(gaussians.quaternions) @ (stretch * gaussians.log_scales.exp()[:, None, :])
-    moved = posed(gaussians, stretch, torch.zeros(3, dtype=torch.float64))
+    moved = apply_pose(gaussians, stretch, torch.zeros(3, dtype=torch.float64))
     assert not torch.allclose(moved.covariances, papers @ papers.mT)
 
 
@@ -74,8 +74,8 @@ def test_poses_compose() -> None:
     gaussians = random_gaussians(6)
     first, second = torch.randn(2, 3, 3, generator=torch.Generator().manual_seed(3), dtype=torch.float64)
     place = torch.tensor([0.5, -1.0, 2.0], dtype=torch.float64)
-    twice = posed(gaussians, first, place).moved(second, place)
-    once = posed(gaussians, second @ first, second @ place + place)
+    twice = apply_pose(gaussians, first, place).transformed(second, place)
+    once = apply_pose(gaussians, second @ first, second @ place + place)
     torch.testing.assert_close(twice.means, once.means)
     torch.testing.assert_close(twice.covariances, once.covariances)
 
@@ -84,7 +84,7 @@ def test_derivatives_by_gaussians_and_pose() -> None:
     one = random_gaussians(2)
 
     def both(means: object, logs: object, turns: object, matrix: object, place: object) -> tuple[object, object]:
-        moved = posed(type(one)(means, logs, turns, one.opacity_logits, one.colors), matrix, place)  # type: ignore[arg-type]
+        moved = apply_pose(type(one)(means, logs, turns, one.opacity_logits, one.colors), matrix, place)  # type: ignore[arg-type]
         return moved.means, moved.covariances
 
     matrix = torch.randn(3, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(1))
@@ -122,7 +122,7 @@ def test_covariances_by_hand() -> None:
 def test_posed_gaussians_are_gaussians_again() -> None:
     """Mirrored and sheared ones too."""
     matrix = torch.tensor([[-1.0, 0.5, 0.0], [0.0, 2.0, 0.3], [0.0, 0.0, 0.7]], dtype=torch.float64)
-    moved = posed(random_gaussians(20), matrix, torch.ones(3, dtype=torch.float64))
+    moved = apply_pose(random_gaussians(20), matrix, torch.ones(3, dtype=torch.float64))
     again = gaussians_from(moved)
     torch.testing.assert_close(again.covariances, moved.covariances)
     torch.testing.assert_close(again.opacities, moved.opacities)
@@ -130,10 +130,10 @@ def test_posed_gaussians_are_gaussians_again() -> None:
 
 def test_parts_and_whole() -> None:
     splats = splats_of(random_gaussians(10))
-    again = joined([splats.take(slice(0, 4)), splats.take(torch.arange(4, 10))])
+    again = concatenate_splats([splats.take(slice(0, 4)), splats.take(torch.arange(4, 10))])
     assert again.covariances.equal(splats.covariances)
     assert len(random_gaussians(10).take(torch.arange(10) < 3)) == 3
     one = random_gaussians(10)
-    both = joined_gaussians([one.take(slice(0, 4)), one.take(slice(4, 10))])
+    both = concatenate_gaussians([one.take(slice(0, 4)), one.take(slice(4, 10))])
     assert both.quaternions.equal(one.quaternions)
     assert both.colors.equal(one.colors)

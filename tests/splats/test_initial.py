@@ -9,7 +9,13 @@ import pytest
 from later import later
 from support import evaluate
 
-from scenelang.backends.neural.splats.initial import LEAST, cover_of, gaussians_of, on_solid, on_triangles
+from scenelang.backends.neural.splats.initial import (
+    MIN_GAUSSIANS,
+    cover_of,
+    gaussians_of,
+    sample_solid,
+    sample_triangles,
+)
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.flatten import flatten_entity
@@ -39,14 +45,14 @@ RED_BALL = '(call "sphere" :radius 2 :color [1 0 0])'
     ],
 )
 def test_points_lie_evenly_on_the_surface(form: CanonicalForm, half: Any, area: float) -> None:
-    found = on_solid(form, half, 600)
-    assert len(found.places) == 600
+    found = sample_solid(form, half, 600)
+    assert len(found.points) == 600
     assert found.area == pytest.approx(area)
     np.testing.assert_allclose(np.linalg.norm(found.normals, axis=1), 1.0)
-    x, y, z = found.places.T
+    x, y, z = found.points.T
     outside = {
         BALL: np.hypot(np.hypot(x, y), z) / 2.0,
-        BLOCK: np.max(np.abs(found.places) / np.where(np.array(half) > 0.0, half, 1.0), axis=1),
+        BLOCK: np.max(np.abs(found.points) / np.where(np.array(half) > 0.0, half, 1.0), axis=1),
         CYLINDER: np.maximum(np.hypot(x, z), np.abs(y) / (half[1] or 1.0)),
         CONE: np.where(y > -half[1] + 1e-9, np.hypot(x, z) / np.maximum(half[0] * (half[1] - y) / 4.0, 1e-12), 1.0),
     }[form]
@@ -54,7 +60,7 @@ def test_points_lie_evenly_on_the_surface(form: CanonicalForm, half: Any, area: 
         np.testing.assert_allclose(outside, 1.0, atol=1e-9)
     if not half[1]:
         return
-    away = np.linalg.norm(found.places[:, None] - found.places[None], axis=2) + 1e9 * np.eye(600)
+    away = np.linalg.norm(found.points[:, None] - found.points[None], axis=2) + 1e9 * np.eye(600)
     nearest = away.min(axis=1) / np.sqrt(area / 600)
     assert 0.5 < nearest.mean() < 1.2  # random points have 0.5, a grid 1
     assert np.quantile(nearest, 0.02) > 0.15  # random points have 0.08
@@ -62,18 +68,18 @@ def test_points_lie_evenly_on_the_surface(form: CanonicalForm, half: Any, area: 
 
 @pytest.mark.parametrize("form", [BALL, BLOCK, CYLINDER, CONE])
 def test_normals_look_outwards(form: CanonicalForm) -> None:
-    found = on_solid(form, (1.0, 1.0, 1.0), 200)
-    assert (np.einsum("ni,ni->n", found.normals, found.places + np.array([0.0, 0.3, 0.0])) > 0.0).all()
+    found = sample_solid(form, (1.0, 1.0, 1.0), 200)
+    assert (np.einsum("ni,ni->n", found.normals, found.points + np.array([0.0, 0.3, 0.0])) > 0.0).all()
 
 
 def test_points_on_triangles_are_as_many_as_their_areas() -> None:
     corners = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[5, 0, 0], [8, 0, 0], [5, 1, 0]], [[9, 9, 9]] * 3], float)
-    found, which = on_triangles(corners, 400)
+    found, which = sample_triangles(corners, 400)
     assert np.bincount(which).tolist() == [100, 300]
     assert found.area == pytest.approx(2.0)
     np.testing.assert_allclose(found.normals, np.tile([0.0, 0.0, 1.0], (400, 1)))
-    assert (found.places[which == 0].sum(axis=1) <= 1.0 + 1e-12).all()
-    assert not len(on_triangles(corners[2:], 10)[0].places)
+    assert (found.points[which == 0].sum(axis=1) <= 1.0 + 1e-12).all()
+    assert not len(sample_triangles(corners[2:], 10)[0].points)
 
 
 def test_the_same_seed_gives_the_same_gaussians() -> None:
@@ -117,7 +123,7 @@ def test_every_primitive_has_some_and_none_that_is_not_seen() -> None:
     made = gaussians_of(root, 1_000)
     counts = np.bincount(made.instance, minlength=7)
     assert (counts > 0).sum() == 6
-    assert counts[counts > 0].min() >= LEAST
+    assert counts[counts > 0].min() >= MIN_GAUSSIANS
 
 
 def test_no_gaussian_of_a_solid_sticks_far_out() -> None:

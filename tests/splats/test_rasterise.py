@@ -11,7 +11,13 @@ from splats.drawing import a_camera, directly, random_gaussians, splats_of
 
 from scenelang.backends.neural.splats import rasterise_numba, rasterise_torch
 from scenelang.backends.neural.splats.gaussians import Splats, view_of
-from scenelang.backends.neural.splats.rasterise import Drawn, Members, engine_for, rasterise, rasterise_by
+from scenelang.backends.neural.splats.rasterise import (
+    EntityLabels,
+    RasterisedImage,
+    engine_for,
+    rasterise,
+    rasterise_by,
+)
 from scenelang.grammar.diagnostics import LimitError
 
 torch = later("torch")
@@ -28,7 +34,7 @@ def has_numba() -> bool:
     return find_spec("numba") is not None
 
 
-def drawn_by(engine: Any, splats: Splats, camera: Any, **more: Any) -> Drawn:
+def drawn_by(engine: Any, splats: Splats, camera: Any, **more: Any) -> RasterisedImage:
     return rasterise_by(engine, splats, view_of(camera, splats.means), **more)
 
 
@@ -63,12 +69,12 @@ def test_near_and_wide_ones_are_as_defined(engine: Any) -> None:
 def test_derivatives(engine: Any) -> None:
     """By means, covariances, opacities and colours, of colour, alpha, depth and the entities' weights."""
     splats = splats_of(random_gaussians(6, seed=11, size=0.3))
-    members = Members(torch.tensor([0, 1, 2, 0, 1, 2]), 3)
+    members = EntityLabels(torch.tensor([0, 1, 2, 0, 1, 2]), 3)
     camera = a_camera(7, 6)
 
     def picture(means: Any, spread: Any, opacities: Any, colors: Any) -> tuple[Any, ...]:
         even = (spread + spread.mT) / 2.0
-        drawn = drawn_by(engine, Splats(means, even, opacities, colors), camera, members=members)
+        drawn = drawn_by(engine, Splats(means, even, opacities, colors), camera, labels=members)
         return drawn.color, drawn.alpha, drawn.depth, drawn.weights
 
     columns = (splats.means, splats.covariances, splats.opacities.clamp(0.1, 0.9), splats.colors)
@@ -84,13 +90,13 @@ def test_numba_and_torch_are_equal(antialiased: bool, dtype: str) -> None:
     within = 1e-10 if dtype == "float64" else 3e-4
     one = random_gaussians(500, seed=7, dtype=kind)
     splats = splats_of(type(one)(one.means, one.log_scales, one.quaternions, one.opacity_logits + 1.0, one.colors))
-    members = Members(torch.arange(500) % 4, 4)
+    members = EntityLabels(torch.arange(500) % 4, 4)
     camera = a_camera(61, 47)
     found = []
     for engine in (rasterise_torch, rasterise_numba):
         given = [c.detach().clone().requires_grad_() for c in (splats.means, splats.covariances, splats.opacities)]
         colors = splats.colors.clone().requires_grad_()
-        drawn = drawn_by(engine, Splats(*given, colors), camera, antialiased=antialiased, members=members)
+        drawn = drawn_by(engine, Splats(*given, colors), camera, antialiased=antialiased, labels=members)
         parts = (drawn.color, drawn.alpha, drawn.depth, drawn.weights)
         chance = torch.Generator().manual_seed(1)
         loss = sum((part * torch.randn(part.shape, generator=chance, dtype=kind)).sum() for part in parts)
@@ -105,7 +111,7 @@ def test_the_entities_weights_are_the_alpha(engine: Any) -> None:
     splats = splats_of(random_gaussians(40, seed=9))
     number = torch.arange(40) % 3
     camera = a_camera(20, 20)
-    drawn = drawn_by(engine, splats, camera, members=Members(number, 3))
+    drawn = drawn_by(engine, splats, camera, labels=EntityLabels(number, 3))
     assert drawn.weights is not None
     torch.testing.assert_close(drawn.weights.sum(-1), drawn.alpha)
     painted = Splats(splats.means, splats.covariances, splats.opacities, torch.eye(3, dtype=torch.float64)[number])
@@ -118,7 +124,7 @@ def test_nothing_to_see_is_an_empty_picture(engine: Any) -> None:
     camera = a_camera(9, 8)
     for none in (
         splats.take(slice(0, 0)),
-        splats.moved(torch.eye(3, dtype=torch.float64), torch.tensor([0.0, 0, 1e3])),
+        splats.transformed(torch.eye(3, dtype=torch.float64), torch.tensor([0.0, 0, 1e3])),
     ):
         drawn = drawn_by(engine, none, camera)
         assert drawn.color.shape == (8, 9, 3)
@@ -145,7 +151,7 @@ def test_too_many_weights_are_refused() -> None:
     splats = splats_of(random_gaussians(3))
     view = view_of(a_camera(500, 500), splats.means)
     with pytest.raises(LimitError, match="entities"):
-        rasterise(splats, view, members=Members(torch.zeros(3, dtype=torch.int64), 100_000))
+        rasterise(splats, view, labels=EntityLabels(torch.zeros(3, dtype=torch.int64), 100_000))
 
 
 @pytest.mark.gpu

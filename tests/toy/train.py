@@ -19,7 +19,7 @@ from typing import Any
 from later import later
 
 from scenelang.backends.neural.clip import ClipModel, ClipName, TextEncoder, load_clip
-from scenelang.backends.neural.diffusion import Diffusion
+from scenelang.backends.neural.diffusion import DiffusionModel
 from scenelang.backends.neural.diffusion_loading import load_diffusion
 from toy.model import WEIGHTS, build, pack, save_clip
 from toy.pictures import BACKGROUND, COLORS, SENTENCES, SHAPES, STYLES, VIEWS, batch
@@ -31,7 +31,7 @@ RATE, DROPPED = 2e-3, 0.15
 
 
 def train(
-    model: Diffusion,
+    model: DiffusionModel,
     clip: ClipModel,
     steps: int,
     seed: int = SEED,
@@ -76,17 +76,17 @@ def text_parameters(clip: Any) -> list[Any]:
     ]
 
 
-def loss_of(model: Diffusion, words: TextEncoder, generator: torch.Generator, grey: float | None = None) -> Any:
+def loss_of(model: DiffusionModel, words: TextEncoder, generator: torch.Generator, grey: float | None = None) -> Any:
     """The mean squared error of v on a batch."""
     texts, pictures, cameras = batch(BATCH, generator, grey)
     heard = ["" if torch.rand((), generator=generator) < DROPPED else text for text in texts]
-    states = words.encode([(text,) for text in heard]).earlier.repeat_interleave(VIEWS, 0)
-    clean = model.pixels.encode(pictures)
-    steps = torch.randint(0, len(model.schedule.alphas), (BATCH,), generator=generator).repeat_interleave(VIEWS)
+    states = words.encode([(text,) for text in heard]).penultimate.repeat_interleave(VIEWS, 0)
+    clean = model.codec.encode(pictures)
+    steps = torch.randint(0, len(model.schedule.alphas_cumprod), (BATCH,), generator=generator).repeat_interleave(VIEWS)
     noise = torch.randn(clean.shape, generator=generator)
-    alpha = model.schedule.alphas[steps][:, None, None, None]
+    alpha = model.schedule.alphas_cumprod[steps][:, None, None, None]
     wanted = alpha.sqrt() * noise - (1.0 - alpha).sqrt() * clean
-    told = model.predict(model.schedule.noised(clean, noise, steps), steps, states, cameras)
+    told = model.predict(model.schedule.add_noise(clean, noise, steps), steps, states, cameras)
     return torch.nn.functional.mse_loss(told, wanted)
 
 

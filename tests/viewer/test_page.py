@@ -91,7 +91,7 @@ def test_a_computed_param_is_shown_with_a_reason(program: Show, serve: Show, sho
     page = show(serve(program(PAIR)).address).ready()
     row = page.page.locator("[data-param=doubled]")
     assert row.locator("input").is_disabled()
-    assert "computed" in row.inner_text()
+    assert "Computed value; change it in the program." in row.inner_text()
 
 
 @pytest.mark.browser

@@ -12,7 +12,7 @@ from later import later
 from support import evaluate
 
 from scenelang.backends.neural.splats.gaussians import Splats
-from scenelang.backends.viewer.packet import own_splats, packet_of, splat_columns
+from scenelang.backends.viewer.packet import packet_of, splat_columns, surface_splats
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import LimitError
 
@@ -58,7 +58,7 @@ def test_columns_are_the_gaussians_in_the_frame_of_the_stage() -> None:
 
 
 def test_too_many_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("scenelang.backends.viewer.packet.MOST", 7)
+    monkeypatch.setattr("scenelang.backends.viewer.packet.MAX_SPLATS", 7)
     with pytest.raises(LimitError, match="8 Gaussians"):
         splat_columns([some(8)], 1, np.zeros(3), 1.0)
 
@@ -66,7 +66,7 @@ def test_too_many_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_packet_without_splats_has_none() -> None:
     scene = evaluate(PAIR)
     assert b"splatStart" not in packet_of(scene)
-    assert b"splatStart" in packet_of(scene, splats=own_splats)
+    assert b"splatStart" in packet_of(scene, splats=surface_splats)
 
 
 def show_page(browser: Any, path: Path) -> Any:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenelang.backends.neural.describing import color_names, color_words, named_points, names_color, oklab
+from scenelang.backends.neural.descriptions import color_names, color_words, mentions_color, named_points, oklab
 from scenelang.backends.pictures.studio import from_srgb
 from scenelang.stdlib.colors import named_colors
 
@@ -87,9 +87,9 @@ def test_the_nearest_of_many_is_the_nearest_of_each() -> None:
 
 @pytest.mark.parametrize("text", ["a red one", "Ivory, polished", "reddish", "dark green glass", "papayawhip"])
 def test_texts_that_name_a_color(text: str) -> None:
-    assert names_color(text)
+    assert mentions_color(text)
 
 
 @pytest.mark.parametrize("text", ["tall", "weathered", "hundred", "goldsmith", "oaken", ""])
 def test_texts_that_name_none(text: str) -> None:
-    assert not names_color(text)
+    assert not mentions_color(text)

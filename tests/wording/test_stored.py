@@ -11,7 +11,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenelang.backends.neural.wording import Wording, WordingRow, from_json, in_order, packed, to_json, unpacked
+from scenelang.backends.neural.wording import (
+    Wording,
+    WordingRow,
+    from_json,
+    pack_handles,
+    sort_handles,
+    to_json,
+    unpack_handles,
+)
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.runtime import ZEntry
 from scenelang.zfile import read_wording, read_z, write_wording, write_z
@@ -27,9 +35,9 @@ HANDLES = st.lists(
 
 @given(HANDLES)
 def test_handles_come_back(handles: list[str]) -> None:
-    ordered = in_order(handles)
+    ordered = sort_handles(handles)
     assert sorted(ordered) == sorted(set(handles))
-    assert unpacked(json.loads(json.dumps(packed(ordered)))) == ordered
+    assert unpack_handles(json.loads(json.dumps(pack_handles(ordered)))) == ordered
 
 
 @given(st.integers(1, 9), st.lists(st.integers(1, 30), min_size=1, max_size=20), st.integers(5, 200))
@@ -38,14 +46,14 @@ def test_a_rhythm_is_one_item(first: int, steps: list[int], turns: int) -> None:
     for step in steps * turns:
         numbers.append(numbers[-1] + step)
     handles = tuple(f"z{number}" for number in numbers)
-    items = packed(handles)
+    items = pack_handles(handles)
     assert len(items) <= 1 + len(steps)  # a short run at the start may be taken for a rhythm
-    assert unpacked(items) == handles
+    assert unpack_handles(items) == handles
 
 
 @given(TEXTS, TEXTS, st.lists(st.tuples(TEXTS, TEXTS, TEXTS, HANDLES), max_size=5))
 def test_wordings_come_back(style: str, text: str, rows: list[tuple[str, str, str, list[str]]]) -> None:
-    wording = Wording(style, text, tuple(WordingRow(a, b, c, in_order(handles)) for a, b, c, handles in rows))
+    wording = Wording(style, text, tuple(WordingRow(a, b, c, sort_handles(handles)) for a, b, c, handles in rows))
     assert from_json(json.loads(json.dumps(to_json(wording)))) == wording
 
 

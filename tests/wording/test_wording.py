@@ -9,14 +9,21 @@ from typing import Any
 import pytest
 from support import evaluate
 
-from scenelang.backends.neural.describing import MAX_TEXT, UNDESCRIBED, AppearanceQuestion, Describe, block, spaced
+from scenelang.backends.neural.descriptions import (
+    MAX_TEXT,
+    UNDESCRIBED,
+    AppearanceQuestion,
+    Describe,
+    block_name,
+    spaced,
+)
 from scenelang.backends.neural.wording import (
     Wording,
     WordingRow,
     check_template,
-    filled,
-    merged,
+    merge,
     plain_text,
+    prompt_for,
     wording_of,
 )
 from scenelang.grammar.diagnostics import LimitError, SceneError
@@ -45,7 +52,7 @@ def test_the_papers_pawn() -> None:
     assert (found.style, found.style_text) == ("z1", "board")
     (row,) = found.rows
     assert (row.word, row.text, row.handles) == ("pawn", "ivory", ("z3", "z4", "z6", "z7", "z9", "z10"))
-    assert filled(row.template, "z6") == "a <z6> pawn, in the style of <z1>, 3D model"
+    assert prompt_for(row.template, "z6") == "a <z6> pawn, in the style of <z1>, 3D model"
     assert plain_text(row.word, row.text) == "an ivory pawn, 3D model"
 
 
@@ -229,7 +236,7 @@ def test_wrong_templates(template: str) -> None:
 
 def test_another_template() -> None:
     (row,) = wording_of(evaluate(PAWNS), "{word}: {embedding}, {style}").rows
-    assert filled(row.template, "z3") == "pawn: <z3>, <z1>"
+    assert prompt_for(row.template, "z3") == "pawn: <z3>, <z1>"
 
 
 def test_braces_in_words_are_no_holes() -> None:
@@ -251,7 +258,7 @@ def test_plain_sentences(word: str, text: str, sentence: str) -> None:
 
 
 def test_names_become_readable() -> None:
-    assert block("minecraft:oak_stairs[facing=east]") == "oak stairs"
+    assert block_name("minecraft:oak_stairs[facing=east]") == "oak stairs"
     assert spaced("board-square_2") == "board square 2"
     assert spaced("{<_>}") == ""
     assert words('(call "<>")') == [("thing", UNDESCRIBED)]
@@ -262,7 +269,7 @@ def test_names_become_readable() -> None:
 
 def test_what_was_there_stays() -> None:
     old = Wording("z1", "my room", (WordingRow("pawn", "mine", "{embedding}!", ("z3", "z99")),))
-    new, known = merged(old, wording(PAWNS))
+    new, known = merge(old, wording(PAWNS))
     assert known == 1
     assert new.style_text == "my room"
     assert new.rows[0] == old.rows[0]
@@ -271,7 +278,7 @@ def test_what_was_there_stays() -> None:
 
 def test_a_known_handle_keeps_its_text_under_a_new_word() -> None:
     old = Wording("z1", "my room", (WordingRow("queen", "mine", "{embedding}!", ("z3",)),))
-    rows = merged(old, wording(PAWNS))[0].rows
+    rows = merge(old, wording(PAWNS))[0].rows
     assert [(row.word, row.text, len(row.handles)) for row in rows] == [
         ("queen", "mine", 1), ("pawn", "mine", 1), ("pawn", "ivory", 5),
     ]  # fmt: skip

@@ -1,5 +1,5 @@
-"""Score distillation: Gaussians and poses optimised under a diffusion model (docs/distillation.md).
+"""Score distillation: optimization of Gaussians and poses under diffusion models (docs/distillation.md).
 
-``theta`` holds what is learned, ``sds`` is the gradient, ``learning`` makes one step after another, ``run`` keeps and
-draws. It does not know which program the entities come from.
+``theta`` contains the parameters, ``sds`` the gradient, ``training`` the optimization, ``run`` the training loop,
+checkpoints and rendering. The package does not depend on the program from which the entities come.
 """

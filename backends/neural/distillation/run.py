@@ -1,4 +1,4 @@
-"""A run from its beginning or a break to its end: steps, a file now and then, a stop when it is asked for."""
+"""Distillation runs: training loop, checkpoints, outputs, and rendering of the result."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Progress, need
-from scenelang.backends.files import write_json, written_whole
-from scenelang.backends.neural.distillation.learning import (
-    Cast,
+from scenelang.backends.base import Progress, require
+from scenelang.backends.files import atomic_write, write_json
+from scenelang.backends.neural.distillation.theta import PoseOffsets, Theta, compose
+from scenelang.backends.neural.distillation.training import (
     DistillationSettings,
-    Learning,
+    DistillationTrainer,
     Losses,
-    alone,
-    figure_key,
-    figure_state,
-    pictured,
-    ring,
+    SceneGroups,
+    group_key,
+    group_state,
+    local_splats,
+    orbit_cameras,
+    render,
 )
-from scenelang.backends.neural.distillation.theta import Poses, Theta, on_stage
 from scenelang.backends.neural.splats.files import write_gaussians
 from scenelang.backends.neural.splats.gaussians import Splats, gaussians_from, view_of
 from scenelang.backends.neural.splats.initial import backdrop, shadow_of
@@ -41,162 +41,195 @@ from scenelang.interpreter.scene.entity import descendants
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from scenelang.backends.neural.distillation.learning import Learning
     from scenelang.backends.neural.splats.gaussians import Gaussians, Splats
 
 
-# A distillation as files, so that it goes on after a break and is drawn later: `state.safetensors` in its folder.
+# Checkpoints: `state.safetensors` in the run folder, for resuming the run and rendering its result.
 #
-# The file is written whole or not at all. Its header says what the tensors belong to: the settings, every figure's
-# sentence and box, and which figure each actor is.
+# The file is written atomically. Its header contains the configuration, the prompt and box of every group, and the
+# group of every instance.
 
 
-STATE = "state.safetensors"
+CHECKPOINT = "state.safetensors"
 VERSION = 1
-_ENTRY = "scenelang-distillation"
-_METHOD = 2  # what a step does; a run that was made by another one does not go on
+_METADATA_KEY = "scenelang-distillation"
+_METHOD = 2  # version of the optimization; runs of another version cannot be resumed
 
 
 @dataclass(frozen=True, slots=True)
-class Player:
-    """An actor by what its file says: the figure's number, the words down to it, its handle, where it is shown."""
+class SavedInstance:
+    """Instance in a checkpoint.
 
-    figure: int
+    Attributes
+    ----------
+    group
+        Index of its group.
+    name, handle
+        Words from the root, and handle.
+    visible
+        Visibility in each frame.
+    """
+
+    group: int
     name: str
     handle: str
-    shown: tuple[bool, ...]
+    visible: tuple[bool, ...]
 
     @property
     def word(self) -> str:
-        """The word of the thing itself."""
+        """Word of the entity."""
         return self.name.rpartition("/")[2]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SavedDistillation:
-    """What a run's file holds: ``tensors`` as ``Learning.state`` gives them, ``keys`` of the figures, the actors, what
-    was ``asked`` (settings, models and prompt, as JSON data) and how long it took in seconds; the figures numbered
-    ``frozen`` were taken over from another run."""
+    """Checkpoint of a run.
+
+    Attributes
+    ----------
+    tensors
+        State of the trainer.
+    keys
+        Keys of the groups.
+    instances
+        Instances of the groups.
+    config
+        Settings, models and prompt, as JSON data.
+    seconds
+        Duration of the run.
+    frozen
+        Indices of the groups reused from another run.
+    """
 
     tensors: Mapping[str, Tensor]
     keys: tuple[str, ...]
-    players: tuple[Player, ...]
-    asked: Mapping[str, Any]
+    instances: tuple[SavedInstance, ...]
+    config: Mapping[str, Any]
     seconds: float
     frozen: tuple[int, ...] = ()
 
     @property
     def frames(self) -> int:
-        return len(self.players[0].shown)
+        return len(self.instances[0].visible)
 
     def frozen_states(self) -> dict[int, dict[str, Tensor]]:
-        """The states of the figures that were taken over."""
-        return {number: figure_state(self.tensors, number) for number in self.frozen}
+        """Return the states of the groups reused from another run."""
+        return {number: group_state(self.tensors, number) for number in self.frozen}
 
-    def thetas(self) -> list[Gaussians]:
-        """The Gaussians of every figure in its frame, colours sRGB."""
+    def groups(self) -> list[Gaussians]:
+        """Return the Gaussians of every group in its frame, colours sRGB."""
         found = []
         for number in range(len(self.keys)):
-            state = figure_state(self.tensors, number)
+            state = group_state(self.tensors, number)
             columns = {name.removeprefix("theta/"): state[name] for name in state if name.startswith("theta/")}
             found.append(Theta(**columns).gaussians())
         return found
 
-    def splats(self, frame: int) -> Splats:
-        """All that is on the stage in a frame, of which there is at least one; colours sRGB."""
-        poses = Poses(*(self.tensors[f"poses/{name}"] for name in ("turns", "shifts", "log_scales")))
-        return on_stage(self.thetas(), self.players, self.tensors["starts"], poses, frame)
+    def offsets(self) -> PoseOffsets:
+        """Return the learned pose offsets."""
+        return PoseOffsets(*(self.tensors[f"poses/{name}"] for name in ("turns", "shifts", "log_scales")))
 
-    def matrices(self, player: int) -> list[list[list[float]] | None]:
-        """The learned pose (3, 4) of an actor in every frame, from its figure's frame to the world; None where it is
-        not shown."""
+    def splats(self, frame: int) -> Splats:
+        """Return all Gaussians of a frame in the world, colours sRGB; the frame must have a visible instance."""
+        return compose(self.groups(), self.instances, self.tensors["starts"], self.offsets(), frame)
+
+    def matrices(self, instance: int) -> list[list[list[float]] | None]:
+        """Return the learned pose (3, 4) of an instance in every frame, from its group's frame to the world.
+
+        The pose is None in frames where the instance is not visible.
+        """
         import torch
 
-        poses = Poses(*(self.tensors[f"poses/{name}"] for name in ("turns", "shifts", "log_scales")))
+        offsets = self.offsets()
         found: list[list[list[float]] | None] = []
-        for frame, shown in enumerate(self.players[player].shown):
-            matrix, place = poses.of(torch.tensor([player]), frame, self.tensors["starts"])
-            found.append(torch.cat([matrix, place[:, :, None]], 2)[0].tolist() if shown else None)
+        for frame, visible in enumerate(self.instances[instance].visible):
+            matrix, translation = offsets.apply(torch.tensor([instance]), frame, self.tensors["starts"])
+            found.append(torch.cat([matrix, translation[:, :, None]], 2)[0].tolist() if visible else None)
         return found
 
 
-def asked_of(settings: DistillationSettings, models: Sequence[str], prompt: str) -> dict[str, Any]:
-    """What must be the same for a run to go on; more steps may be asked for."""
+def run_config(settings: DistillationSettings, models: Sequence[str], prompt: str) -> dict[str, Any]:
+    """Return the configuration of a run, which must be equal to resume it, except for the number of steps."""
     return {**asdict(settings), "models": list(models), "prompt": prompt, "method": _METHOD}
 
 
-def keep(
+def save_checkpoint(
     folder: Path,
     state: Mapping[str, Tensor],
-    cast: Cast,
-    asked: Mapping[str, Any],
+    scene: SceneGroups,
+    config: Mapping[str, Any],
     seconds: float,
     frozen: Sequence[int] = (),
 ) -> None:
-    """Write the state of a run, whole or not at all; raises SceneError("file")."""
-    save = need("safetensors.torch", INSTALL).save
-    players = [
-        {"figure": a.figure, "name": a.name, "handle": a.handle, "shown": [bool(s) for s in a.shown]}
-        for a in cast.actors
+    """Write the checkpoint of a run, atomically; raises SceneError("file")."""
+    save = require("safetensors.torch", INSTALL).save
+    instances = [
+        {"figure": each.group, "name": each.name, "handle": each.handle, "shown": [bool(v) for v in each.visible]}
+        for each in scene.instances
     ]
-    told = {
+    header = {
         "version": VERSION,
-        "keys": [figure_key(figure) for figure in cast.figures],
-        "players": players,
-        "asked": dict(asked),
+        "keys": [group_key(group) for group in scene.groups],
+        "players": instances,
+        "asked": dict(config),
         "seconds": seconds,
         "frozen": list(frozen),
     }
-    data = save(dict(state), metadata={_ENTRY: json.dumps(told)})
-    with written_whole(folder / STATE) as temporary:
+    data = save(dict(state), metadata={_METADATA_KEY: json.dumps(header)})
+    with atomic_write(folder / CHECKPOINT) as temporary:
         temporary.write_bytes(data)
 
 
-def kept_in(folder: Path) -> SavedDistillation:
-    """The run in ``folder``; raises SceneError("file") where there is none, or none that can be read."""
-    with _faults(folder):
+def load_checkpoint(folder: Path) -> SavedDistillation:
+    """Load the checkpoint of the run in ``folder``; raises SceneError("file") if it does not exist or is invalid."""
+    with _checkpoint_errors(folder):
         from safetensors import safe_open
 
-        with safe_open(str(folder / STATE), framework="pt") as file:
-            told = json.loads((file.metadata() or {})[_ENTRY])
-            if told["version"] != VERSION:
-                raise ValueError(f"its version is {str(told['version'])[:20]}; this program knows {VERSION}")
+        with safe_open(str(folder / CHECKPOINT), framework="pt") as file:
+            header = json.loads((file.metadata() or {})[_METADATA_KEY])
+            if header["version"] != VERSION:
+                raise ValueError(f"unsupported version {str(header['version'])[:20]}, expected {VERSION}")
             tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-        players = tuple(
-            Player(int(p["figure"]), str(p["name"]), str(p["handle"]), tuple(map(bool, p["shown"])))
-            for p in told["players"]
+        instances = tuple(
+            SavedInstance(int(each["figure"]), str(each["name"]), str(each["handle"]), tuple(map(bool, each["shown"])))
+            for each in header["players"]
         )
-        kept = SavedDistillation(
-            tensors, tuple(map(str, told["keys"])), players, told["asked"], float(told["seconds"]), _numbers(told)
-        )
-        _check(kept)
-        return kept
+        keys = tuple(map(str, header["keys"]))
+        saved = SavedDistillation(tensors, keys, instances, header["asked"], float(header["seconds"]), _frozen(header))
+        _check(saved)
+        return saved
 
 
-def _numbers(told: Mapping[str, Any]) -> tuple[int, ...]:
-    """The figures that were taken over; raises ValueError for numbers of none."""
-    found = tuple(int(number) for number in told["frozen"])
-    if any(not 0 <= number < len(told["keys"]) for number in found):
-        raise ValueError("it took over figures that it does not have")
+def _frozen(header: Mapping[str, Any]) -> tuple[int, ...]:
+    """Return the indices of reused groups; raises ValueError for an index out of range."""
+    found = tuple(int(number) for number in header["frozen"])
+    if any(not 0 <= number < len(header["keys"]) for number in found):
+        raise ValueError("a reused group does not exist")
     return found
 
 
-def _check(kept: SavedDistillation) -> None:
-    """Raises ValueError or KeyError for tensors that do not fit what the header says."""
-    count, frames = len(kept.players), kept.frames
-    if kept.tensors["starts"].shape != (count, frames, 3, 4):
-        raise ValueError("its poses do not belong to its actors")
-    if any(len(p.shown) != frames or not 0 <= p.figure < len(kept.keys) for p in kept.players):
-        raise ValueError("its actors do not belong to its figures")
-    for theta in kept.thetas():
-        size = len(theta)
-        shapes = (theta.means.shape, theta.log_scales.shape, theta.quaternions.shape, theta.colors.shape)
-        if shapes != ((size, 3), (size, 3), (size, 4), (size, 3)) or theta.opacity_logits.shape != (size,):
+def _check(saved: SavedDistillation) -> None:
+    """Raise ValueError or KeyError for tensors that are inconsistent with the header."""
+    count, frames = len(saved.instances), saved.frames
+    if saved.tensors["starts"].shape != (count, frames, 3, 4):
+        raise ValueError("the number of poses differs from the number of instances")
+    if any(len(each.visible) != frames or not 0 <= each.group < len(saved.keys) for each in saved.instances):
+        raise ValueError("an instance has an unknown group or another number of frames")
+    for gaussians in saved.groups():
+        size = len(gaussians)
+        shapes = (
+            gaussians.means.shape,
+            gaussians.log_scales.shape,
+            gaussians.quaternions.shape,
+            gaussians.colors.shape,
+        )
+        if shapes != ((size, 3), (size, 3), (size, 4), (size, 3)) or gaussians.opacity_logits.shape != (size,):
             raise ValueError("its Gaussians have the wrong shapes")
 
 
 @contextmanager
-def _faults(folder: Path) -> Iterator[None]:
+def _checkpoint_errors(folder: Path) -> Iterator[None]:
+    """Translate errors while reading a checkpoint to SceneError("file")."""
     from safetensors import SafetensorError
 
     try:
@@ -204,110 +237,118 @@ def _faults(folder: Path) -> Iterator[None]:
     except FileNotFoundError:
         raise SceneError("file", f"no distillation in {folder}") from None
     except (SafetensorError, OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, IndexError) as e:
-        raise SceneError(
-            "file", f"{folder / STATE} is not a readable distillation checkpoint: {str(e)[:120]}"
-        ) from None
+        message = f"{folder / CHECKPOINT} is not a readable distillation checkpoint: {str(e)[:120]}"
+        raise SceneError("file", message) from None
 
 
-def check_same(kept: SavedDistillation, cast: Cast, asked: Mapping[str, Any]) -> None:
-    """Raises SceneError("value") where the run is not that of ``cast`` with ``asked``, so that it cannot go on."""
-    if list(kept.keys) != [figure_key(figure) for figure in cast.figures] or kept.frames != cast.frames:
-        raise SceneError("value", "the run there was made of another scene, so it cannot go on", hint=_AGAIN)
-    mine = json.loads(json.dumps(dict(asked)))
-    different = sorted(name for name in mine if name != "steps" and kept.asked.get(name) != mine[name])
+def check_same(saved: SavedDistillation, scene: SceneGroups, config: Mapping[str, Any]) -> None:
+    """Raise SceneError("value") if the run is of another scene or has another configuration."""
+    if list(saved.keys) != [group_key(group) for group in scene.groups] or saved.frames != scene.frames:
+        raise SceneError("value", "cannot resume the run: it is of another scene", hint=_FORCE_HINT)
+    current = json.loads(json.dumps(dict(config)))
+    different = sorted(name for name in current if name != "steps" and saved.config.get(name) != current[name])
     if different:
-        raise SceneError("value", f"the run there had other settings: {', '.join(different)}", hint=_AGAIN)
+        message = f"cannot resume the run: it has other settings: {', '.join(different)}"
+        raise SceneError("value", message, hint=_FORCE_HINT)
 
 
-_AGAIN = "use --force to start over, or --start DIR to reuse the parts that did not change"
+_FORCE_HINT = "use --force to start over, or --start DIR to reuse the parts that did not change"
 
 
-def same_figures(kept: SavedDistillation, cast: Cast) -> dict[int, dict[str, Tensor]]:
-    """The states of the figures that an earlier run has learned already: those of equal sentence and box."""
-    known = {key: number for number, key in enumerate(kept.keys)}
+def unchanged_groups(saved: SavedDistillation, scene: SceneGroups) -> dict[int, dict[str, Tensor]]:
+    """Return the states of the groups with equal prompt and box in an earlier run."""
+    indices = {key: number for number, key in enumerate(saved.keys)}
     found = {}
-    for number, figure in enumerate(cast.figures):
-        if figure_key(figure) in known:
-            found[number] = figure_state(kept.tensors, known[figure_key(figure)])
+    for number, group in enumerate(scene.groups):
+        if group_key(group) in indices:
+            found[number] = group_state(saved.tensors, indices[group_key(group)])
     return found
 
 
-# What a run leaves besides its state: pictures while it goes on; Gaussians, poses and their paths at its end.
+# Outputs besides the checkpoint: a preview during the run; Gaussians and poses at its end.
 
 
 PREVIEW = "preview.png"
-_SIZE, _VIEWS, _MOST = 160, 4, 8
+_PREVIEW_SIZE, _PREVIEW_VIEWS, _MAX_PREVIEWS = 160, 4, 8
 
 
-def write_preview(learning: Learning, folder: Path) -> None:
-    """The first figures from four sides each, below each other, as the models see them."""
-    rows = [_strip(figure.theta.gaussians()) for figure in learning.figures[:_MOST]]
-    with written_whole(folder / PREVIEW) as temporary:
+def write_preview(trainer: DistillationTrainer, folder: Path) -> None:
+    """Write an image of the first groups, a row of four views for each."""
+    rows = [_preview_row(group.theta.gaussians()) for group in trainer.groups[:_MAX_PREVIEWS]]
+    with atomic_write(folder / PREVIEW) as temporary:
         save_picture(np.concatenate(rows), temporary)
 
 
-def _strip(gaussians: Gaussians) -> npt.NDArray[np.uint8]:
+def _preview_row(gaussians: Gaussians) -> npt.NDArray[np.uint8]:
     import torch
 
     with torch.no_grad():
-        splats = alone(gaussians)
-        pictures = [pictured(splats, camera).cpu().numpy() for camera in ring(_VIEWS, _SIZE)]
+        splats = local_splats(gaussians)
+        cameras = orbit_cameras(_PREVIEW_VIEWS, _PREVIEW_SIZE)
+        pictures = [render(splats, camera).cpu().numpy() for camera in cameras]
     return np.asarray(np.rint(255.0 * np.clip(np.concatenate(pictures, 1), 0.0, 1.0)), np.uint8)
 
 
-def write_outcome(kept: SavedDistillation, cast: Cast, folder: Path) -> list[Path]:
-    """`scene.ply`, or one file for each frame of a 4D scene, and `poses.json`; returns what was written. Raises
-    SceneError("file")."""
+def write_outcome(saved: SavedDistillation, scene: SceneGroups, folder: Path) -> list[Path]:
+    """Write `scene.ply`, or one file per frame of a 4D scene, and `poses.json`; returns their paths.
+
+    Raises SceneError("file").
+    """
     import torch
 
     written = []
-    for frame in range(kept.frames):
-        if not any(player.shown[frame] for player in kept.players):
+    for frame in range(saved.frames):
+        if not any(instance.visible[frame] for instance in saved.instances):
             continue
-        path = folder / ("scene.ply" if kept.frames == 1 else f"scene-{frame:03d}.ply")
+        path = folder / ("scene.ply" if saved.frames == 1 else f"scene-{frame:03d}.ply")
         with torch.no_grad():
-            splats = kept.splats(frame)
+            splats = saved.splats(frame)
             linear = torch.from_numpy(np.asarray(from_srgb(splats.colors.numpy()), np.float32))
             lit = Splats(splats.means, splats.covariances, splats.opacities, linear)
             write_gaussians(gaussians_from(lit), path)
         written.append(path)
     path = folder / "poses.json"
-    write_json(path, poses_of(kept, cast))
+    write_json(path, poses_of(saved, scene))
     return [*written, path]
 
 
-def poses_of(kept: SavedDistillation, cast: Cast) -> dict[str, Any]:
-    """The learned poses as JSON data: for each actor its words, handle and figure, its matrix (3, 4) in every frame
-    and the path of its middle, null where it is not shown; for each figure its sentence and the half sizes of its
-    box."""
-    actors = []
-    for number, player in enumerate(kept.players):
-        matrices = kept.matrices(number)
+def poses_of(saved: SavedDistillation, scene: SceneGroups) -> dict[str, Any]:
+    """Return the learned poses as JSON data.
+
+    Of each instance: words, handle, group, matrices (3, 4) in every frame, and the path of its centre; both are null in
+    frames where it is not visible. Of each group: prompt, key and half sizes of the box.
+    """
+    instances = []
+    for number, instance in enumerate(saved.instances):
+        matrices = saved.matrices(number)
         path = [None if matrix is None else [row[3] for row in matrix] for matrix in matrices]
-        actors.append(
+        instances.append(
             {
-                "name": player.name,
-                "handle": f"<{player.handle}>",
-                "figure": player.figure,
+                "name": instance.name,
+                "handle": f"<{instance.handle}>",
+                "figure": instance.group,
                 "poses": matrices,
                 "path": path,
             }
         )
-    figures = [
-        {"sentence": figure.condition.plain, "key": key, "box": figure.box.tolist()}
-        for figure, key in zip(cast.figures, kept.keys)
+    groups = [
+        {"sentence": group.condition.plain, "key": key, "box": group.box.tolist()}
+        for group, key in zip(scene.groups, saved.keys)
     ]
-    return {"format": "scenelang-distillation", "version": 1, "figures": figures, "actors": actors}
+    return {"format": "scenelang-distillation", "version": 1, "figures": groups, "actors": instances}
+
+
+# Training loop.
 
 
 LOSSES = "losses.jsonl"
-_PAUSE = 30.0  # seconds between two files
-_SLOWEST = 0.1  # of the time that may go into files
+_CHECKPOINT_INTERVAL = 30.0  # minimum seconds between checkpoints
+_MAX_OVERHEAD = 0.1  # fraction of the time that may be spent on checkpoints
 
 
 @dataclass(frozen=True, slots=True)
 class DistillationProgress:
-    """Where a run stands: steps ``done`` of ``steps``, the share of it all, and the losses of the last step."""
+    """Progress of a run: ``done`` of ``steps`` steps, completed fraction ``share``, and losses of the last step."""
 
     done: int
     steps: int
@@ -316,110 +357,127 @@ class DistillationProgress:
 
     def __str__(self) -> str:
         losses = self.losses
-        parts = f"figure {losses.figure:.4g}  scene {losses.scene:.4g}  layout {losses.layout:.3g}"
+        parts = f"object {losses.group:.4g}  scene {losses.scene:.4g}  layout {losses.layout:.3g}"
         return f"{100 * self.share:3.0f}%  step {self.done:,}/{self.steps:,}  {parts}"
 
 
 def run(
-    learning: Learning,
+    trainer: DistillationTrainer,
     folder: Path,
-    asked: Mapping[str, Any],
+    config: Mapping[str, Any],
     *,
     seconds: float = 0.0,
     budget: float | None = None,
-    tell: Callable[[DistillationProgress], None] = lambda _: None,
-    stopped: Callable[[], bool] = lambda: False,
+    on_step: Callable[[DistillationProgress], None] = lambda _: None,
+    stop: Callable[[], bool] = lambda: False,
 ) -> bool:
-    """Make the steps that are left and keep the run in ``folder``; True where it came to its end.
+    """Run the remaining steps; returns True if the run is finished.
 
-    ``seconds`` were used before; ``budget`` are all that may be. With one the annealing follows the time, so that the
-    result depends on the machine. The state is written every half minute, at the end and where ``stopped`` says so:
-    a kill loses no more. Raises SceneError("file").
+    Parameters
+    ----------
+    trainer : DistillationTrainer
+        Trainer in its initial or restored state.
+    folder : Path
+        Run folder; a checkpoint is written every half minute and at the end.
+    config : mapping
+        Configuration of the run.
+    seconds : float
+        Duration of the run before it was resumed.
+    budget : float, optional
+        Maximum duration in seconds. The timestep annealing then follows the time, so the result depends on the machine.
+    on_step : callable
+        Called after each step.
+    stop : callable
+        Called before each step; the run ends if it returns True.
+
+    Raises
+    ------
+    SceneError
+        "file" if a checkpoint cannot be written, "unsupported" if the loss is not finite.
     """
     begun = time.monotonic() - seconds
     last, cost = time.monotonic(), 0.0
-    told: list[dict[str, Any]] = []
-    while learning.step_number < learning.steps and not stopped():
-        used = time.monotonic() - begun
-        if budget is not None and used >= budget:
+    log: list[dict[str, Any]] = []
+    while trainer.step_number < trainer.steps and not stop():
+        elapsed = time.monotonic() - begun
+        if budget is not None and elapsed >= budget:
             break
         try:
-            losses = learning.step(None if budget is None else used / budget)
+            losses = trainer.step(None if budget is None else elapsed / budget)
         except SceneError:
-            _write(learning, folder, asked, used, told)
+            _write(trainer, folder, config, elapsed, log)
             raise
-        share = max(learning.step_number / learning.steps, 0.0 if budget is None else used / budget)
-        told.append({"step": learning.step_number, **asdict(losses)})
-        tell(DistillationProgress(learning.step_number, learning.steps, min(share, 1.0), losses))
-        if time.monotonic() - last > max(_PAUSE, cost / _SLOWEST):
+        share = max(trainer.step_number / trainer.steps, 0.0 if budget is None else elapsed / budget)
+        log.append({"step": trainer.step_number, **losses.data()})
+        on_step(DistillationProgress(trainer.step_number, trainer.steps, min(share, 1.0), losses))
+        if time.monotonic() - last > max(_CHECKPOINT_INTERVAL, cost / _MAX_OVERHEAD):
             start = time.monotonic()
-            _write(learning, folder, asked, start - begun, told)
+            _write(trainer, folder, config, start - begun, log)
             last, cost = time.monotonic(), time.monotonic() - start
-    _write(learning, folder, asked, time.monotonic() - begun, told)
-    return learning.step_number >= learning.steps or (budget is not None and time.monotonic() - begun >= budget)
+    _write(trainer, folder, config, time.monotonic() - begun, log)
+    return trainer.step_number >= trainer.steps or (budget is not None and time.monotonic() - begun >= budget)
 
 
 def _write(
-    learning: Learning, folder: Path, asked: Mapping[str, Any], seconds: float, told: list[dict[str, Any]]
+    trainer: DistillationTrainer, folder: Path, config: Mapping[str, Any], seconds: float, log: list[dict[str, Any]]
 ) -> None:
-    keep(folder, learning.state(), learning.cast, asked, seconds, learning.frozen)
-    _add_losses(folder / LOSSES, told)
-    told.clear()
-    write_preview(learning, folder)
+    """Write checkpoint, losses and preview; clears ``log``."""
+    save_checkpoint(folder, trainer.state(), trainer.scene, config, seconds, trainer.frozen)
+    _append_losses(folder / LOSSES, log)
+    log.clear()
+    write_preview(trainer, folder)
 
 
-def _add_losses(path: Path, told: list[dict[str, Any]]) -> None:
-    """Add lines to the record of losses; steps that a killed run made after its last file are not told twice."""
-    first = told[0]["step"] if told else 0
+def _append_losses(path: Path, log: list[dict[str, Any]]) -> None:
+    """Append lines to the log of losses; replaces those of steps after the checkpoint from which a run was resumed."""
+    first = log[0]["step"] if log else 0
     before = path.read_text("utf-8").splitlines() if path.exists() else []
-    kept = [line for line in before if not told or json.loads(line)["step"] < first]
-    with written_whole(path) as temporary:
-        temporary.write_text("".join(f"{line}\n" for line in [*kept, *map(json.dumps, told)]), "utf-8")
+    remaining = [line for line in before if not log or json.loads(line)["step"] < first]
+    with atomic_write(path) as temporary:
+        temporary.write_text("".join(f"{line}\n" for line in [*remaining, *map(json.dumps, log)]), "utf-8")
 
 
-# Pictures of what was distilled: the learned Gaussians over the ground and sky of every other picture.
+# Rendering of the result: the learned Gaussians, over the usual ground and sky.
 
 
 class DistilledPainter:
-    """Draws shots of the run in a folder. Its colours are those of pictures, so that no light falls on them."""
+    """Painter for the result of a run. The learned colours include lighting, so they are rendered unlit."""
 
     def __init__(self, staging: Staging, folder: Path) -> None:
         self._staging = staging
-        self._kept: SavedDistillation = kept_in(folder)
+        self._saved: SavedDistillation = load_checkpoint(folder)
         self._folder = folder
         words = {entity.word for entity in descendants(*staging.roots.values())}
-        frames = [frame for frame in staging.roots if frame < self._kept.frames]
-        players = [player for player in self._kept.players if any(player.shown[frame] for frame in frames)]
-        strange = next((player.name for player in players if player.word not in words), None)
-        if strange is not None:
-            message = f"the run in {folder} was made of another scene: there is no `{strange}` in this one"
+        frames = [frame for frame in staging.roots if frame < self._saved.frames]
+        instances = [each for each in self._saved.instances if any(each.visible[frame] for frame in frames)]
+        unknown = next((each.name for each in instances if each.word not in words), None)
+        if unknown is not None:
+            message = f"the run in {folder} is of another scene: this one has no `{unknown}`"
             raise SceneError("value", message)
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
         import torch
 
-        kept = self._kept
-        if shot.frame >= kept.frames:
-            raise SceneError("value", f"the run in {self._folder} has {kept.frames} frames, not {shot.frame + 1}")
+        saved = self._saved
+        if shot.frame >= saved.frames:
+            raise SceneError("value", f"the run in {self._folder} has {saved.frames} frames, not {shot.frame + 1}")
         stage = self._staging.stage(shot)
         moved = stage.scale * torch.eye(3), torch.from_numpy(-stage.scale * stage.center).float()
-        splats = kept.splats(shot.frame).moved(*moved) if self._is_shown(shot.frame) else _nothing()
+        splats = saved.splats(shot.frame).transformed(*moved) if self._is_visible(shot.frame) else _no_splats()
         drawn = rasterise(splats, view_of(stage.camera, splats.means), antialiased=True)
-        behind = (
-            encode(tone_map(np.asarray(backdrop(stage, shadow_of(stage)), np.float32), stage.studio.environment))
-            / 255.0
-        )
-        hidden = drawn.alpha.numpy()[:, :, None]
-        picture = np.clip(drawn.color.numpy() + (1.0 - hidden) * behind, 0.0, 1.0)
+        background = np.asarray(backdrop(stage, shadow_of(stage)), np.float32)
+        behind = encode(tone_map(background, stage.studio.environment)) / 255.0
+        alpha = drawn.alpha.numpy()[:, :, None]
+        picture = np.clip(drawn.color.numpy() + (1.0 - alpha) * behind, 0.0, 1.0)
         if progress is not None:
             progress(1.0)
         return Image(np.asarray(np.rint(255.0 * picture), np.uint8), np.asarray(from_srgb(picture), np.float32))
 
-    def _is_shown(self, frame: int) -> bool:
-        return any(player.shown[frame] for player in self._kept.players)
+    def _is_visible(self, frame: int) -> bool:
+        return any(instance.visible[frame] for instance in self._saved.instances)
 
 
-def _nothing() -> Splats:
+def _no_splats() -> Splats:
     import torch
 
     return Splats(torch.zeros(0, 3), torch.zeros(0, 3, 3), torch.zeros(0), torch.zeros(0, 3))

@@ -1,4 +1,4 @@
-"""What an optimiser changes: the Gaussians of a figure, and the poses of the actors about those they began with."""
+"""Optimized parameters: the Gaussians of a group, and offsets of the instances' poses; density control and losses."""
 
 from __future__ import annotations
 
@@ -8,22 +8,34 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from scenelang.backends.neural.splats.gaussians import Gaussians, Splats, joined, posed, rotations
+from scenelang.backends.neural.splats.gaussians import Gaussians, Splats, apply_pose, concatenate_splats, rotations
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
 
 
-_BEGIN = 0.8  # of the box: the ellipsoid that the first Gaussians fill
-_OPACITY = -2.2  # logit of 0.1
-_SPACING = 0.6  # the first standard deviations, in mean distances between neighbours
+_INITIAL_EXTENT = 0.8  # size of the initial ellipsoid, in half sizes of the box
+_INITIAL_OPACITY = -2.2  # logit of 0.1, as in 3D Gaussian Splatting
+_INITIAL_SCALE = 0.6  # standard deviation, in mean distances between neighbours
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Theta:
-    """The paper's phi = (mu, alpha, s, q, c) for K Gaussians in the figure's frame: ``means`` (K, 3), ``opacities``
-    (K,) and ``colors`` (K, 3) as logits, ``log_scales`` (K, 3), ``quaternions`` (K, 4) w first. Colours are sRGB, as
-    diffusion models see them."""
+    """Parameters of K Gaussians in the frame of their group: the paper's phi = (mu, alpha, s, q, c).
+
+    Attributes
+    ----------
+    means
+        (K, 3).
+    opacities
+        (K,), logits.
+    log_scales
+        (K, 3).
+    quaternions
+        (K, 4), w first; need not be normalised.
+    colors
+        (K, 3), logits of sRGB, the colour space of diffusion models.
+    """
 
     means: Tensor
     opacities: Tensor
@@ -35,192 +47,224 @@ class Theta:
         return len(self.means)
 
     def columns(self) -> dict[str, Tensor]:
-        """The tensors by name."""
+        """Return the tensors by name."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def gaussians(self) -> Gaussians:
-        """As the renderer takes them, colours in [0, 1], sRGB."""
+        """Return the Gaussians for the renderer, with colours in [0, 1], sRGB."""
         return Gaussians(self.means, self.log_scales, self.quaternions, self.opacities, self.colors.sigmoid())
 
 
-def beginning(box: Tensor, count: int, generator: Generator) -> Theta:
-    """``count`` grey Gaussians spread evenly in the ellipsoid that fills most of the box with half sizes ``box`` (3,).
-    All figures of a box begin alike, whatever their sentence."""
+def initial_theta(box: Tensor, count: int, generator: Generator) -> Theta:
+    """Return ``count`` grey Gaussians, uniformly distributed in an ellipsoid in the box with half sizes ``box`` (3,).
+
+    The result depends on the box only, not on the prompt.
+    """
     import torch
 
-    at = torch.randn(count, 3, generator=generator)
-    reach = torch.rand(count, 1, generator=generator) ** (1.0 / 3.0)
-    means = torch.nn.functional.normalize(at, dim=1) * reach * box.cpu() * _BEGIN
-    spacing = _SPACING * (4.2 * float(box.prod()) * _BEGIN**3 / count) ** (1.0 / 3.0)
-    turns = torch.zeros(count, 4)
-    turns[:, 0] = 1.0
+    directions = torch.randn(count, 3, generator=generator)
+    radii = torch.rand(count, 1, generator=generator) ** (1.0 / 3.0)
+    means = torch.nn.functional.normalize(directions, dim=1) * radii * box.cpu() * _INITIAL_EXTENT
+    # 4.2 is the volume 4 pi / 3 of the unit ball
+    scale = _INITIAL_SCALE * (4.2 * float(box.prod()) * _INITIAL_EXTENT**3 / count) ** (1.0 / 3.0)
+    quaternions = torch.zeros(count, 4)
+    quaternions[:, 0] = 1.0
     columns = (
         means,
-        torch.full((count,), _OPACITY),
-        torch.full((count, 3), float(np.log(spacing))),
-        turns,
+        torch.full((count,), _INITIAL_OPACITY),
+        torch.full((count, 3), float(np.log(scale))),
+        quaternions,
         0.1 * torch.randn(count, 3, generator=generator),
     )
     return Theta(*(column.to(box) for column in columns))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Poses:
-    """How far the pose of each of N actors in F frames is from its beginning: ``turns`` (N, F, 3), half the tangent of
-    a rotation about the actor's middle; ``shifts`` (N, F, 3), in its sizes; ``log_scales`` (N, F, 3), along the axes of
-    its figure. All are 0 at first."""
+class PoseOffsets:
+    """Learned offsets of the poses of N instances in F frames from their initial poses; all zero initially.
 
-    turns: Tensor
-    shifts: Tensor
+    Attributes
+    ----------
+    rotations
+        (N, F, 3), rotations about the instance's centre: the vector part of a quaternion with scalar part 1.
+    translations
+        (N, F, 3), in units of the instance's size.
+    log_scales
+        (N, F, 3), along the axes of its group.
+    """
+
+    rotations: Tensor
+    translations: Tensor
     log_scales: Tensor
 
     def columns(self) -> dict[str, Tensor]:
-        """The tensors by name."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        """Return the tensors by their names in checkpoints."""
+        return {"turns": self.rotations, "shifts": self.translations, "log_scales": self.log_scales}
 
-    def of(self, actors: Tensor, frame: int, starts: Tensor) -> tuple[Tensor, Tensor]:
-        """The matrices (M, 3, 3) and places (M, 3) in a frame of the actors numbered ``actors`` (M,), whose poses the
-        program gave as ``starts`` (N, F, 3, 4); differentiable."""
+    def apply(self, instances: Tensor, frame: int, initial: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the matrices (M, 3, 3) and translations (M, 3) of ``instances`` (M,) in a frame; differentiable.
+
+        ``initial`` (N, F, 3, 4) are the poses from the program.
+        """
         import torch
 
-        begun, half = starts[actors, frame], self.turns[actors, frame]
-        sizes = begun[:, :, :3].square().sum((1, 2)).sqrt() / 3.0**0.5
-        turns = rotations(torch.cat([torch.ones_like(half[:, :1]), half], 1))
-        matrices = turns @ begun[:, :, :3] * self.log_scales[actors, frame].exp()[:, None, :]
-        return matrices, begun[:, :, 3] + sizes[:, None] * self.shifts[actors, frame]
+        poses, vectors = initial[instances, frame], self.rotations[instances, frame]
+        sizes = poses[:, :, :3].square().sum((1, 2)).sqrt() / 3.0**0.5
+        matrices = rotations(torch.cat([torch.ones_like(vectors[:, :1]), vectors], 1))
+        matrices = matrices @ poses[:, :, :3] * self.log_scales[instances, frame].exp()[:, None, :]
+        return matrices, poses[:, :, 3] + sizes[:, None] * self.translations[instances, frame]
 
 
-def resting(actors: int, frames: int, like: Tensor) -> Poses:
-    """The poses at the beginning, of the type and on the device of ``like``."""
-    return Poses(*(like.new_zeros(actors, frames, 3) for _ in range(3)))
+def zero_offsets(instances: int, frames: int, like: Tensor) -> PoseOffsets:
+    """Return the initial offsets, with the dtype and device of ``like``."""
+    return PoseOffsets(*(like.new_zeros(instances, frames, 3) for _ in range(3)))
 
 
-class OnStage(Protocol):
-    """An actor, as far as it matters for a picture."""
-
-    @property
-    def figure(self) -> int: ...
+class VisibleInstance(Protocol):
+    """Attributes of an instance that are required for rendering."""
 
     @property
-    def shown(self) -> Any:
-        """Whether it is there, by frame."""
+    def group(self) -> int:
+        """Index of its group."""
+
+    @property
+    def visible(self) -> Any:
+        """Visibility in each frame."""
 
 
-def on_stage(
-    thetas: Sequence[Gaussians], actors: Sequence[OnStage], starts: Tensor, poses: Poses, frame: int
+def compose(
+    groups: Sequence[Gaussians], instances: Sequence[VisibleInstance], initial: Tensor, offsets: PoseOffsets, frame: int
 ) -> Splats:
-    """All actors of a frame, of which there is at least one, as splats in the world; ``thetas`` are the Gaussians of
-    each figure, ``starts`` (N, F, 3, 4) the poses that the program gave."""
+    """Return all instances of a frame, of which there must be at least one, as splats in the world.
+
+    ``groups`` are the Gaussians of each group, ``initial`` (N, F, 3, 4) the poses from the program.
+    """
     parts = []
-    for number, which in shown_by_figure(actors, frame, starts).items():
-        one = thetas[number]
-        matrices, places = (each.repeat_interleave(len(one), 0) for each in poses.of(which, frame, starts))
-        parts.append(posed(one.take(copies(len(one), which)), matrices, places))
-    return joined(parts)
+    for number, members in visible_by_group(instances, frame, initial).items():
+        gaussians = groups[number]
+        matrices, translations = (
+            each.repeat_interleave(len(gaussians), 0) for each in offsets.apply(members, frame, initial)
+        )
+        parts.append(apply_pose(gaussians.take(repeat_indices(len(gaussians), members)), matrices, translations))
+    return concatenate_splats(parts)
 
 
-def shown_by_figure(actors: Sequence[OnStage], frame: int, like: Tensor) -> dict[int, Tensor]:
-    """The numbers (M,) of the actors that a frame shows, for each figure that it has, on the device of ``like``."""
+def visible_by_group(instances: Sequence[VisibleInstance], frame: int, like: Tensor) -> dict[int, Tensor]:
+    """Return the indices (M,) of a frame's visible instances by group, on the device of ``like``."""
     import torch
 
     found: dict[int, list[int]] = {}
-    for number, actor in enumerate(actors):
-        if actor.shown[frame]:
-            found.setdefault(actor.figure, []).append(number)
-    return {figure: torch.tensor(numbers, device=like.device) for figure, numbers in found.items()}
+    for number, instance in enumerate(instances):
+        if instance.visible[frame]:
+            found.setdefault(instance.group, []).append(number)
+    return {group: torch.tensor(numbers, device=like.device) for group, numbers in found.items()}
 
 
-def copies(count: int, which: Tensor) -> Tensor:
-    """Indices of ``count`` Gaussians as often as there are actors ``which``."""
+def repeat_indices(count: int, members: Tensor) -> Tensor:
+    """Return the indices of ``count`` Gaussians, repeated for each of ``members``."""
     import torch
 
-    return torch.arange(count, device=which.device).repeat(len(which))
+    return torch.arange(count, device=members.device).repeat(len(members))
 
 
-# More Gaussians where the loss pulls, fewer where nothing is seen (3D Gaussian Splatting, section 5).
+# Adaptive density control (Kerbl et al., "3D Gaussian Splatting", 2023, section 5.2): clone or split Gaussians with
+# large positional gradients, and prune transparent ones.
 
 
-_LARGE = 0.12  # of the figure's size: what is wider is split, what is smaller doubled
-_SPLIT = 1.6  # by which the halves of a split one are smaller
-_FAINT = 0.03  # opacity below which a Gaussian goes
-_FAR = 1.3  # half sizes of the box beyond which it goes
-_LEAST = 16
+_SPLIT_SIZE = 0.12  # in units of the group's size; larger Gaussians are split, smaller ones cloned
+_SPLIT_FACTOR = 1.6  # ratio of the scales before and after a split, as in 3D Gaussian Splatting
+_MIN_OPACITY = 0.03  # of Gaussians that are not pruned
+_MAX_DISTANCE = 1.3  # of Gaussians that are not pruned, in half sizes of the box
+_MIN_COUNT = 16  # Gaussians that are never pruned
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DensityChange:
-    """New Gaussians: ``theta``, and which old one each comes from, ``source`` (K,); ``is_new`` (K,) where it is not
-    that one unchanged, so that an optimiser knows nothing of it yet."""
+    """Result of density control.
+
+    Attributes
+    ----------
+    theta
+        New Gaussians.
+    source
+        (K,), index of the old Gaussian from which each comes.
+    is_new
+        (K,), False for unchanged Gaussians, whose optimizer state remains valid.
+    """
 
     theta: Theta
     source: Tensor
     is_new: Tensor
 
 
-def changed(theta: Theta, box: Tensor, pull: Tensor, most: int, generator: Generator) -> DensityChange:
-    """The Gaussians after pruning and densification: ``most``, but no more than twice those that stay. ``pull`` (K,) is
-    the mean length of the gradient by each centre."""
+def densify_and_prune(
+    theta: Theta, box: Tensor, gradient: Tensor, max_count: int, generator: Generator
+) -> DensityChange:
+    """Prune and densify Gaussians, to ``max_count`` but at most twice those left by pruning.
+
+    ``gradient`` (K,) is the mean norm of the gradient by each mean.
+    """
     import torch
 
     with torch.no_grad():
-        kept = _kept(theta, box)
-        source = kept.nonzero()[:, 0]
-        count = min(max(most - len(source), 0), len(source))
-        chosen = source[pull[source].topk(count).indices] if count else source[:0]
-        is_large = theta.log_scales[chosen].exp().amax(1) > _LARGE
+        source = _unpruned(theta, box).nonzero()[:, 0]
+        count = min(max(max_count - len(source), 0), len(source))
+        chosen = source[gradient[source].topk(count).indices] if count else source[:0]
+        is_large = theta.log_scales[chosen].exp().amax(1) > _SPLIT_SIZE
         origin = torch.cat([source, chosen])
         columns = {name: column[origin].clone() for name, column in theta.columns().items()}
         split = torch.zeros(len(theta), dtype=torch.bool, device=origin.device)
         split[chosen[is_large]] = True
         halves = split[origin]
-        columns["log_scales"][halves] -= torch.log(torch.tensor(_SPLIT))
-        columns["means"][halves] += _drawn(theta, origin[halves], generator)
+        columns["log_scales"][halves] -= torch.log(torch.tensor(_SPLIT_FACTOR))
+        columns["means"][halves] += _sample_offsets(theta, origin[halves], generator)
         is_new = halves.clone()
         is_new[len(source) :] = True
     return DensityChange(Theta(**columns), origin, is_new)
 
 
-def _kept(theta: Theta, box: Tensor) -> Tensor:
-    """Which Gaussians stay: those that are seen and near their box, and always the most opaque few."""
+def _unpruned(theta: Theta, box: Tensor) -> Tensor:
+    """Return the mask (K,) of Gaussians that are visible and near their box, or among the most opaque few."""
     opacity = theta.opacities.sigmoid()
-    kept = (opacity > _FAINT) & (theta.means.abs() < _FAR * box).all(1)
-    kept[opacity.topk(min(_LEAST, len(theta))).indices] = True
-    return kept
+    mask = (opacity > _MIN_OPACITY) & (theta.means.abs() < _MAX_DISTANCE * box).all(1)
+    mask[opacity.topk(min(_MIN_COUNT, len(theta))).indices] = True
+    return mask
 
 
-def _drawn(theta: Theta, which: Tensor, generator: Generator) -> Tensor:
-    """A point of each Gaussian, about its centre (K, 3)."""
+def _sample_offsets(theta: Theta, indices: Tensor, generator: Generator) -> Tensor:
+    """Sample a point (K, 3) from each Gaussian, relative to its mean."""
     import torch
 
-    at = torch.randn(len(which), 3, generator=generator).to(theta.means) * theta.log_scales[which].exp()
-    return (rotations(theta.quaternions[which]) @ at[:, :, None])[:, :, 0]
+    local = torch.randn(len(indices), 3, generator=generator).to(theta.means) * theta.log_scales[indices].exp()
+    return (rotations(theta.quaternions[indices]) @ local[:, :, None])[:, :, 0]
 
 
-# What keeps Gaussians well shaped and in place: L_reg and L_layout (the paper, appendix; after GALA3D).
+# Regularization: L_reg and L_layout (the paper, appendix, after GALA3D).
 #
-# GALA3D's code is not public. L_layout is the Manhattan distance of the centres to their box; L_reg is of our own
-# form: how far the longest axis of an ellipsoid exceeds ``LONGEST`` times the shortest.
+# The code of GALA3D is not public. L_layout is the Manhattan distance of the means to their box; the form of L_reg is
+# specific to this implementation: the excess of an ellipsoid's axis ratio over ``MAX_AXIS_RATIO``.
 
 
-LONGEST = 8.0
+MAX_AXIS_RATIO = 8.0
 
 
-def too_long(axes: Tensor, matrices: Tensor) -> Tensor:
-    """L_reg of Gaussians with the axes (K, 3, 3) under each of the poses (N, 3, 3), through which no gradient goes:
-    the mean excess of the ratio of the longest axis to the shortest over LONGEST."""
+def axis_ratio_loss(axes: Tensor, matrices: Tensor) -> Tensor:
+    """Return L_reg: the mean excess of the ratio of longest and shortest axis over MAX_AXIS_RATIO.
+
+    ``axes`` (K, 3, 3) are those of the Gaussians, ``matrices`` (N, 3, 3) the poses of instances, which get no gradient.
+    """
     import torch
 
     spread = matrices.detach()[:, None] @ axes
     with torch.no_grad():
-        _, turns = torch.linalg.eigh((spread @ spread.mT).double())
-        longest, shortest = (turns[..., i].to(axes) for i in (2, 0))
-    # the axes of an ellipsoid change to first order as its covariance does along them
+        _, eigenvectors = torch.linalg.eigh((spread @ spread.mT).double())
+        longest, shortest = (eigenvectors[..., i].to(axes) for i in (2, 0))
+    # to first order, an eigenvalue changes as the covariance along its fixed eigenvector, so eigh needs no gradient
     long, short = ((spread.mT @ each[..., None]).square().sum((-2, -1)) for each in (longest, shortest))
     ratio = (long / short.clamp_min(1e-12)).clamp_min(1.0).sqrt()
-    return torch.relu(ratio - LONGEST).mean()
+    return torch.relu(ratio - MAX_AXIS_RATIO).mean()
 
 
-def outside(theta: Theta, box: Tensor) -> Tensor:
-    """L_layout: the mean Manhattan distance of the centres from the box with half sizes ``box`` (3,) that the program
-    gave, in the figure's frame; 0 for those within."""
+def layout_loss(theta: Theta, box: Tensor) -> Tensor:
+    """Return L_layout: the mean Manhattan distance of the means to the box with half sizes ``box`` (3,)."""
     return (theta.means.abs() - box).clamp_min(0.0).sum(1).mean()

@@ -1,5 +1,5 @@
-"""Pictures by text-to-image models that follow a scene's layout (docs/imagine.md).
+"""Text-to-image generation conditioned on a scene's layout (docs/imagine.md).
 
-``layout`` says what is where in a shot, ``regional`` and ``migc`` steer attention by it, ``sampling`` draws. It knows
-scenes as boxes and sentences only.
+``layout`` computes the boxes of a shot, ``regional`` and ``migc`` condition attention layers on them, ``sampling``
+generates images. The package sees a scene only as boxes and prompts.
 """

@@ -1,10 +1,10 @@
-"""MIGC (Zhou et al. 2024): a layer attends to each instance apart, and a learned fusion puts them together.
+"""MIGC, multi-instance generation controller (Zhou et al. 2024): attention per instance, and a learned fusion.
 
-Per instance, in its box: the layer's own attention to its sentence, and *enhancement attention* to two tokens, the
-sentence's pooled state and the box's position. *Layout attention* is self-attention in which places see only places of
-a box they share. The fusion weighs the background, the instances and the layout attention's result by a softmax over
-SLOTS of them, from convolutions and CBAM (Woo et al. 2018). Weights are the user's own; key names, the order of a
-box's numbers and which boxes layout attention reads are those of the published checkpoint.
+For each instance, inside its box: the layer's attention to its prompt, and *enhancement attention* to two tokens, the
+prompt's pooled state and the position of the box. *Layout attention* is self-attention among tokens that share a box.
+The fusion weights background, instances and the result of layout attention by a softmax over SLOTS of them, computed by
+convolutions and CBAM (Woo et al. 2018). The user provides the weights; key names, the order of a box's coordinates and
+the boxes of layout attention are those of the published checkpoint.
 """
 
 from __future__ import annotations
@@ -16,119 +16,128 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from scenelang.backends.base import need
-from scenelang.backends.neural.imagine.regional import AttentionRegion, Steering, processors, shape_of
-from scenelang.backends.neural.weights import INSTALL, Shelf
+from scenelang.backends.base import require
+from scenelang.backends.neural.imagine.regional import (
+    AttentionRegion,
+    LayoutConditioning,
+    attention_processors,
+    feature_shape,
+)
+from scenelang.backends.neural.weights import INSTALL, ModelHub
 from scenelang.grammar.diagnostics import SceneError
 
-# MIGC's checkpoint: its key names in terms of diffusers' layers, and the shapes that it must have.
+# MIGC's checkpoint: conversion of key names to diffusers' layers, and checks of shapes.
 
 
 WEIGHTS = "limuloo/MIGC"
 FILE = "MIGC_SD14.ckpt"
 SLOTS = 30
 _KEY = re.compile(r"(?:.*\.)?(input_blocks|middle_block|output_blocks)\.(\d+)\.(?:.*\.)?migc\.(.+)\Z")
-_START = "model.diffusion_model"
-_WHERE = "1.transformer_blocks.0.attn2.migc"
-_HOME = re.compile(r"(down_blocks|up_blocks)\.(\d+)\.attentions\.(\d+)\.")
+_PREFIX = "model.diffusion_model"
+_LAYER = "1.transformer_blocks.0.attn2.migc"
+_LEVEL = re.compile(r"(down_blocks|up_blocks)\.(\d+)\.attentions\.(\d+)\.")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Migc:
-    """The tensors of each layer by their names within MIGC, by the name of diffusers' attention processor there."""
+    """Weights of MIGC: the tensors of each layer by name, by the name of diffusers' attention processor."""
 
     layers: Mapping[str, Mapping[str, Any]]
 
     @property
     def text_width(self) -> int:
-        """Numbers of a token that enhancement attention reads."""
+        """Dimensions of the tokens of enhancement attention."""
         layer = next(iter(self.layers.values()))
         return int(layer["ea.to_k.weight"].shape[1])
 
 
-def load_migc(name: str = WEIGHTS, shelf: Shelf | None = None) -> Migc:
-    """MIGC's weights: a file, or a folder on the shelf that holds MIGC_SD14.ckpt.
+def load_migc(name: str = WEIGHTS, hub: ModelHub | None = None) -> Migc:
+    """Load MIGC's weights from a file, or from a local folder that contains MIGC_SD14.ckpt.
 
-    Raises SceneError("weights") where they are not to be had, or are no weights of MIGC.
+    Raises SceneError("weights") if they are unavailable or invalid.
     """
     path = Path(name).expanduser()
-    place = path if path.is_file() else (shelf or Shelf()).place(name)
-    if place is None:
-        hint = f"fetch {FILE} from its makers (github.com/{WEIGHTS}, not for commercial use), and name it: --migc FILE"
-        raise SceneError("weights", f"MIGC's weights `{name}` are not on this machine", hint=hint)
-    file = place if place.is_file() else place / FILE
+    location = path if path.is_file() else (hub or ModelHub()).find_folder(name)
+    if location is None:
+        hint = f"download {FILE} from github.com/{WEIGHTS} (not for commercial use), and specify it with --migc FILE"
+        raise SceneError("weights", f"MIGC's weights `{name}` are not available locally", hint=hint)
+    file = location if location.is_file() else location / FILE
     try:
         return from_checkpoint(_read(file))
     except SceneError:
         raise
-    except Exception as error:  # what torch raises for files that are no weights has no common type
-        said = " ".join(str(error).split())[:160] or type(error).__name__
-        raise SceneError("weights", f"{file} does not hold MIGC's weights: {said}") from error
+    except Exception as error:  # torch's errors for files of other formats have no common type
+        reason = " ".join(str(error).split())[:160] or type(error).__name__
+        raise SceneError("weights", f"cannot load MIGC's weights from {file}: {reason}") from error
 
 
 def from_checkpoint(tensors: Mapping[str, Any]) -> Migc:
-    """The layers of a checkpoint's tensors; raises SceneError("weights") for others."""
+    """Convert a checkpoint's tensors; raises SceneError("weights") for unexpected keys or shapes."""
     layers: dict[str, dict[str, Any]] = {}
     for key, tensor in tensors.items():
-        processor, inner = layer_of(key)
+        processor, inner = processor_of(key)
         layers.setdefault(processor, {})[inner] = tensor
     if not layers:
-        raise SceneError("weights", "the checkpoint is empty: it holds no weights of MIGC")
+        raise SceneError("weights", "the checkpoint contains no weights of MIGC")
     for processor, layer in layers.items():
         _check(processor, layer)
     return Migc(layers)
 
 
 def to_checkpoint(migc: Migc) -> dict[str, Any]:
-    """The tensors under the names that MIGC's checkpoint has for them."""
+    """Return the tensors with the key names of MIGC's checkpoint: the inverse of ``from_checkpoint``."""
     return {
-        f"{_START}.{original(processor)}.{_WHERE}.{inner}"
+        f"{_PREFIX}.{original_block(processor)}.{_LAYER}.{inner}"
         if not processor.startswith("mid")
-        else f"{_START}.middle_block.{_WHERE}.{inner}": tensor
+        else f"{_PREFIX}.middle_block.{_LAYER}.{inner}": tensor
         for processor, layer in migc.layers.items()
         for inner, tensor in layer.items()
     }
 
 
-def layer_of(key: str) -> tuple[str, str]:
-    """Diffusers' processor and the name within MIGC of a checkpoint's key; raises SceneError("weights")."""
+def processor_of(key: str) -> tuple[str, str]:
+    """Convert a checkpoint's key to the name of diffusers' processor and the name within MIGC.
+
+    Raises SceneError("weights") for an unexpected key.
+    """
     found = _KEY.match(key)
     if found is None:
-        raise SceneError("weights", f"`{key[:120]}` is not a key of MIGC's checkpoint")
+        raise SceneError("weights", f"unexpected key `{key[:120]}` in MIGC's checkpoint")
+    # each level of Stable Diffusion 1 has two down blocks or three up blocks, numbered consecutively in the checkpoint
     block, number, inner = found[1], int(found[2]), found[3]
     if block == "middle_block":
-        home = "mid_block.attentions.0"
+        layer = "mid_block.attentions.0"
     elif block == "input_blocks":
-        home = f"down_blocks.{number // 3}.attentions.{number % 3 - 1}"
+        layer = f"down_blocks.{number // 3}.attentions.{number % 3 - 1}"
     else:
-        home = f"up_blocks.{number // 3}.attentions.{number % 3}"
-    return f"{home}.transformer_blocks.0.attn2.processor", inner
+        layer = f"up_blocks.{number // 3}.attentions.{number % 3}"
+    return f"{layer}.transformer_blocks.0.attn2.processor", inner
 
 
-def original(processor: str) -> str:
-    """The block of the original model that holds a layer of diffusers' down or up blocks; raises SceneError."""
-    found = _HOME.match(processor)
+def original_block(processor: str) -> str:
+    """Return the checkpoint's block for a processor of diffusers' down or up blocks; raises SceneError("weights")."""
+    found = _LEVEL.match(processor)
     if found is None:
         raise SceneError("weights", f"`{processor[:120]}` is not a layer of MIGC")
-    level, place = int(found[2]), int(found[3])
+    level, index = int(found[2]), int(found[3])
     return (
-        f"input_blocks.{3 * level + place + 1}" if found[1] == "down_blocks" else f"output_blocks.{3 * level + place}"
+        f"input_blocks.{3 * level + index + 1}" if found[1] == "down_blocks" else f"output_blocks.{3 * level + index}"
     )
 
 
-def shapes(width: int, text: int) -> dict[str, tuple[int, ...]]:
-    """The shape of every tensor of a layer with ``width`` channels, for text tokens of ``text`` numbers."""
+def expected_shapes(width: int, text: int) -> dict[str, tuple[int, ...]]:
+    """Return the shape of every tensor of a layer with ``width`` channels, for text tokens of width ``text``."""
     found: dict[str, tuple[int, ...]] = {"norm.weight": (width,), "norm.bias": (width,)}
-    for part, read in (("ea", text), ("la", width)):
-        found |= {f"{part}.to_q.weight": (width, width), f"{part}.to_k.weight": (width, read)}
-        found |= {f"{part}.to_v.weight": (width, read)} | _layer(f"{part}.to_out.0", width, width)
+    for part, context in (("ea", text), ("la", width)):
+        found |= {f"{part}.to_q.weight": (width, width), f"{part}.to_k.weight": (width, context)}
+        found |= {f"{part}.to_v.weight": (width, context)} | _layer(f"{part}.to_out.0", width, width)
     found |= _layer("sac.conv1", width, width + 1, 1, 1) | _layer("sac.conv2", 1, width, 1, 1)
     for part, channels, hidden in (("sac.cbam1", width, width // 16), ("sac.cbam2", SLOTS, SLOTS)):
         found |= _layer(f"{part}.ChannelGate.mlp.1", hidden, channels)
         found |= _layer(f"{part}.ChannelGate.mlp.3", channels, hidden)
         found[f"{part}.SpatialGate.spatial.conv.weight"] = (1, 2, 7, 7)
-    for layer, size, read in ((0, 512, 64), (2, 512, 512), (4, text, 512)):
-        found |= _layer(f"pos_net.linears_position.{layer}", size, read)
+    for layer, out_features, in_features in ((0, 512, 64), (2, 512, 512), (4, text, 512)):
+        found |= _layer(f"pos_net.linears_position.{layer}", out_features, in_features)
     return found
 
 
@@ -137,47 +146,60 @@ def _layer(name: str, out: int, *rest: int) -> dict[str, tuple[int, ...]]:
 
 
 def _check(processor: str, layer: Mapping[str, Any]) -> None:
-    """Raises SceneError("weights") where a layer lacks a tensor, or has one of another shape or name."""
+    """Raise SceneError("weights") if tensors of a layer are missing, unexpected or have another shape."""
     if not {"norm.weight", "ea.to_k.weight"} <= layer.keys() or layer["ea.to_k.weight"].ndim != 2:
-        raise SceneError("weights", f"MIGC's weights lack parts of {processor}")
-    wanted = shapes(len(layer["norm.weight"]), layer["ea.to_k.weight"].shape[1])
-    have = {name: tuple(tensor.shape) for name, tensor in layer.items()}
-    if have != wanted:
-        wrong = sorted(name for name in wanted.keys() | have.keys() if wanted.get(name) != have.get(name))
-        raise SceneError("weights", f"MIGC's weights are not as expected in {processor}: {wrong[0]}")
+        raise SceneError("weights", f"MIGC's weights are incomplete: missing tensors of {processor}")
+    expected = expected_shapes(len(layer["norm.weight"]), layer["ea.to_k.weight"].shape[1])
+    found = {name: tuple(tensor.shape) for name, tensor in layer.items()}
+    if found != expected:
+        wrong = sorted(name for name in expected.keys() | found.keys() if expected.get(name) != found.get(name))
+        message = f"unexpected shape of `{wrong[0]}` in MIGC's weights for {processor}"
+        raise SceneError("weights", message)
 
 
 def _read(file: Path) -> Mapping[str, Any]:
     if file.suffix == ".safetensors":
-        found: Mapping[str, Any] = need("safetensors.torch", INSTALL).load_file(file)
+        found: Mapping[str, Any] = require("safetensors.torch", INSTALL).load_file(file)
         return found
-    held = need("torch", INSTALL).load(file, map_location="cpu", weights_only=True)
-    return held.get("state_dict", held) if isinstance(held, dict) else {}
+    loaded = require("torch", INSTALL).load(file, map_location="cpu", weights_only=True)
+    return loaded.get("state_dict", loaded) if isinstance(loaded, dict) else {}
 
 
-MODEL = "CompVis/stable-diffusion-v1-4"  # what the published weights belong to
-MOST = SLOTS - 2  # the background and the layout attention's result take two
-SHARE = 0.5  # of the steps, from the first, in which layers heed the layout
+# Conditioning of a UNet.
+
+
+DEFAULT_MODEL = "CompVis/stable-diffusion-v1-4"  # the model for which the published weights were trained
+MAX_INSTANCES = SLOTS - 2  # background and layout attention take two slots
+ACTIVE_FRACTION = 0.5  # of the steps, from the first, with layout conditioning
 _HEADS = 8
-_FREQUENCIES, _TEMPERATURE = 8, 100.0
+_FREQUENCIES, _TEMPERATURE = 8, 100.0  # of the Fourier embedding of boxes, as in GLIGEN
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Guides:
-    """For N instances at one resolution: ``inside`` (N, HW, 1) how far each place lies in each box, ``outside`` (HW, 1)
-    in none; ``shape`` is H, W."""
+class _BoxMasks:
+    """Masks of N boxes at one resolution.
+
+    Attributes
+    ----------
+    inside
+        (N, HW, 1), coverage of each cell by each box.
+    outside
+        (HW, 1), coverage of each cell by the background.
+    shape
+        H, W.
+    """
 
     inside: Any
     outside: Any
     shape: tuple[int, int]
 
 
-class MigcSteering:
-    """MIGC in the layers of ``unet`` that ``weights`` are for; the unet works on ``latent`` (height, width) of a
-    picture eight times as large. ``guided``: the first row of a batch is unconditional. The fusion shuffles its
-    slots, by ``seed``.
+class MigcConditioning:
+    """MIGC conditioning of the layers of ``unet`` for which there are ``weights``.
 
-    Raises SceneError("weights") for weights of another model.
+    ``latent`` is the (height, width) of the latent of an image eight times as large. With ``guided``, the first row of
+    a batch is unconditional. The order of instances in the fusion's slots is random, by ``seed``. Raises
+    SceneError("weights") for weights of another model.
     """
 
     def __init__(
@@ -189,24 +211,24 @@ class MigcSteering:
         guided: bool,
         seed: int,
     ) -> None:
-        torch = need("torch", INSTALL)
+        torch = require("torch", INSTALL)
         before = unet.attn_processors
-        strange = [name for name in weights.layers if name not in before]
-        if strange:
-            raise SceneError("weights", f"MIGC's weights are not for this model: it has no layer {strange[0]}")
-        width, made_for = regions[0].pooled.shape[-1] if regions else weights.text_width, weights.text_width
-        if width != made_for:
-            raise SceneError("weights", f"MIGC's weights read text {made_for} wide, this model's is {width}")
-        source = torch.Generator().manual_seed(seed)
+        unexpected = [name for name in weights.layers if name not in before]
+        if unexpected:
+            raise SceneError("weights", f"MIGC's weights are for another model: this one has no layer {unexpected[0]}")
+        width, expected = regions[0].pooled.shape[-1] if regions else weights.text_width, weights.text_width
+        if width != expected:
+            raise SceneError("weights", f"MIGC's weights expect text embeddings of width {expected}, got {width}")
+        generator = torch.Generator().manual_seed(seed)
         self._unet = unet
         self._layers = {
-            name: MigcAttention(before[name], _like(layer, unet), regions[:MOST], latent, guided, source)
+            name: MigcAttention(before[name], _like(layer, unet), regions[:MAX_INSTANCES], latent, guided, generator)
             for name, layer in weights.layers.items()
         }
         self._stack = ExitStack()
 
-    def __enter__(self) -> Steering:
-        self._stack.enter_context(processors(self._unet, self._layers))
+    def __enter__(self) -> LayoutConditioning:
+        self._stack.enter_context(attention_processors(self._unet, self._layers))
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -214,7 +236,7 @@ class MigcSteering:
 
     def step(self, number: int, steps: int) -> dict[str, Any] | None:
         for layer in self._layers.values():
-            layer.active = number < round(SHARE * steps)
+            layer.active = number < round(ACTIVE_FRACTION * steps)
         return None
 
 
@@ -224,8 +246,11 @@ def _like(layer: Mapping[str, Any], unet: Any) -> dict[str, Any]:
 
 
 class MigcAttention:
-    """One layer's processor: ``before`` is the one that it stands in for, ``weights`` are tensors by their names
-    within MIGC, ``source`` shuffles slots."""
+    """Attention processor of one layer.
+
+    ``before`` is the processor that it wraps, ``weights`` are the tensors by their names within MIGC, ``generator``
+    shuffles slots.
+    """
 
     def __init__(
         self,
@@ -234,7 +259,7 @@ class MigcAttention:
         regions: Sequence[AttentionRegion],
         latent: tuple[int, int],
         guided: bool,
-        source: Any,
+        generator: Any,
     ) -> None:
         self.active = True
         self._before = before
@@ -242,7 +267,7 @@ class MigcAttention:
         self._regions = regions
         self._latent = latent
         self._guided = guided
-        self._source = source
+        self._generator = generator
 
     def __call__(
         self,
@@ -252,57 +277,59 @@ class MigcAttention:
         attention_mask: Any = None,
         temb: Any = None,
     ) -> Any:
-        """States (B, HW, C) after attention to words (B, T, D): of a batch of one picture, its conditional row is
-        fused from the instances'."""
-        torch = need("torch", INSTALL)
+        """Attend from image states (B, HW, C) to the prompt's (B, T, D), for a batch of one image.
+
+        The conditional row is fused from the attention to the prompt and to each instance.
+        """
+        torch = require("torch", INSTALL)
         out = self._before(attn, hidden_states, encoder_hidden_states, attention_mask, temb)
         if not self.active or not self._regions:
             return out
         start = len(hidden_states) // 2 if self._guided else 0
         own = hidden_states[start:]
-        words = torch.cat([region.words for region in self._regions]).to(own)
-        apart = self._before(attn, own.expand(len(words), -1, -1), words, None, temb)
-        guides = guides_of([region.box for region in self._regions], self._latent, own)
-        fused = self._fused(own, out[start:], apart, guides)
+        states = torch.cat([region.hidden_states for region in self._regions]).to(own)
+        per_instance = self._before(attn, own.expand(len(states), -1, -1), states, None, temb)
+        masks = box_masks([region.box for region in self._regions], self._latent, own)
+        fused = self._fuse(own, out[start:], per_instance, masks)
         return torch.cat([out[:start], fused])
 
-    def _fused(self, own: Any, everywhere: Any, apart: Any, guides: _Guides) -> Any:
-        """The states (1, HW, C) from those of the whole prompt (1, HW, C) and of each instance's (N, HW, C)."""
-        torch = need("torch", INSTALL)
+    def _fuse(self, own: Any, whole: Any, per_instance: Any, masks: _BoxMasks) -> Any:
+        """Fuse the attention to the whole prompt (1, HW, C) and to each instance (N, HW, C); returns (1, HW, C)."""
+        torch = require("torch", INSTALL)
         weights = self._weights
         pooled = torch.stack([region.pooled for region in self._regions]).to(own)  # (N, 1, D)
         boxes = own.new_tensor([region.box for region in self._regions])
         tokens = torch.cat([pooled, box_tokens(weights, boxes)[:, None]], dim=1)
         normal = torch.nn.functional.layer_norm(own, own.shape[-1:], weights["norm.weight"], weights["norm.bias"])
         enhanced = attention(weights, "ea", normal.expand(len(pooled), -1, -1), tokens)
-        instances = (apart + enhanced) * guides.inside
-        layout = attention(weights, "la", own, own, visible(guides))
-        rows = torch.cat([everywhere * guides.outside, instances, layout])
-        masks = torch.cat([guides.outside[None], guides.inside, torch.ones_like(guides.inside[:1])])
-        return (rows * shares(weights, rows, masks, guides.shape, self._source)).sum(0, keepdim=True)
+        instances = (per_instance + enhanced) * masks.inside
+        layout = attention(weights, "la", own, own, shared_box_mask(masks))
+        rows = torch.cat([whole * masks.outside, instances, layout])
+        regions = torch.cat([masks.outside[None], masks.inside, torch.ones_like(masks.inside[:1])])
+        return (rows * fusion_weights(weights, rows, regions, masks.shape, self._generator)).sum(0, keepdim=True)
 
 
-# --- parts -----------------------------------------------------------------------------------------------------------
+# --- components ------------------------------------------------------------------------------------------------------
 
 
-def guides_of(boxes: Sequence[Any], latent: tuple[int, int], own: Any) -> _Guides:
-    """The guides of boxes (shares of the picture) for a layer with the states ``own`` (1, HW, C)."""
-    torch = need("torch", INSTALL)
+def box_masks(boxes: Sequence[Any], latent: tuple[int, int], own: Any) -> _BoxMasks:
+    """Return the masks of boxes, in fractions of the image, for a layer with the states ``own`` (1, HW, C)."""
+    torch = require("torch", INSTALL)
     height, width = latent[0] * 8, latent[1] * 8
     full = torch.zeros(len(boxes), height, width)
     for mask, (x0, y0, x1, y1) in zip(full, boxes, strict=True):
         mask[int(height * y0) : int(height * y1), int(width * x0) : int(width * x1)] = 1.0
     both = torch.cat([full, 1.0 - full.amax(0, keepdim=True)])[None].to(own)
-    shape = shape_of(own.shape[1], latent)
-    for size in (latent, shape):  # in two steps, as the published weights were made
+    shape = feature_shape(own.shape[1], latent)
+    for size in (latent, shape):  # in two steps, as in the training of the published weights
         both = torch.nn.functional.interpolate(both, size=size, mode="bilinear")
     rows = both[0].reshape(len(boxes) + 1, -1, 1)
-    return _Guides(rows[:-1], rows[-1], shape)
+    return _BoxMasks(rows[:-1], rows[-1], shape)
 
 
 def box_tokens(weights: Mapping[str, Any], boxes: Any) -> Any:
-    """The tokens (N, D) of the positions of ``boxes`` (N, 4) x0, y0, x1, y1, which are read as x0, x1, y0, y1."""
-    torch = need("torch", INSTALL)
+    """Return the position tokens (N, D) of ``boxes`` (N, 4) x0, y0, x1, y1; the network expects x0, x1, y0, y1."""
+    torch = require("torch", INSTALL)
     ordered = boxes[:, [0, 2, 1, 3]]
     waves = [_TEMPERATURE ** (i / _FREQUENCIES) * ordered for i in range(_FREQUENCIES)]
     state = torch.cat([part for wave in waves for part in (wave.sin(), wave.cos())], dim=1)
@@ -312,69 +339,74 @@ def box_tokens(weights: Mapping[str, Any], boxes: Any) -> Any:
     return state
 
 
-def attention(weights: Mapping[str, Any], part: str, queries: Any, read: Any, visible: Any = None) -> Any:
-    """Multi-head attention of ``queries`` (B, Q, C) to ``read`` (B, K, D) by the weights of ``part``; ``visible``
-    (Q, K) says what sees what; what sees nothing gets the mean of all."""
-    torch = need("torch", INSTALL)
+def attention(weights: Mapping[str, Any], part: str, queries: Any, context: Any, mask: Any = None) -> Any:
+    """Multi-head attention from ``queries`` (B, Q, C) to ``context`` (B, K, D) with the weights of ``part``.
+
+    The boolean ``mask`` (Q, K) selects the keys of each query; a query without any attends uniformly to all.
+    """
+    torch = require("torch", INSTALL)
 
     def heads(name: str, states: Any) -> Any:
-        made = states @ weights[f"{part}.{name}.weight"].T
-        return made.unflatten(-1, (_HEADS, -1)).transpose(1, 2)
+        projected = states @ weights[f"{part}.{name}.weight"].T
+        return projected.unflatten(-1, (_HEADS, -1)).transpose(1, 2)
 
-    q, k, v = heads("to_q", queries), heads("to_k", read), heads("to_v", read)
-    if visible is not None:
-        blind = ~visible.any(dim=-1, keepdim=True)
-        q, visible = q.masked_fill(blind, 0.0), visible | blind
-    found = torch.nn.functional.scaled_dot_product_attention(q, k, v, attn_mask=visible)
+    q, k, v = heads("to_q", queries), heads("to_k", context), heads("to_v", context)
+    if mask is not None:
+        empty = ~mask.any(dim=-1, keepdim=True)
+        q, mask = q.masked_fill(empty, 0.0), mask | empty  # a softmax over no keys would be NaN
+    found = torch.nn.functional.scaled_dot_product_attention(q, k, v, attn_mask=mask)
     return _linear(weights, f"{part}.to_out.0", found.transpose(1, 2).flatten(2))
 
 
-def visible(guides: _Guides) -> Any:
-    """Which places (HW, HW) share a box, or the outside of all."""
-    torch = need("torch", INSTALL)
-    groups = torch.cat([guides.inside, guides.outside[None]])[..., 0]  # (N, HW)
+def shared_box_mask(masks: _BoxMasks) -> Any:
+    """Return the mask (HW, HW) of pairs of cells that share a box or the background."""
+    torch = require("torch", INSTALL)
+    groups = torch.cat([masks.inside, masks.outside[None]])[..., 0]  # (N, HW)
     return (groups.T @ groups) > 0.0
 
 
-def shares(weights: Mapping[str, Any], rows: Any, masks: Any, shape: tuple[int, int], source: Any) -> Any:
-    """How much of each of ``rows`` (N + 2, HW, C) goes into the result (N + 2, HW, 1): the background's first, the
-    layout's last. ``masks`` (N + 2, HW, 1) are what each is about."""
-    torch = need("torch", INSTALL)
+def fusion_weights(weights: Mapping[str, Any], rows: Any, masks: Any, shape: tuple[int, int], generator: Any) -> Any:
+    """Return the fusion weights (N + 2, HW, 1) of ``rows`` (N + 2, HW, C): background, N instances, layout attention.
+
+    ``masks`` (N + 2, HW, 1) are the regions of the rows.
+    """
+    torch = require("torch", INSTALL)
     empty = torch.zeros_like(rows[:1]), torch.zeros_like(masks[:1])
-    read = torch.cat([torch.cat([rows, empty[0]]), torch.cat([masks, empty[1]])], dim=-1)
-    state = read.unflatten(1, shape).permute(0, 3, 1, 2)  # (N + 3, C + 1, H, W)
+    inputs = torch.cat([torch.cat([rows, empty[0]]), torch.cat([masks, empty[1]])], dim=-1)
+    state = inputs.unflatten(1, shape).permute(0, 3, 1, 2)  # (N + 3, C + 1, H, W)
     state = _cbam(weights, "sac.cbam1", _pointwise(weights, "sac.conv1", state))
-    rated = _pointwise(weights, "sac.conv2", state)[:, 0]  # (N + 3, H, W)
+    scores = _pointwise(weights, "sac.conv2", state)[:, 0]  # (N + 3, H, W)
     count = len(rows) - 2
-    order = torch.randperm(MOST, generator=source)
-    slots = torch.cat([rated[1 : count + 1], rated[-1:].expand(MOST - count, -1, -1)])
-    filled = torch.cat([rated[:1], slots[order], rated[count + 1 : count + 2]])
-    weighed = _cbam(weights, "sac.cbam2", filled[None])[0]
-    back = weighed[1:-1][torch.argsort(order)][:count]
-    return torch.cat([weighed[:1], back, weighed[-1:]]).flatten(1)[..., None].softmax(dim=0)
+    # unused slots get the score of the empty row; the order is random, since cbam2 depends on the slot
+    order = torch.randperm(MAX_INSTANCES, generator=generator)
+    slots = torch.cat([scores[1 : count + 1], scores[-1:].expand(MAX_INSTANCES - count, -1, -1)])
+    filled = torch.cat([scores[:1], slots[order], scores[count + 1 : count + 2]])
+    weighted = _cbam(weights, "sac.cbam2", filled[None])[0]
+    restored = weighted[1:-1][torch.argsort(order)][:count]
+    return torch.cat([weighted[:1], restored, weighted[-1:]]).flatten(1)[..., None].softmax(dim=0)
 
 
 def _cbam(weights: Mapping[str, Any], part: str, state: Any) -> Any:
-    """The convolutional block attention module: channels (B, C, H, W) weighed by means and maxima, then places."""
-    torch = need("torch", INSTALL)
+    """Convolutional block attention module: channel attention, then spatial attention, of ``state`` (B, C, H, W)."""
+    torch = require("torch", INSTALL)
 
-    def rated(pooled: Any) -> Any:
+    def channel_scores(pooled: Any) -> Any:
         hidden = torch.relu(_linear(weights, f"{part}.ChannelGate.mlp.1", pooled))
         return _linear(weights, f"{part}.ChannelGate.mlp.3", hidden)
 
-    channels = torch.sigmoid(rated(state.mean(dim=(2, 3))) + rated(state.amax(dim=(2, 3))))
+    channels = torch.sigmoid(channel_scores(state.mean(dim=(2, 3))) + channel_scores(state.amax(dim=(2, 3))))
     state = state * channels[:, :, None, None]
     kernel = weights[f"{part}.SpatialGate.spatial.conv.weight"]
-    places = torch.stack([state.amax(dim=1), state.mean(dim=1)], dim=1)
-    spread = torch.nn.functional.conv2d(places, kernel, padding=kernel.shape[-1] // 2)
-    return state * torch.sigmoid(spread)
+    pooled = torch.stack([state.amax(dim=1), state.mean(dim=1)], dim=1)
+    spatial = torch.nn.functional.conv2d(pooled, kernel, padding=kernel.shape[-1] // 2)
+    return state * torch.sigmoid(spatial)
 
 
 def _linear(weights: Mapping[str, Any], part: str, state: Any) -> Any:
-    torch = need("torch", INSTALL)
+    torch = require("torch", INSTALL)
     return torch.nn.functional.linear(state, weights[f"{part}.weight"], weights[f"{part}.bias"])
 
 
 def _pointwise(weights: Mapping[str, Any], part: str, state: Any) -> Any:
-    torch = need("torch", INSTALL)
+    torch = require("torch", INSTALL)
     return torch.nn.functional.conv2d(state, weights[f"{part}.weight"], weights[f"{part}.bias"])

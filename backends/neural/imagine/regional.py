@@ -1,4 +1,4 @@
-"""What methods that make a model heed a layout have in common."""
+"""Layout conditioning of diffusers' UNets: the common interface, regional attention, and GLIGEN."""
 
 from __future__ import annotations
 
@@ -7,37 +7,46 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from scenelang.backends.base import need
-from scenelang.backends.neural.imagine.layout import MOST, Box
+from scenelang.backends.base import require
+from scenelang.backends.neural.imagine.layout import MAX_INSTANCES, Box
 from scenelang.backends.neural.weights import INSTALL
 from scenelang.grammar.diagnostics import SceneError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AttentionRegion:
-    """A ``box`` as shares of the picture x0, y0, x1, y1, and what belongs there: ``words`` (1, T, D) of its sentence,
-    ``pooled`` (1, D)."""
+    """Region of the image with its prompt.
+
+    Attributes
+    ----------
+    box
+        x0, y0, x1, y1 in fractions of the image size.
+    hidden_states
+        (1, T, D), of the prompt.
+    pooled
+        (1, D), of the prompt.
+    """
 
     box: Box
-    words: Any
+    hidden_states: Any
     pooled: Any
 
 
-class Steering(Protocol):
-    """One method at work on one picture: its context manager changes the model and puts it back."""
+class LayoutConditioning(Protocol):
+    """Layout conditioning of one image: a context manager that modifies the UNet and restores it at the end."""
 
-    def __enter__(self) -> Steering: ...
+    def __enter__(self) -> LayoutConditioning: ...
 
     def __exit__(self, *_: object) -> None: ...
 
     def step(self, number: int, steps: int) -> dict[str, Any] | None:
-        """Called before each of ``steps`` steps, from 0: what attention is to be given there besides the words."""
+        """Prepare step ``number`` of ``steps``, from 0; returns additional ``cross_attention_kwargs`` for the UNet."""
 
 
-class Unsteered:
-    """The model as it is."""
+class NoConditioning:
+    """No layout conditioning: leaves the UNet unchanged."""
 
-    def __enter__(self) -> Steering:
+    def __enter__(self) -> LayoutConditioning:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -48,53 +57,59 @@ class Unsteered:
 
 
 @contextmanager
-def processors(unet: Any, chosen: Mapping[str, Any]) -> Iterator[None]:
-    """Inside the block the attention layers named in ``chosen`` work by other processors."""
+def attention_processors(unet: Any, replaced: Mapping[str, Any]) -> Iterator[None]:
+    """Replace attention processors of ``unet`` by name for the duration of the block."""
     before = dict(unet.attn_processors)
-    unet.set_attn_processor({**before, **chosen})
+    unet.set_attn_processor({**before, **replaced})
     try:
         yield
     finally:
         unet.set_attn_processor(before)
 
 
-def shape_of(places: int, latent: tuple[int, int]) -> tuple[int, int]:
-    """Height and width of a layer whose sequence has ``places``, in a model that works on ``latent`` (height, width):
-    each level halves both, rounded up."""
+def feature_shape(tokens: int, latent: tuple[int, int]) -> tuple[int, int]:
+    """Return height and width of the UNet level with ``tokens`` image tokens, for a ``latent`` of (height, width).
+
+    Each level halves both, rounded up. Raises ValueError if no level has that many tokens.
+    """
     height, width = latent
-    while height * width > places and height * width > 1:
+    while height * width > tokens and height * width > 1:
         height, width = (height + 1) // 2, (width + 1) // 2
-    if height * width != places:
-        raise ValueError(f"no level of a {latent[0]} x {latent[1]} latent has {places} places")
+    if height * width != tokens:
+        raise ValueError(f"no level of a {latent[0]} x {latent[1]} latent has {tokens} tokens")
     return height, width
 
 
-def inside(box: Box, shape: tuple[int, int]) -> list[int]:
-    """The places, row by row, of the cells of a grid ``shape`` (height, width) whose centres lie in ``box``; the cell
-    nearest to its middle where there is none."""
+def cells_in(box: Box, shape: tuple[int, int]) -> list[int]:
+    """Return the row-major indices of the grid cells whose centres are in ``box``, or else of the nearest cell.
+
+    ``shape`` is the height and width of the grid.
+    """
     height, width = shape
-    columns = _between(box[0], box[2], width)
-    rows = _between(box[1], box[3], height)
+    columns = _interval(box[0], box[2], width)
+    rows = _interval(box[1], box[3], height)
     return [row * width + column for row in rows for column in columns]
 
 
-def _between(low: float, high: float, cells: int) -> Sequence[int]:
+def _interval(low: float, high: float, cells: int) -> Sequence[int]:
     found = [i for i in range(cells) if low <= (i + 0.5) / cells <= high]
     return found or [min(cells - 1, max(0, int(0.5 * (low + high) * cells)))]
 
 
-# Regional attention: a layout heeded without training. What a sentence says of an instance reaches only its box.
+# Regional attention: training-free layout conditioning, where the prompt of an instance affects only its box.
 #
-# In each cross-attention layer, where m_i is 1 inside the box of instance i and 0 elsewhere:
-# ``(global + w sum m_i inst_i) / (1 + w sum m_i)``. The unconditional half of a guided batch stays as it is.
+# The output of each cross-attention layer is ``(global + w sum m_i inst_i) / (1 + w sum m_i)``, where m_i is 1 inside
+# the box of instance i and 0 elsewhere. With guidance, the unconditional half of the batch is unchanged.
 
 
-WEIGHT = 10.0
+DEFAULT_WEIGHT = 10.0
 
 
 class Regional:
-    """Regional attention in every cross-attention layer of ``unet``, which works on ``latent`` (height, width);
-    ``guided``: the first half of a batch is unconditional."""
+    """Regional attention in every cross-attention layer of ``unet``, for a ``latent`` of (height, width).
+
+    With ``guided``, the first half of a batch is unconditional.
+    """
 
     def __init__(
         self,
@@ -102,18 +117,18 @@ class Regional:
         regions: Sequence[AttentionRegion],
         latent: tuple[int, int],
         guided: bool,
-        weight: float = WEIGHT,
+        weight: float = DEFAULT_WEIGHT,
     ) -> None:
         self._unet = unet
-        self._chosen = {
+        self._processors = {
             name: RegionalAttention(before, regions, latent, guided, weight)
             for name, before in unet.attn_processors.items()
             if ".attn2." in name
         }
         self._stack = ExitStack()
 
-    def __enter__(self) -> Steering:
-        self._stack.enter_context(processors(self._unet, self._chosen))
+    def __enter__(self) -> LayoutConditioning:
+        self._stack.enter_context(attention_processors(self._unet, self._processors))
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -124,7 +139,7 @@ class Regional:
 
 
 class RegionalAttention:
-    """One layer's processor: ``before`` is the one that it stands in for, and does the attending."""
+    """Attention processor of one layer; ``before`` is the processor that it wraps."""
 
     def __init__(
         self, before: Any, regions: Sequence[AttentionRegion], latent: tuple[int, int], guided: bool, weight: float
@@ -143,65 +158,69 @@ class RegionalAttention:
         attention_mask: Any = None,
         temb: Any = None,
     ) -> Any:
-        """States (B, HW, C) after attention to words (B, T, D), blended with what the instances' words give."""
-        torch = need("torch", INSTALL)
+        """Attend from image states (B, HW, C) to the prompt's (B, T, D), blended with attention to the regions'."""
+        torch = require("torch", INSTALL)
         out = self._before(attn, hidden_states, encoder_hidden_states, attention_mask, temb)
         start = len(hidden_states) // 2 if self._guided else 0
         own = hidden_states[start:]
-        shape = shape_of(own.shape[1], self._latent)
+        shape = feature_shape(own.shape[1], self._latent)
         total, weights = out[start:].clone(), torch.ones_like(out[0, :, :1])
         for region in self._regions:
-            rows = torch.tensor(inside(region.box, shape), device=own.device)
-            words = region.words.to(own).expand(len(own), -1, -1)
-            total[:, rows] += self._weight * self._before(attn, own[:, rows], words, None, temb)
+            rows = torch.tensor(cells_in(region.box, shape), device=own.device)
+            states = region.hidden_states.to(own).expand(len(own), -1, -1)
+            total[:, rows] += self._weight * self._before(attn, own[:, rows], states, None, temb)
             weights[rows] += self._weight
         return torch.cat([out[:start], total / weights])
 
 
-# GLIGEN (Li et al. 2023): boxes and sentences as tokens that gated self-attention reads, by weights of the user's.
+# GLIGEN (Li et al. 2023): gated self-attention over grounding tokens of boxes and prompts, with trained weights.
 
 
-MODEL = "masterful/gligen-1-4-generation-text-box"
-SHARE = 0.3  # of the steps, from the first, in which the gates are open
+DEFAULT_MODEL = "masterful/gligen-1-4-generation-text-box"
+SCHEDULED_SAMPLING_BETA = 0.3  # fraction of the steps, from the first, with grounding; diffusers' default
 
 
 class Gligen:
-    """GLIGEN's gates in ``unet``; they are closed again at the end. ``guided``: the first half of a batch is
-    unconditional, and reads no boxes.
+    """GLIGEN conditioning of ``unet``. With ``guided``, the first half of a batch is unconditional and has no boxes.
 
-    Raises SceneError("weights") for a model without gates.
+    Raises SceneError("weights") for a model without gated attention.
     """
 
-    def __init__(self, unet: Any, regions: Sequence[AttentionRegion], guided: bool, share: float = SHARE) -> None:
+    def __init__(
+        self, unet: Any, regions: Sequence[AttentionRegion], guided: bool, beta: float = SCHEDULED_SAMPLING_BETA
+    ) -> None:
         if getattr(unet.config, "attention_type", "default") != "gated":
-            hint = f"--model {MODEL}, or a folder with weights of GLIGEN for boxes and text"
-            raise SceneError("weights", "the model has no gates of GLIGEN, so it takes no layout this way", hint=hint)
+            hint = f"use --model {DEFAULT_MODEL}, or a folder with weights of GLIGEN for boxes and text"
+            raise SceneError("weights", "the model has no gated attention layers of GLIGEN", hint=hint)
         self._unet = unet
-        self._share = share
-        self._tokens = {"gligen": grounding_of(unet, regions, guided)}
+        self._beta = beta
+        self._tokens = {"gligen": grounding_tokens(unet, regions, guided)}
 
-    def __enter__(self) -> Steering:
+    def __enter__(self) -> LayoutConditioning:
         return self
 
     def __exit__(self, *_: object) -> None:
-        open_gates(self._unet, True)  # as diffusers makes them
+        enable_gates(self._unet, True)  # the default of diffusers
 
     def step(self, number: int, steps: int) -> dict[str, Any] | None:
-        open_gates(self._unet, number < int(self._share * steps))
+        enable_gates(self._unet, number < int(self._beta * steps))
         return self._tokens
 
 
-def grounding_of(unet: Any, regions: Sequence[AttentionRegion], guided: bool) -> dict[str, Any]:
-    """What diffusers' position network reads: ``boxes`` (B, 30, 4), ``positive_embeddings`` (B, 30, D) and ``masks``
-    (B, 30), with B 2 where ``guided``, else 1."""
-    torch = need("torch", INSTALL)
+def grounding_tokens(unet: Any, regions: Sequence[AttentionRegion], guided: bool) -> dict[str, Any]:
+    """Return the inputs of diffusers' position network.
+
+    These are ``boxes`` (B, 30, 4), ``positive_embeddings`` (B, 30, D) and ``masks`` (B, 30), where B is 2 if ``guided``
+    and 1 otherwise.
+    """
+    torch = require("torch", INSTALL)
     weight = next(unet.position_net.parameters())
     width = int(unet.position_net.positive_len)
-    boxes, masks = weight.new_zeros(1, MOST, 4), weight.new_zeros(1, MOST)
-    texts = weight.new_zeros(1, MOST, width)
-    for i, region in enumerate(regions[:MOST]):
+    boxes, masks = weight.new_zeros(1, MAX_INSTANCES, 4), weight.new_zeros(1, MAX_INSTANCES)
+    texts = weight.new_zeros(1, MAX_INSTANCES, width)
+    for i, region in enumerate(regions[:MAX_INSTANCES]):
         if region.pooled.shape[-1] != width:
-            message = f"the text encoder's states are {region.pooled.shape[-1]} wide, GLIGEN's weights want {width}"
+            message = f"GLIGEN expects text embeddings of width {width}, got {region.pooled.shape[-1]}"
             raise SceneError("weights", message)
         boxes[0, i] = weight.new_tensor(region.box)
         texts[0, i] = region.pooled[0].to(weight)
@@ -211,8 +230,8 @@ def grounding_of(unet: Any, regions: Sequence[AttentionRegion], guided: bool) ->
     return {"boxes": boxes, "positive_embeddings": texts, "masks": masks}
 
 
-def open_gates(unet: Any, are_open: bool) -> None:
-    """Whether gated self-attention does anything."""
+def enable_gates(unet: Any, enabled: bool) -> None:
+    """Enable or disable gated self-attention."""
     for module in unet.modules():
         if hasattr(module, "alpha_attn") and hasattr(module, "alpha_dense"):
-            module.enabled = are_open
+            module.enabled = enabled

@@ -1,4 +1,4 @@
-"""The backend of pictures by Gaussian splatting: the primitives' Gaussians in the light of draft pictures."""
+"""Rendering backend by Gaussian splatting, with the lighting of draft pictures, and export of Gaussians to files."""
 
 from __future__ import annotations
 
@@ -18,13 +18,21 @@ from scenelang.backends.base import (
     Work,
     check_settings,
     frame_of,
-    need,
+    require,
 )
 from scenelang.backends.geometry.solids import normalized, solids_of
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.neural.splats.files import write_gaussians
 from scenelang.backends.neural.splats.gaussians import Splats, gaussians_from, view_of
-from scenelang.backends.neural.splats.initial import LEAST, MOST, SceneSplats, backdrop, gaussians_of, lit, shadow_of
+from scenelang.backends.neural.splats.initial import (
+    MAX_GAUSSIANS,
+    MIN_GAUSSIANS,
+    SceneSplats,
+    backdrop,
+    gaussians_of,
+    shade,
+    shadow_of,
+)
 from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.backends.neural.weights import INSTALL
 from scenelang.backends.pictures.draft import draw
@@ -52,33 +60,37 @@ Float32Array = npt.NDArray[np.float32]
 
 
 GAUSSIANS = Option(
-    "gaussians", "how many Gaussians the scene is made of, shared out by area", 100_000, least=LEAST, most=MOST
+    "gaussians",
+    "number of Gaussians of the scene, distributed by surface area",
+    100_000,
+    minimum=MIN_GAUSSIANS,
+    maximum=MAX_GAUSSIANS,
 )
-DISTILLED = Option("distilled", "the folder of a run of `distill`: draw what it learned, in its own light", "")
+DISTILLED = Option("distilled", "run folder of `distill`: render its result, which includes lighting", "")
 
 
 class SplatsPainter:
-    """Draws shots as Gaussians; those of the last frame are kept, for a camera that moves."""
+    """Painter that renders shots as Gaussians; caches those of the last frame, for a moving camera."""
 
     def __init__(self, staging: Staging, options: PictureOptions) -> None:
         self._staging = staging
         self._labels = options.labels
         self._seed = options.seed
         self._total = SPLATS.setting(options, "gaussians")
-        self._kept: tuple[int, SceneSplats] | None = None
+        self._cache: tuple[int, SceneSplats] | None = None
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
         report = progress or (lambda _: None)
         stage = self._stage(shot)
-        made = self._made(shot.frame)
+        scene_splats = self._scene_splats(shot.frame)
         report(0.3)
         shadow = shadow_of(stage)
-        splats = _lit(stage, made, shadow)
+        splats = _lit(stage, scene_splats, shadow)
         report(0.5)
-        behind = backdrop(stage, shadow)
+        background = backdrop(stage, shadow)
         drawn = rasterise(splats, view_of(stage.camera, splats.means), antialiased=True)
-        hidden = drawn.alpha.numpy()[:, :, None]
-        radiance = np.asarray(drawn.color.numpy() + (1.0 - hidden) * behind, np.float32)
+        alpha = drawn.alpha.numpy()[:, :, None]
+        radiance = np.asarray(drawn.color.numpy() + (1.0 - alpha) * background, np.float32)
         picture = encode(tone_map(radiance, stage.studio.environment))
         if self._labels and stage.solids.semantic.any():
             picture = labelled(picture, stage.solids, draw(stage, shaded=False).ids)
@@ -86,37 +98,39 @@ class SplatsPainter:
         return Image(picture, radiance)
 
     def _stage(self, shot: Shot) -> Stage:
-        """The stage with the frame's solids in the order of its primitives."""
+        """Return the stage with the frame's solids in the order of its primitives."""
         staging = self._staging
         solids = solids_of(flatten_entity(staging.roots[shot.frame]))
         own = normalized(solids, staging.center, staging.scale)
         return replace(staging.stage(shot), solids=own, fixed=0)
 
-    def _made(self, frame: int) -> SceneSplats:
-        if self._kept is None or self._kept[0] != frame:
-            self._kept = frame, gaussians_of(self._staging.roots[frame], self._total, self._seed)
-        return self._kept[1]
+    def _scene_splats(self, frame: int) -> SceneSplats:
+        if self._cache is None or self._cache[0] != frame:
+            self._cache = frame, gaussians_of(self._staging.roots[frame], self._total, self._seed)
+        return self._cache[1]
 
 
-def _lit(stage: Stage, made: SceneSplats, shadow: list[Shadow]) -> Splats:
-    """The Gaussians in the stage's frame with radiance for colours, in 32 bits; those whose primitive is not drawn are
-    left out."""
+def _lit(stage: Stage, scene_splats: SceneSplats, shadow: list[Shadow]) -> Splats:
+    """Return the Gaussians of visible primitives in the stage's frame, with radiance as colours, in float32."""
     import torch
 
-    number = np.full(made.count, -1, np.int64)
-    number[stage.solids.instance[::-1]] = np.arange(len(stage.solids))[::-1]
-    ids = number[made.instance]
-    kept = np.flatnonzero(ids >= 0)
+    # the first solid of each primitive, since a primitive may consist of several solids
+    solid = np.full(scene_splats.count, -1, np.int64)
+    solid[stage.solids.instance[::-1]] = np.arange(len(stage.solids))[::-1]
+    ids = solid[scene_splats.instance]
+    visible = np.flatnonzero(ids >= 0)
     matrix = stage.scale * torch.eye(3, dtype=torch.float64)
-    splats = made.splats.take(torch.from_numpy(kept)).moved(matrix, torch.from_numpy(-stage.scale * stage.center))
-    colors = lit(stage, shadow, splats.means.numpy(), made.normals[kept], splats.colors.numpy(), ids[kept])
+    translation = torch.from_numpy(-stage.scale * stage.center)
+    splats = scene_splats.splats.take(torch.from_numpy(visible)).transformed(matrix, translation)
+    normals = scene_splats.normals[visible]
+    colors = shade(stage, shadow, splats.means.numpy(), normals, splats.colors.numpy(), ids[visible])
     return Splats(
         splats.means.float(), splats.covariances.float(), splats.opacities.float(), torch.from_numpy(colors)
     )  # fmt: skip
 
 
 def _painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
-    need("torch", INSTALL)
+    require("torch", INSTALL)
     folder = SPLATS.setting(options, "distilled")
     if folder:
         from scenelang.backends.neural.distillation.run import DistilledPainter
@@ -127,7 +141,7 @@ def _painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
 
 SPLATS = PictureBackend(
     name="splats",
-    doc="pictures by Gaussian splatting: primitives as 3D Gaussians on their surfaces",
+    doc="Gaussian splatting: primitives as 3D Gaussians on their surfaces",
     work=Work.PICTURE,
     endings=STILL_ENDINGS,
     run=write_still("splats"),
@@ -138,15 +152,16 @@ SPLATS = PictureBackend(
 )
 
 
-# The backends that write a scene's Gaussians as files of 3D Gaussian Splatting.
+# Backends that export a scene's Gaussians to files of 3D Gaussian Splatting.
 
 
 def _export(backend: Backend, scene: Scene, path: Path, options: BackendOptions) -> Sequence[Path]:
-    """Write the Gaussians of one frame: reflectance and what glows, without light and shadow."""
+    """Write the Gaussians of one frame, with reflectance and emission as colours, without lighting."""
     check_settings(options, [backend])
-    need("torch", INSTALL)
+    require("torch", INSTALL)
     if len(scene.frames) > 1 and options.frame is None:
-        raise SceneError("unsupported", f"a {path.suffix} file holds one frame", hint="choose one with --frame N")
+        message = f"a {path.suffix} file can only contain one frame"
+        raise SceneError("unsupported", message, hint="select one with --frame N")
     box_of(scene)
     one = Scene(scene.word, [scene.frames[frame_of(scene, options.frame)]], False)
     check_size(one.root, options.limit)
@@ -169,4 +184,4 @@ def _backend(name: str, doc: str, endings: tuple[str, ...]) -> Backend:
 
 
 SPLAT = _backend("splat", "Gaussians as .splat, 32 bytes each, for viewers in browsers", (".splat",))
-SPLATS_PLY = _backend("splats-ply", "Gaussians as the .ply of 3D Gaussian Splatting", (".ply",))
+SPLATS_PLY = _backend("splats-ply", "Gaussians as .ply of 3D Gaussian Splatting", (".ply",))

@@ -1,7 +1,7 @@
-"""Files of Gaussians: the ``.ply`` of 3D Gaussian Splatting and the ``.splat`` of 32 bytes each, written and read.
+"""Files of Gaussians: ``.ply`` of 3D Gaussian Splatting, and ``.splat`` with 32 bytes per Gaussian.
 
-Coordinates are kept as they are, the scene's: x right, y up, z towards the viewer, in scene units. Colours in files are
-sRGB; here they are linear. Reading is bounded, and never believes what a file says of its size.
+Coordinates are those of the scene, unchanged: x right, y up, z towards the viewer, in scene units. Colours are sRGB in
+files and linear in memory. Reading is bounded, and sizes in headers are checked against the size of the file.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.backends.exports.mesh_files import write_ply
-from scenelang.backends.files import read_regular, written_whole
+from scenelang.backends.files import atomic_write, read_regular
 from scenelang.backends.neural.splats.gaussians import Gaussians
 from scenelang.backends.neural.weights import INSTALL
 from scenelang.backends.pictures.studio import from_srgb, to_srgb
@@ -28,16 +28,16 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-C0 = 0.28209479177387814  # the constant spherical harmonic: a colour is 0.5 + C0 f_dc
-MOST = 20_000_000
-_LARGEST = 8 << 30  # bytes
-_LONGEST_HEADER = 1 << 16
-_MOST_PROPERTIES = 1_000
+C0 = 0.28209479177387814  # spherical harmonic of degree 0, 1 / (2 sqrt(pi)); a colour is 0.5 + C0 f_dc
+MAX_GAUSSIANS = 20_000_000
+_MAX_BYTES = 8 << 30
+_MAX_HEADER_BYTES = 1 << 16
+_MAX_PROPERTIES = 1_000
 _NAMES = (
     *("x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity"),
     *("scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"),
 )
-_UNREAD = ("nx", "ny", "nz")
+_OPTIONAL = ("nx", "ny", "nz")  # always 0 and ignored
 _TYPES = {
     "char": "i1",
     "uchar": "u1",
@@ -56,18 +56,18 @@ _TYPES = {
     "float32": "<f4",
     "float64": "<f8",
 }
-_SPLAT = np.dtype([("place", "<f4", 3), ("scale", "<f4", 3), ("color", "u1", 4), ("turn", "u1", 4)])
-_ROOM = 60.0  # logarithms of scales and odds beyond it are none of a Gaussian's
-_FARTHEST = 1e30
+_SPLAT = np.dtype([("position", "<f4", 3), ("scale", "<f4", 3), ("color", "u1", 4), ("rotation", "u1", 4)])
+_MAX_LOG = 60.0  # of scales and of the odds of opacities, which exp can represent in float32
+_MAX_VALUE = 1e30
 
 
 # --- writing ---------------------------------------------------------------------------------------------------
 
 
 def write_gaussians(gaussians: Gaussians, path: Path) -> None:
-    """Write ``path``, a ``.splat`` by its ending or else a ``.ply``, whole or not at all. Raises SceneError("file")."""
+    """Write ``.splat`` or, for any other suffix, ``.ply``, atomically; raises SceneError("file")."""
     rows = splat_rows(gaussians) if path.suffix.lower() == ".splat" else None
-    with written_whole(path) as temporary:
+    with atomic_write(path) as temporary:
         if rows is not None:
             temporary.write_bytes(rows.tobytes())
         else:
@@ -76,25 +76,27 @@ def write_gaussians(gaussians: Gaussians, path: Path) -> None:
 
 
 def ply_rows(gaussians: Gaussians) -> npt.NDArray[np.float32]:
-    """The rows (N, 17) of a ``.ply``: place, no normal, colour, opacity's logit, scales' logarithms, turn w first."""
+    """Return the rows (N, 17) of a ``.ply``: position, zero normal, colour, opacity logit, log scales, quaternion."""
     rows = np.zeros((len(gaussians), len(_NAMES)), np.float32)
     rows[:, 0:3] = _array(gaussians.means)
     rows[:, 6:9] = (to_srgb(_array(gaussians.colors)) - 0.5) / C0
     rows[:, 9] = _array(gaussians.opacity_logits)
     rows[:, 10:13] = _array(gaussians.log_scales)
-    rows[:, 13:17] = _turns(gaussians)
+    rows[:, 13:17] = _unit_quaternions(gaussians)
     return rows
 
 
 def splat_rows(gaussians: Gaussians) -> npt.NDArray[np.void]:
-    """The rows (N,) of a ``.splat``, in which colours, opacities and turns have 8 bits; the largest and most opaque
-    first, as its readers draw them while they load."""
+    """Return the rows (N,) of a ``.splat``, with 8 bits per component of colours, opacities and quaternions.
+
+    The largest and most opaque Gaussians are first, since viewers render while they load.
+    """
     rows = np.zeros(len(gaussians), _SPLAT)
     scales, opacities = np.exp(_array(gaussians.log_scales)), _array(gaussians.opacities)
-    rows["place"], rows["scale"] = _array(gaussians.means), scales
+    rows["position"], rows["scale"] = _array(gaussians.means), scales
     rows["color"][:, :3] = np.rint(255.0 * to_srgb(_array(gaussians.colors)))
     rows["color"][:, 3] = np.rint(255.0 * opacities)
-    rows["turn"] = np.clip(np.rint(_turns(gaussians) * 128.0 + 128.0), 0.0, 255.0)
+    rows["rotation"] = np.clip(np.rint(_unit_quaternions(gaussians) * 128.0 + 128.0), 0.0, 255.0)
     return rows[np.argsort(-scales.prod(axis=1) * opacities, kind="stable")]
 
 
@@ -102,26 +104,25 @@ def _array(tensor: Tensor) -> FloatArray:
     return np.asarray(tensor.detach().cpu().double().numpy(), np.float64)
 
 
-def _turns(gaussians: Gaussians) -> FloatArray:
-    turns = _array(gaussians.quaternions)
-    return np.asarray(turns / np.linalg.norm(turns, axis=1, keepdims=True), np.float64)
+def _unit_quaternions(gaussians: Gaussians) -> FloatArray:
+    quaternions = _array(gaussians.quaternions)
+    return np.asarray(quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True), np.float64)
 
 
 # --- reading ---------------------------------------------------------------------------------------------------
 
 
 def read_gaussians(path: Path | str) -> Gaussians:
-    """The Gaussians of a ``.splat`` by its ending, else of a ``.ply``, in 32 bits; what depends on the direction of
-    view (``f_rest_*``) is left out.
+    """Read the Gaussians of a ``.splat`` or, for any other suffix, ``.ply`` file, in float32.
 
-    Raises SceneError: "file" where the file cannot be read or holds no Gaussians, "backend" without torch; LimitError
-    for more than MOST.
+    View-dependent colours (``f_rest_*``) are ignored. Raises SceneError: "file" if the file is unreadable or invalid,
+    "backend" without torch; LimitError for more than MAX_GAUSSIANS.
     """
     target = Path(path)
-    need("torch", INSTALL)
+    require("torch", INSTALL)
     try:
-        if target.stat().st_size > _LARGEST:
-            raise LimitError("size", f"`{target}` is larger than {_LARGEST:,} bytes")
+        if target.stat().st_size > _MAX_BYTES:
+            raise LimitError("size", f"`{target}` is larger than {_MAX_BYTES:,} bytes")
         data = read_regular(target)
     except OSError as error:
         raise SceneError("file", f"cannot read {target}: {error.strerror or error}") from error
@@ -129,23 +130,24 @@ def read_gaussians(path: Path | str) -> Gaussians:
 
 
 def from_splat(data: bytes) -> Gaussians:
-    """The Gaussians of a ``.splat`` file's bytes; raises as ``read_gaussians`` does."""
+    """Parse a ``.splat`` file; raises the errors of ``read_gaussians``."""
     count, rest = divmod(len(data), _SPLAT.itemsize)
     if rest:
-        raise _wrong(f"a .splat file has {_SPLAT.itemsize} bytes for each Gaussian, and this one {rest} more")
+        raise _invalid(f"expected a multiple of {_SPLAT.itemsize} bytes in a .splat file, found {rest} more")
     _check_count(count)
     rows = np.frombuffer(data, _SPLAT)
     scales = rows["scale"].astype(np.float64)
     if not (np.isfinite(scales) & (scales >= 0.0)).all():
-        raise _wrong("a scale is negative or no number")
-    shares = np.clip(rows["color"][:, 3] / 255.0, 1e-3, 1.0 - 1e-3)
-    logs = np.log(np.maximum(scales, np.exp(-_ROOM)))
-    turns = (rows["turn"].astype(np.float64) - 128.0) / 128.0
-    return _gaussians(rows["place"], logs, turns, np.log(shares / (1.0 - shares)), rows["color"][:, :3] / 255.0)
+        raise _invalid("a scale is negative or not finite")
+    opacities = np.clip(rows["color"][:, 3] / 255.0, 1e-3, 1.0 - 1e-3)
+    log_scales = np.log(np.maximum(scales, np.exp(-_MAX_LOG)))
+    quaternions = (rows["rotation"].astype(np.float64) - 128.0) / 128.0
+    logits = np.log(opacities / (1.0 - opacities))
+    return _gaussians(rows["position"], log_scales, quaternions, logits, rows["color"][:, :3] / 255.0)
 
 
 def from_ply(data: bytes) -> Gaussians:
-    """The Gaussians of a ``.ply`` file's bytes; raises as ``read_gaussians`` does."""
+    """Parse a ``.ply`` file; raises the errors of ``read_gaussians``."""
     header = _header(data)
     rows = np.frombuffer(data, header.row, header.count, header.start)
     return _gaussians(
@@ -163,7 +165,7 @@ def _columns(rows: npt.NDArray[np.void], *names: str) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class _Header:
-    """``count`` rows of the type ``row`` from byte ``start`` on."""
+    """Layout of a ``.ply`` file: ``count`` rows of the type ``row`` from byte ``start`` on."""
 
     row: np.dtype[Any]
     count: int
@@ -171,36 +173,36 @@ class _Header:
 
 
 def _header(data: bytes) -> _Header:
-    """What a ``.ply`` file says of itself, checked against its size."""
-    end = re.search(rb"\nend_header\r?\n", data[:_LONGEST_HEADER])
+    """Parse the header of a ``.ply`` file, and check it against the size of the file."""
+    end = re.search(rb"\nend_header\r?\n", data[:_MAX_HEADER_BYTES])
     if not data.startswith(b"ply") or end is None:
-        raise _wrong("it does not begin as a .ply file does")
+        raise _invalid("it has no .ply header")
     lines = [line.split() for line in data[: end.start()].decode("ascii", "replace").splitlines()[1:]]
     lines = [words for words in lines if words and words[0] not in ("comment", "obj_info")]
     if not lines or lines[0] != ["format", "binary_little_endian", "1.0"]:
-        raise _wrong("only .ply files in the format binary_little_endian 1.0 hold Gaussians")
+        raise _invalid("expected the format `binary_little_endian 1.0`")
     if len(lines) < 2 or lines[1][:2] != ["element", "vertex"] or len(lines[1]) != 3 or not _is_count(lines[1][2]):
-        raise _wrong("its first element must be `vertex`, with a whole number")
+        raise _invalid("expected `element vertex COUNT` as the first element")
     count, fields = int(lines[1][2]), _fields(lines[2:])
     _check_count(count)
     row = np.dtype(fields)
     if end.end() + count * row.itemsize > len(data):
-        raise _wrong(f"it ends before the {count:,} Gaussians that it announces")
+        raise _invalid(f"it is truncated: the header specifies {count:,} Gaussians")
     return _Header(row, count, end.end())
 
 
 def _fields(lines: list[list[str]]) -> list[tuple[str, str]]:
-    """The properties of the vertices: names with types."""
+    """Parse the properties of the vertices to names with numpy types."""
     found: dict[str, str] = {}
     for words in lines:
         if words[0] != "property":
             break
-        if len(words) != 3 or words[1] not in _TYPES or words[2] in found or len(found) >= _MOST_PROPERTIES:
-            raise _wrong(f"unknown Gaussian property `{' '.join(words)[:60]}`")
+        if len(words) != 3 or words[1] not in _TYPES or words[2] in found or len(found) >= _MAX_PROPERTIES:
+            raise _invalid(f"unsupported property `{' '.join(words)[:60]}`")
         found[words[2]] = _TYPES[words[1]]
-    missing = [name for name in _NAMES if name not in found and name not in _UNREAD]
+    missing = [name for name in _NAMES if name not in found and name not in _OPTIONAL]
     if missing:
-        raise _wrong(f"it has no property `{missing[0]}`, so it holds no Gaussians")
+        raise _invalid(f"missing property `{missing[0]}`")
     return list(found.items())
 
 
@@ -209,26 +211,27 @@ def _is_count(text: str) -> bool:
 
 
 def _check_count(count: int) -> None:
-    if count > MOST:
-        raise LimitError("size", f"the file has {count:,} Gaussians, more than the {MOST:,} that are read")
+    if count > MAX_GAUSSIANS:
+        raise LimitError("size", f"the file has {count:,} Gaussians, more than {MAX_GAUSSIANS:,}")
 
 
 def _gaussians(
-    places: npt.NDArray[Any], logs: FloatArray, turns: FloatArray, logits: FloatArray, srgb: FloatArray
+    means: npt.NDArray[Any], log_scales: FloatArray, quaternions: FloatArray, logits: FloatArray, srgb: FloatArray
 ) -> Gaussians:
-    """The Gaussians of a file's numbers; raises SceneError("file") where these are none."""
+    """Convert the columns of a file; raises SceneError("file") for values out of range."""
     import torch
 
-    for what, values in (("place", places), ("scale", logs), ("turn", turns), ("opacity", logits), ("color", srgb)):
-        if not (np.abs(values) < _FARTHEST).all():
-            raise _wrong(f"a Gaussian's {what} is not a finite number in range")
-    if (np.abs(logs) > _ROOM).any():
-        raise _wrong("a Gaussian's scale is far too large or too small")
-    if (np.linalg.norm(turns, axis=1) < 1e-6).any():
-        raise _wrong("a Gaussian has no direction: its quaternion is 0")
-    columns = (places, logs, turns, np.clip(logits, -_ROOM, _ROOM), from_srgb(srgb))
-    return Gaussians(*(torch.from_numpy(np.array(column, np.float32)) for column in columns))
+    columns = {"position": means, "scale": log_scales, "rotation": quaternions, "opacity": logits, "color": srgb}
+    for name, values in columns.items():
+        if not (np.abs(values) < _MAX_VALUE).all():
+            raise _invalid(f"the {name} of a Gaussian is not finite")
+    if (np.abs(log_scales) > _MAX_LOG).any():
+        raise _invalid("the scale of a Gaussian is out of range")
+    if (np.linalg.norm(quaternions, axis=1) < 1e-6).any():
+        raise _invalid("the quaternion of a Gaussian is zero")
+    converted = (means, log_scales, quaternions, np.clip(logits, -_MAX_LOG, _MAX_LOG), from_srgb(srgb))
+    return Gaussians(*(torch.from_numpy(np.array(column, np.float32)) for column in converted))
 
 
-def _wrong(message: str) -> SceneError:
-    return SceneError("file", f"the file holds no Gaussians: {message}")
+def _invalid(message: str) -> SceneError:
+    return SceneError("file", f"not a valid file of Gaussians: {message}")

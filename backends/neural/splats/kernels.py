@@ -1,5 +1,7 @@
-"""Compositing compiled by numba, for one core: splat after splat over the pixels of its box. Only ``rasterise_numba``
-imports this file."""
+"""Compositing kernels compiled by numba, for one core: a loop over splats and the pixels of their boxes.
+
+Only ``rasterise_numba`` imports this module.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +12,8 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import need
-from scenelang.backends.neural.splats.gaussians import LEAST_ALPHA, LEAST_LIGHT, MOST_ALPHA
+from scenelang.backends.base import require
+from scenelang.backends.neural.splats.gaussians import MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
 from scenelang.backends.neural.weights import INSTALL
 
 Floats = npt.NDArray[Any]  # float32 or float64, contiguous
@@ -19,17 +21,17 @@ Ints = npt.NDArray[np.int64]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-_DIMMEST = math.log(LEAST_ALPHA) - 1e-3  # exponents below it need not be worked out
+_MIN_EXPONENT = math.log(MIN_ALPHA) - 1e-3  # skips the exponential for alphas below MIN_ALPHA, with a rounding margin
 
 
-def _compiled(function: Function) -> Function:
-    made: Function = need("numba", INSTALL).njit(cache=True, nogil=True)(function)
-    return made
+def _jit(function: Function) -> Function:
+    compiled: Function = require("numba", INSTALL).njit(cache=True, nogil=True)(function)
+    return compiled
 
 
-@_compiled
+@_jit
 def boxes(centers: Floats, radii: Floats, width: int, height: int) -> Ints:
-    """The pixels (M, 4) that splats reach: first column, the one after the last, and the same of rows."""
+    """Return the pixel bounds (M, 4) of splats: first column, end column (exclusive), first row, end row."""
     out = np.empty((len(centers), 4), np.int64)
     for g in range(len(centers)):
         out[g, 0] = min(max(math.floor(centers[g, 0] - radii[g, 0]), 0), width)
@@ -39,90 +41,101 @@ def boxes(centers: Floats, radii: Floats, width: int, height: int) -> Ints:
     return out
 
 
-@_compiled
+@_jit
 def forward(
-    centers: Floats, conics: Floats, opacities: Floats, features: Floats, box: Ints, image: Floats, light: Floats
+    centers: Floats,
+    conics: Floats,
+    opacities: Floats,
+    features: Floats,
+    box: Ints,
+    image: Floats,
+    transmittance: Floats,
 ) -> Ints:
-    """Adds to ``image`` (H, W, C) and lowers ``light`` (H, W), which is 1. Gives the number of the splat at which each
-    pixel was done (H, W), M where it never was."""
+    """Add the splats to ``image`` (H, W, C), and update ``transmittance`` (H, W), initially 1.
+
+    Returns the index (H, W) of the splat at which each pixel was finished, M if it was not.
+    """
     count, channels = features.shape
-    done = np.full(light.shape, count, np.int64)
+    finished_at = np.full(transmittance.shape, count, np.int64)
     for g in range(count):
         a, b, c = conics[g, 0], conics[g, 1], conics[g, 2]
-        strength = math.log(opacities[g])
+        log_opacity = math.log(opacities[g])
         for row in range(box[g, 2], box[g, 3]):
             dy = row + 0.5 - centers[g, 1]
             for column in range(box[g, 0], box[g, 1]):
                 dx = column + 0.5 - centers[g, 0]
                 sigma = max(0.5 * (a * dx * dx + c * dy * dy) + b * dx * dy, 0.0)
-                if strength - sigma < _DIMMEST or done[row, column] < count:
+                if log_opacity - sigma < _MIN_EXPONENT or finished_at[row, column] < count:
                     continue
-                alpha = min(opacities[g] * math.exp(-sigma), MOST_ALPHA)
-                if alpha < LEAST_ALPHA:
+                alpha = min(opacities[g] * math.exp(-sigma), MAX_ALPHA)
+                if alpha < MIN_ALPHA:
                     continue
-                before = light[row, column]
+                before = transmittance[row, column]
                 after = before * (1.0 - alpha)
-                if after <= LEAST_LIGHT:
-                    done[row, column] = g
+                if after <= MIN_TRANSMITTANCE:
+                    finished_at[row, column] = g
                     continue
                 weight = alpha * before
                 for i in range(channels):
                     image[row, column, i] += weight * features[g, i]
-                light[row, column] = after
-    return done
+                transmittance[row, column] = after
+    return finished_at
 
 
-@_compiled
+@_jit
 def backward(
     centers: Floats,
     conics: Floats,
     opacities: Floats,
     features: Floats,
     box: Ints,
-    light: Floats,
-    done: Ints,
-    by_image: Floats,
-    by_hidden: Floats,
+    transmittance: Floats,
+    finished_at: Ints,
+    grad_image: Floats,
+    grad_alpha: Floats,
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """The derivatives by the first four, from the light (H, W) behind all splats and those by the picture: farthest
-    splat first, taking each away from the light again."""
+    """Return the gradients by centers, conics, opacities and features.
+
+    Splats are processed from far to near; dividing the final ``transmittance`` (H, W) by ``1 - alpha`` recovers
+    the transmittance before each splat, so that it need not be stored (3D Gaussian Splatting, appendix C).
+    """
     count, channels = features.shape
-    by_centers, by_conics = np.zeros_like(centers), np.zeros_like(conics)
-    by_opacities, by_features = np.zeros_like(opacities), np.zeros_like(features)
-    light = light.astype(np.float64)
-    behind = np.zeros(light.shape, np.float64)
+    grad_centers, grad_conics = np.zeros_like(centers), np.zeros_like(conics)
+    grad_opacities, grad_features = np.zeros_like(opacities), np.zeros_like(features)
+    transmittance = transmittance.astype(np.float64)
+    behind = np.zeros(transmittance.shape, np.float64)
     for g in range(count - 1, -1, -1):
         a, b, c = conics[g, 0], conics[g, 1], conics[g, 2]
-        strength = math.log(opacities[g])
-        by_x, by_y, by_a, by_b, by_c, by_opacity = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        log_opacity = math.log(opacities[g])
+        grad_x, grad_y, grad_a, grad_b, grad_c, grad_opacity = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for row in range(box[g, 2], box[g, 3]):
             dy = row + 0.5 - centers[g, 1]
             for column in range(box[g, 0], box[g, 1]):
                 dx = column + 0.5 - centers[g, 0]
                 sigma = max(0.5 * (a * dx * dx + c * dy * dy) + b * dx * dy, 0.0)
-                if strength - sigma < _DIMMEST or g >= done[row, column]:
+                if log_opacity - sigma < _MIN_EXPONENT or g >= finished_at[row, column]:
                     continue
                 raw = opacities[g] * math.exp(-sigma)
-                alpha = min(raw, MOST_ALPHA)
-                if alpha < LEAST_ALPHA:
+                alpha = min(raw, MAX_ALPHA)
+                if alpha < MIN_ALPHA:
                     continue
-                before = light[row, column] / (1.0 - alpha)
-                worth, weight = by_hidden[row, column], alpha * before
+                before = transmittance[row, column] / (1.0 - alpha)
+                value, weight = grad_alpha[row, column], alpha * before
                 for i in range(channels):
-                    worth += features[g, i] * by_image[row, column, i]
-                    by_features[g, i] += weight * by_image[row, column, i]
-                by_alpha = before * worth - behind[row, column] / (1.0 - alpha)
-                light[row, column] = before
-                behind[row, column] += weight * worth
-                if raw >= MOST_ALPHA:
+                    value += features[g, i] * grad_image[row, column, i]
+                    grad_features[g, i] += weight * grad_image[row, column, i]
+                grad_splat_alpha = before * value - behind[row, column] / (1.0 - alpha)
+                transmittance[row, column] = before
+                behind[row, column] += weight * value
+                if raw >= MAX_ALPHA:
                     continue
-                by_sigma = -alpha * by_alpha
-                by_opacity -= by_sigma / opacities[g]
-                by_x -= by_sigma * (a * dx + b * dy)
-                by_y -= by_sigma * (b * dx + c * dy)
-                by_a += by_sigma * 0.5 * dx * dx
-                by_b += by_sigma * dx * dy
-                by_c += by_sigma * 0.5 * dy * dy
-        by_centers[g, 0], by_centers[g, 1], by_opacities[g] = by_x, by_y, by_opacity
-        by_conics[g, 0], by_conics[g, 1], by_conics[g, 2] = by_a, by_b, by_c
-    return by_centers, by_conics, by_opacities, by_features
+                grad_sigma = -alpha * grad_splat_alpha
+                grad_opacity -= grad_sigma / opacities[g]
+                grad_x -= grad_sigma * (a * dx + b * dy)
+                grad_y -= grad_sigma * (b * dx + c * dy)
+                grad_a += grad_sigma * 0.5 * dx * dx
+                grad_b += grad_sigma * dx * dy
+                grad_c += grad_sigma * 0.5 * dy * dy
+        grad_centers[g, 0], grad_centers[g, 1], grad_opacities[g] = grad_x, grad_y, grad_opacity
+        grad_conics[g, 0], grad_conics[g, 1], grad_conics[g, 2] = grad_a, grad_b, grad_c
+    return grad_centers, grad_conics, grad_opacities, grad_features

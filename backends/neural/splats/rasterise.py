@@ -1,6 +1,6 @@
-"""Pictures of splats, differentiable in their means, covariances, opacities and colours.
+"""Rasterisation of splats, differentiable in means, covariances, opacities and colours.
 
-gsplat draws on CUDA where it is installed, numba on the CPU where that is; plain torch draws everywhere.
+Uses gsplat on CUDA and numba on the CPU if installed, and plain torch otherwise.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from scenelang.backends.base import need
+from scenelang.backends.base import require
 from scenelang.backends.neural.splats import rasterise_numba, rasterise_torch
 from scenelang.backends.neural.splats.gaussians import EPS2D, FAR, NEAR, project
 from scenelang.backends.neural.splats.rasterise_numba import Engine, composite
@@ -23,23 +23,33 @@ if TYPE_CHECKING:
     from scenelang.backends.neural.splats.gaussians import Splats, View
 
 
-_MOST_WEIGHTS = 1 << 28
-_LEAST_HIDDEN = 1e-10  # below it a pixel has no depth
+_MAX_WEIGHTS = 1 << 28
+_MIN_ALPHA = 1e-10  # of pixels with a depth
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Members:
-    """Which of ``count`` entities each of N Gaussians belongs to: ``number`` (N,) from 0, whole."""
+class EntityLabels:
+    """Entity of each of N Gaussians: ``index`` (N,), an integer from 0 to ``count`` - 1."""
 
-    number: Tensor
+    index: Tensor
     count: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drawn:
-    """A picture of splats over nothing: ``color`` (H, W, 3), linear and multiplied with ``alpha`` (H, W), the share of
-    each pixel that is hidden; ``depth`` (H, W) along the view, the mean of what is seen, 0 where that is nothing;
-    ``weights`` (H, W, E), how much of each pixel shows each entity, where these were given."""
+class RasterisedImage:
+    """Image of splats on a transparent background.
+
+    Attributes
+    ----------
+    color
+        (H, W, 3), linear, premultiplied by alpha.
+    alpha
+        (H, W).
+    depth
+        (H, W), mean depth of the visible splats, 0 where there are none.
+    weights
+        (H, W, E), contribution of each entity, or None without labels.
+    """
 
     color: Tensor
     alpha: Tensor
@@ -47,62 +57,66 @@ class Drawn:
     weights: Tensor | None = None
 
 
-def rasterise(splats: Splats, view: View, antialiased: bool = False, members: Members | None = None) -> Drawn:
-    """Draw ``splats`` as ``view`` sees them; with ``members`` also who is seen where.
+def rasterise(
+    splats: Splats, view: View, antialiased: bool = False, labels: EntityLabels | None = None
+) -> RasterisedImage:
+    """Render splats, and with ``labels`` the contribution of each entity.
 
-    ``antialiased`` thins out what is narrower than a pixel instead of widening it. Raises LimitError for more pixels
-    times entities than fit.
+    ``antialiased`` reduces the opacity of splats that are thinner than a pixel. Raises LimitError if there are too many
+    pixels and entities.
     """
-    features = _features(splats, view, members)
+    features = _features(splats, view, labels)
     device = splats.means.device
     if device.type == "cuda" and find_spec("gsplat") is not None:
         image, depth, alpha = composite_on_cuda(splats, features, view, antialiased)
-        return _drawn(image, depth, alpha)
-    return rasterise_by(engine_for(device), splats, view, antialiased, members)
+        return _rasterised_image(image, depth, alpha)
+    return rasterise_by(engine_for(device), splats, view, antialiased, labels)
 
 
 def rasterise_by(
-    engine: Engine, splats: Splats, view: View, antialiased: bool = False, members: Members | None = None
-) -> Drawn:
-    """As ``rasterise``, worked out by ``engine``."""
+    engine: Engine, splats: Splats, view: View, antialiased: bool = False, labels: EntityLabels | None = None
+) -> RasterisedImage:
+    """Render splats as ``rasterise`` does, with the given engine."""
     import torch
 
-    features = _features(splats, view, members)
-    seen = project(splats, view, antialiased)
-    deep = torch.cat([features[seen.index], seen.depths[:, None]], 1)
-    image, alpha = composite(engine, seen, deep, view)
-    return _drawn(image[:, :, :-1], image[:, :, -1], alpha)
+    features = _features(splats, view, labels)
+    projected = project(splats, view, antialiased)
+    with_depth = torch.cat([features[projected.index], projected.depths[:, None]], 1)
+    image, alpha = composite(engine, projected, with_depth, view)
+    return _rasterised_image(image[:, :, :-1], image[:, :, -1], alpha)
 
 
 def engine_for(device: torch.device) -> Engine:
-    """numba on the CPU where it is installed, else plain torch."""
+    """Return the numba engine on the CPU if numba is installed, else the torch engine."""
     return rasterise_numba if device.type == "cpu" and find_spec("numba") is not None else rasterise_torch
 
 
-def _features(splats: Splats, view: View, members: Members | None) -> Tensor:
-    """What is blended: the colours (N, 3), and after them who each is (N, E)."""
+def _features(splats: Splats, view: View, labels: EntityLabels | None) -> Tensor:
+    """Return the features to composite: colours (N, 3), and one-hot labels (N, E)."""
     import torch
 
-    if members is None:
+    if labels is None:
         return splats.colors
-    total = members.count * max(view.width * view.height, len(splats))
-    if total > _MOST_WEIGHTS:
-        message = f"the weights of {members.count:,} entities would be {total:,} numbers, over {_MOST_WEIGHTS:,}"
-        raise LimitError("size", message, hint="draw a smaller picture, or fewer entities at once")
-    whose = torch.nn.functional.one_hot(members.number, members.count).to(splats.colors)
-    return torch.cat([splats.colors, whose], 1)
+    total = labels.count * max(view.width * view.height, len(splats))
+    if total > _MAX_WEIGHTS:
+        message = f"the weights of {labels.count:,} entities would be {total:,} numbers, more than {_MAX_WEIGHTS:,}"
+        raise LimitError("size", message, hint="use a smaller image or fewer entities")
+    one_hot = torch.nn.functional.one_hot(labels.index, labels.count).to(splats.colors)
+    return torch.cat([splats.colors, one_hot], 1)
 
 
-def _drawn(image: Tensor, depth: Tensor, alpha: Tensor) -> Drawn:
+def _rasterised_image(image: Tensor, depth: Tensor, alpha: Tensor) -> RasterisedImage:
     weights = image[:, :, 3:] if image.shape[2] > 3 else None
-    return Drawn(image[:, :, :3], alpha, depth / alpha.clamp_min(_LEAST_HIDDEN), weights)
+    return RasterisedImage(image[:, :, :3], alpha, depth / alpha.clamp_min(_MIN_ALPHA), weights)
 
 
 def composite_on_cuda(splats: Splats, features: Tensor, view: View, antialiased: bool) -> tuple[Tensor, Tensor, Tensor]:
-    """With gsplat: the ``features`` (N, C) of ``splats`` as a picture (H, W, C), the sum of their depths (H, W) and the
-    share that is hidden (H, W), in 32 bits. Raises SceneError("backend") without gsplat."""
-    gsplat = need("gsplat", INSTALL)
-    image, hidden, _ = gsplat.rasterization(
+    """Composite the ``features`` (N, C) of splats with gsplat, in float32.
+
+    Returns an image (H, W, C), accumulated depth (H, W) and alpha (H, W). Raises SceneError("backend") without gsplat.
+    """
+    gsplat = require("gsplat", INSTALL)
+    image, alpha, _ = gsplat.rasterization(
         means=splats.means.float(),
         quats=None,
         scales=None,
@@ -121,4 +135,4 @@ def composite_on_cuda(splats: Splats, features: Tensor, view: View, antialiased:
         camera_model="ortho" if view.is_parallel else "pinhole",
         packed=False,
     )
-    return image[0, :, :, :-1], image[0, :, :, -1], hidden[0, :, :, 0]
+    return image[0, :, :, :-1], image[0, :, :, -1], alpha[0, :, :, 0]

@@ -1,4 +1,4 @@
-"""Compositing on the CPU by numba's compiled kernels."""
+"""Compositing on the CPU by kernels compiled with numba; the interface of all engines, and the autograd function."""
 
 from __future__ import annotations
 
@@ -12,57 +12,71 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from scenelang.backends.neural.splats.gaussians import Projected, View
+    from scenelang.backends.neural.splats.gaussians import ProjectedSplats, View
 
 
 Floats = npt.NDArray[Any]
 
 
-def forward(picture: Ellipses) -> tuple[Tensor, Tensor, tuple[Tensor, ...]]:
-    """The features (H, W, C), the share that is hidden (H, W), and what ``backward`` needs of it."""
+def forward(ellipses: Ellipses) -> tuple[Tensor, Tensor, tuple[Tensor, ...]]:
+    """Return the features (H, W, C), alpha (H, W), and the tensors required by ``backward``."""
     import torch
 
     from scenelang.backends.neural.splats import kernels
 
-    columns = _arrays(picture)
-    box = kernels.boxes(columns[0], picture.radii.numpy(), picture.width, picture.height)
-    image = np.zeros((picture.height, picture.width, columns[3].shape[1]), columns[3].dtype)
-    light = np.ones((picture.height, picture.width), columns[3].dtype)
-    done = kernels.forward(*columns, box, image, light)
-    behind = torch.from_numpy(light)
-    return torch.from_numpy(image), 1.0 - behind, (behind, torch.from_numpy(done), torch.from_numpy(box))
+    columns = _arrays(ellipses)
+    box = kernels.boxes(columns[0], ellipses.radii.numpy(), ellipses.width, ellipses.height)
+    image = np.zeros((ellipses.height, ellipses.width, columns[3].shape[1]), columns[3].dtype)
+    light = np.ones((ellipses.height, ellipses.width), columns[3].dtype)
+    finished_at = kernels.forward(*columns, box, image, light)
+    transmittance = torch.from_numpy(light)
+    saved = transmittance, torch.from_numpy(finished_at), torch.from_numpy(box)
+    return torch.from_numpy(image), 1.0 - transmittance, saved
 
 
 def backward(
-    picture: Ellipses, kept: tuple[Tensor, ...], by_image: Tensor, by_hidden: Tensor
+    ellipses: Ellipses, saved: tuple[Tensor, ...], grad_image: Tensor, grad_alpha: Tensor
 ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-    """The derivatives by centres, conics, opacities and features, from those by what ``forward`` gave."""
+    """Return the gradients by centers, conics, opacities and features."""
     import torch
 
     from scenelang.backends.neural.splats import kernels
 
-    columns = _arrays(picture)
-    light, done, box = (one.numpy() for one in kept)
-    found = kernels.backward(*columns, box, light, done, by_image.numpy(), by_hidden.numpy())
-    centers, conics, opacities, features = (torch.from_numpy(one) for one in found)
+    columns = _arrays(ellipses)
+    transmittance, finished_at, box = (each.numpy() for each in saved)
+    found = kernels.backward(*columns, box, transmittance, finished_at, grad_image.numpy(), grad_alpha.numpy())
+    centers, conics, opacities, features = (torch.from_numpy(each) for each in found)
     return centers, conics, opacities, features
 
 
-def _arrays(picture: Ellipses) -> tuple[Floats, Floats, Floats, Floats]:
-    return picture.centers.numpy(), picture.conics.numpy(), picture.opacities.numpy(), picture.features.numpy()
+def _arrays(ellipses: Ellipses) -> tuple[Floats, Floats, Floats, Floats]:
+    return ellipses.centers.numpy(), ellipses.conics.numpy(), ellipses.opacities.numpy(), ellipses.features.numpy()
 
 
-# Blending projected splats over each other, with derivatives: what every way of working it out has in common.
+# Alpha compositing of projected splats, common to all engines (3D Gaussian Splatting, section 4, as in gsplat).
 #
-# A pixel at ``d`` from the centre of a splat gets ``alpha = min(0.999, opacity exp(-d' conic d / 2))`` of it, nothing
-# below 1/255. Nearest first, each adds ``alpha`` times the light that those before it let through; a pixel is done
-# before the splat that would leave it less than 1e-4.
+# The alpha of a splat at offset ``d`` from its centre is ``min(0.999, opacity exp(-d' conic d / 2))``, or 0 below
+# 1/255. From near to far, each splat adds its features times alpha times the transmittance of those before it; a pixel
+# is finished before a splat that would reduce the transmittance below 1e-4.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ellipses:
-    """M splats nearest first, as ``projection.Projected`` has them: ``centers`` (M, 2), ``conics`` (M, 3),
-    ``opacities`` (M,), ``radii`` (M, 2); with ``features`` (M, C), to be blended into ``width`` x ``height`` pixels."""
+    """M projected splats, sorted from near to far, with the features to composite.
+
+    Attributes
+    ----------
+    centers, radii
+        (M, 2), as in ``ProjectedSplats``.
+    conics
+        (M, 3), as in ``ProjectedSplats``.
+    opacities
+        (M,).
+    features
+        (M, C).
+    width, height
+        Size of the image in pixels.
+    """
 
     centers: Tensor
     conics: Tensor
@@ -74,22 +88,22 @@ class Ellipses:
 
 
 class Engine(Protocol):
-    """A way of blending: a module with these functions."""
+    """Implementation of compositing: a module with these functions."""
 
-    def forward(self, picture: Ellipses) -> tuple[Tensor, Tensor, tuple[Tensor, ...]]:
-        """The features (H, W, C), the share that is hidden (H, W), and what ``backward`` needs of it."""
+    def forward(self, ellipses: Ellipses) -> tuple[Tensor, Tensor, tuple[Tensor, ...]]:
+        """Return the features (H, W, C), alpha (H, W), and the tensors required by ``backward``."""
 
     def backward(
-        self, picture: Ellipses, kept: tuple[Tensor, ...], by_image: Tensor, by_hidden: Tensor
+        self, ellipses: Ellipses, saved: tuple[Tensor, ...], grad_image: Tensor, grad_alpha: Tensor
     ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """The derivatives by centres, conics, opacities and features, from those by what ``forward`` gave."""
+        """Return the gradients by centers, conics, opacities and features."""
 
 
-def composite(engine: Engine, seen: Projected, features: Tensor, view: View) -> tuple[Tensor, Tensor]:
-    """The ``features`` (M, C) of what is ``seen`` as a picture (H, W, C), and the share that is hidden (H, W)."""
-    columns = (seen.centers, seen.conics, seen.opacities, features, seen.radii)
-    image, hidden = _function().apply(engine, (view.width, view.height), *columns)
-    return image, hidden
+def composite(engine: Engine, projected: ProjectedSplats, features: Tensor, view: View) -> tuple[Tensor, Tensor]:
+    """Composite the ``features`` (M, C) of projected splats: returns an image (H, W, C) and alpha (H, W)."""
+    columns = (projected.centers, projected.conics, projected.opacities, features, projected.radii)
+    image, alpha = _autograd_function().apply(engine, (view.width, view.height), *columns)
+    return image, alpha
 
 
 def _ellipses(columns: tuple[Tensor, ...], size: tuple[int, int]) -> Ellipses:
@@ -98,25 +112,25 @@ def _ellipses(columns: tuple[Tensor, ...], size: tuple[int, int]) -> Ellipses:
 
 
 @cache
-def _function() -> Any:
-    """The operation for torch's derivatives; made here because torch is imported late."""
+def _autograd_function() -> Any:
+    """Define the autograd function; in a function, since torch is imported lazily."""
     import torch
 
     class Composite(torch.autograd.Function):
         @staticmethod
         def forward(ctx: Any, engine: Engine, size: tuple[int, int], *columns: Tensor) -> tuple[Tensor, Tensor]:
             columns = tuple(column.detach().contiguous() for column in columns)
-            image, hidden, kept = engine.forward(_ellipses(columns, size))
+            image, alpha, saved = engine.forward(_ellipses(columns, size))
             ctx.engine, ctx.size = engine, size
-            ctx.save_for_backward(*columns, *kept)
-            return image, hidden
+            ctx.save_for_backward(*columns, *saved)
+            return image, alpha
 
         @staticmethod
         @torch.autograd.function.once_differentiable
-        def backward(ctx: Any, by_image: Tensor, by_hidden: Tensor) -> tuple[Tensor | None, ...]:
-            columns, kept = ctx.saved_tensors[:5], ctx.saved_tensors[5:]
-            picture = _ellipses(columns, ctx.size)
-            found = ctx.engine.backward(picture, kept, by_image.contiguous(), by_hidden.contiguous())
+        def backward(ctx: Any, grad_image: Tensor, grad_alpha: Tensor) -> tuple[Tensor | None, ...]:
+            columns, saved = ctx.saved_tensors[:5], ctx.saved_tensors[5:]
+            ellipses = _ellipses(columns, ctx.size)
+            found = ctx.engine.backward(ellipses, saved, grad_image.contiguous(), grad_alpha.contiguous())
             return (None, None, *found, None)
 
     return Composite

@@ -1,6 +1,6 @@
-"""One primitive's embedding as a text: from the table of colours, or from a describer such as a language model.
+"""Descriptions of primitives' embeddings as text: from a table of colour names, or from a language model.
 
-What the program says comes first. What has no words, in no attribute either, is "typical".
+Texts of the program come first. A primitive without any text or describable attribute is "typical".
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.primitives import Box, Point, attributes_read, is_word, items_of
 from scenelang.stdlib.colors import named_colors
 
-# The names that people have for colours: words a person would say, with what they mean on a screen (sRGB).
+# Common names of colours, with their sRGB values.
 
 
-# One family a paragraph; `name:digits`, several digits where a name covers more than one point. Neutral light tones
-# that are not quite white are ivory, as in the paper (section 5): [.9 .9 .9] is.
+# One family per paragraph; entries are `name:hex`, with several values for a name that covers more than one point.
+# Neutral off-white tones are ivory, as in the paper (section 5), where [.9 .9 .9] is "ivory".
 _NAMES = """
 white:ffffff, ivory:fffff0:f4f4f4:f6f3ea:efefed, cream:fff6d0, eggshell:f0ead6, pearl:eae6df, bone:e3dac9,
 light grey:d6d6d6:c9c9c9:bcbcbc, silver:c0c0c0, grey:a8a8a8:9a9a9a:919191:8a8a8a:808080, stone grey:8d897c,
@@ -90,21 +90,21 @@ dark violet:9400d3"""
 
 @cache
 def color_names() -> tuple[tuple[str, str], ...]:
-    """Every name with the hexadecimal digits of one of its points, in the order of the table."""
+    """Return every name with one of its sRGB values in hexadecimal, in the order of the table."""
     rows = (entry.strip().split(":") for entry in _NAMES.split(","))
     return tuple((name, digits) for name, *points in rows for digits in points)
 
 
-# From a colour to the word for it: the nearest of the named ones, as people see it.
+# Colour naming: the perceptually nearest named colour.
 #
-# Scenes hold linear light, and pictures show it encoded: the word is for what a person sees in them, so [.5 .5 .5] is
-# a light grey (docs/decisions.md). Distances are those of Oklab, in which equal steps look equally large.
+# Colours of scenes are linear, those of images are encoded; the name is for the encoded colour, so [.5 .5 .5] is a
+# light grey (docs/decisions.md). Distances are Euclidean in Oklab, which is approximately perceptually uniform.
 
 
 FloatArray = npt.NDArray[np.float64]
 
-_CHUNK = 4096  # colours compared at once, so that memory stays small
-# Oklab (Ottosson 2020): linear sRGB to the responses of the cones, their cube roots to lightness and two opponents.
+_CHUNK = 4096  # colours compared at once, to bound memory
+# Oklab (Ottosson 2020): linear sRGB to cone responses, and their cube roots to lightness and two opponent axes.
 _CONES = np.array([
     [0.4122214708, 0.5363325363, 0.0514459929],
     [0.2119034982, 0.6806995451, 0.1073969566],
@@ -118,14 +118,14 @@ _OPPONENTS = np.array([
 
 
 def oklab(linear: npt.ArrayLike) -> FloatArray:
-    """Linear sRGB (..., 3) as lightness and two opponent axes (..., 3)."""
+    """Convert linear sRGB (..., 3) to Oklab (..., 3): lightness and two opponent axes."""
     cones = np.asarray(linear, np.float64) @ _CONES.T
     return np.asarray(np.cbrt(cones) @ _OPPONENTS.T, np.float64)
 
 
 @cache
 def named_points() -> tuple[tuple[str, ...], FloatArray]:
-    """K names and their points in Oklab (K, 3)."""
+    """Return K colour names and their Oklab coordinates (K, 3)."""
     rows = color_names()
     encoded = np.array([[int(digits[at : at + 2], 16) for at in (0, 2, 4)] for _, digits in rows]) / 255.0
     points = oklab(from_srgb(encoded))
@@ -134,43 +134,43 @@ def named_points() -> tuple[tuple[str, ...], FloatArray]:
 
 
 def color_words(colors: Sequence[Any] | FloatArray) -> list[str]:
-    """The words for N colours (N, 3), linear sRGB; what lies outside 0 to 1 is clipped."""
+    """Return the names of N colours (N, 3) in linear sRGB, clipped to [0, 1]."""
     names, points = named_points()
     seen = oklab(np.clip(np.asarray(colors, np.float64).reshape(-1, 3), 0.0, 1.0))
     found: list[str] = []
     for start in range(0, len(seen), _CHUNK):
-        steps = seen[start : start + _CHUNK, None, :] - points
-        found += [names[i] for i in np.einsum("nkc,nkc->nk", steps, steps).argmin(axis=1).tolist()]
+        differences = seen[start : start + _CHUNK, None, :] - points
+        found += [names[i] for i in np.einsum("nkc,nkc->nk", differences, differences).argmin(axis=1).tolist()]
     return found
 
 
-def names_color(text: str) -> bool:
-    """Whether a text says what colour something has: a name of the table or of CSS is in it."""
-    return _anywhere().search(text.lower()) is not None
+def mentions_color(text: str) -> bool:
+    """Return whether a text contains a colour name of the table or of CSS."""
+    return _color_pattern().search(text.lower()) is not None
 
 
 @cache
-def _anywhere() -> re.Pattern[str]:
+def _color_pattern() -> re.Pattern[str]:
     names = {name for name, _ in color_names()} | set(named_colors()) | {"gray", "golden", "colourful", "colorful"}
     return re.compile(rf"\b(?:{'|'.join(map(re.escape, sorted(names, key=len, reverse=True)))})(?:d?ish)?\b")
 
 
-# Words of programs, kinds of blocks and values of attributes as a person would write them.
+# Words of programs, block names and attribute values as English text.
 
 
-MAX_PART = 80  # characters of one part of a text that comes from an attribute
-_LARGEST = 1e15  # what is beyond is no number that a person would read
+MAX_PART = 80  # characters of the part of a text from one attribute
+_MAX_NUMBER = 1e15  # larger numbers are omitted, since they would not be readable
 
 _NAMESPACED = re.compile(r"[a-z_]+:[a-z0-9_]+(\[.*)?\Z")
 
 
 def has_meaning(word: str) -> bool:
-    """Whether a word says what a thing is: `"pawn"` does, `"cube"` only says what it is made of."""
+    """Return whether a word has a meaning beyond geometry: `"pawn"` does, the primitive `"cube"` does not."""
     return not is_word(word)
 
 
-def thing(entity: Entity) -> str:
-    """What an entity is, in words: `"piece_body"` is a piece body, a mesh file with no other word has its own name."""
+def noun_of(entity: Entity) -> str:
+    """Return the noun of an entity: `"piece_body"` becomes "piece body", a mesh without another word its file name."""
     shape = entity.shape
     own = None if shape is None else shape.display_name(entity.word)
     if own is not None:
@@ -179,124 +179,130 @@ def thing(entity: Entity) -> str:
 
 
 def spaced(name: str) -> str:
-    """A name with spaces for its marks, `"oak_planks"` as `"oak planks"`; may be empty."""
+    """Replace the separators of a name by spaces: `"oak_planks"` becomes "oak planks"; may be empty."""
     return " ".join(re.sub(r"[^\w'’]|_", " ", name).split())[:MAX_PART].strip()
 
 
-def block(kind: str) -> str:
-    """What blocks are made of: `"minecraft:oak_planks"` is oak planks. States in brackets are left out."""
+def block_name(kind: str) -> str:
+    """Return the name of a block without namespace and state: `"minecraft:oak_planks"` becomes "oak planks"."""
     return spaced(kind.partition("[")[0].rpartition(":")[2])
 
 
-def said(value: Any) -> str | None:
-    """A string or symbol as it is, on one line, a name such as `minecraft:stone` as blocks have it; None for any other
-    value, and for one that says nothing: a single letter is an axis or a label."""
+def text_of(value: Any) -> str | None:
+    """Return a string or symbol on one line, or the block name for one such as `minecraft:stone`.
+
+    None for any other value, and for a single character, which is an axis or a label.
+    """
     if not isinstance(value, (str, Symbol, Keyword)):
         return None
     text = " ".join(str(value).split())
-    text = block(text) if _NAMESPACED.match(text) else text[:MAX_PART].strip()
+    text = block_name(text) if _NAMESPACED.match(text) else text[:MAX_PART].strip()
     return text if len(text) > 1 else None
 
 
-def measured(name: str, value: Any) -> str | None:
-    """A number under its name, `"window count 4"`; True is the name alone, None is no number that can be read."""
+def number_text(name: str, value: Any) -> str | None:
+    """Format a numeric attribute: `"window count 4"`; only the name for True, None for any other value."""
     if value is True:
         return spaced(name) or None
-    if type(value) in (int, float) and abs(value) < _LARGEST:
+    if type(value) in (int, float) and abs(value) < _MAX_NUMBER:
         return f"{spaced(name)} {value:.4g}".strip()
     return None
 
 
-# What the attributes of one primitive say, part by part: what is written, colour, surface, proportions, numbers.
+# Parts of the description of one primitive: texts, colour, surface, proportions, numbers. The thresholds are chosen by
+# how renderings look.
 
 
-CLEAR = 3.0  # how many times as long as the others a side is that gets a word
-_POLISHED, _ROUGH = 0.35, 0.7  # roughness that reads as glossy, as matte
-_SEE_THROUGH, _TRANSLUCENT = 0.3, 0.95  # opacity below which it reads so
-_METAL = 0.5
-_MAX_READ = 16  # attributes that become words
+ELONGATION = 3.0  # ratio of sides from which proportions are mentioned
+_GLOSSY, _MATTE = 0.35, 0.7  # maximum and minimum roughness
+_TRANSPARENT, _TRANSLUCENT = 0.3, 0.95  # maximum opacity
+_METALLIC = 0.5  # minimum metallic value
+_MAX_ATTRIBUTES = 16  # per entity
 
 
-def written(entity: Entity) -> Iterator[str]:
-    """The strings among an entity's attributes, and the kind of its blocks."""
-    for name, value in _unread(entity):
-        text = said(value)
+def attribute_texts(entity: Entity) -> Iterator[str]:
+    """Yield the strings among an entity's attributes, and the name of its block."""
+    for name, value in _semantic_attributes(entity):
+        text = text_of(value)
         if text is not None:
             yield text
-        elif name.endswith(("color", "colour")) and (point := _point(value)) is not None:
-            yield f"{color_words([point])[0]} {spaced(name.rpartition('-')[0])}".strip()
+        elif name.endswith(("color", "colour")) and (color := _color(value)) is not None:
+            yield f"{color_words([color])[0]} {spaced(name.rpartition('-')[0])}".strip()
     kind = entity.embedding.attributes.get("block-type")
-    if entity.is_block and "block-type" in attributes_read(entity.word) and isinstance(kind, str) and block(kind):
-        yield block(kind)
+    if entity.is_block and "block-type" in attributes_read(entity.word) and isinstance(kind, str) and block_name(kind):
+        yield block_name(kind)
 
 
-def numbers(entity: Entity) -> Iterator[str]:
-    """The numbers among the attributes that no geometry reads: `"height 3"`."""
-    for name, value in _unread(entity):
-        text = measured(name, value)
+def attribute_numbers(entity: Entity) -> Iterator[str]:
+    """Yield the numeric attributes that the geometry does not use: `"height 3"`."""
+    for name, value in _semantic_attributes(entity):
+        text = number_text(name, value)
         if text is not None:
             yield text
 
 
-def seen_color(entity: Entity, look: Look) -> tuple[Point, bool] | None:
-    """The colour that a primitive shows, linear sRGB, and whether the program names it. None where backends only
-    choose one to tell things apart: the tint of a semantic primitive, a block or a mesh file."""
+def visible_color(entity: Entity, look: Look) -> tuple[Point, bool] | None:
+    """Return the colour of a primitive in linear sRGB, and whether the program specifies it.
+
+    None if backends choose an arbitrary colour: for a semantic primitive, a block or a mesh file.
+    """
     if any(look.emission):
-        most = max(1.0, *look.emission)
-        red, green, blue = (channel / most for channel in look.emission)
+        scale = max(1.0, *look.emission)
+        red, green, blue = (channel / scale for channel in look.emission)
         return (red, green, blue), True
     given = entity.embedding.attributes.get("color") is not None
-    if entity.shape is None or not (given or entity.shape.is_solid):  # which are white where they name no colour
+    if entity.shape is None or not (given or entity.shape.is_solid):  # solids without a colour are white
         return None
     return look.color, given
 
 
-def surface(look: Look) -> Iterator[str]:
-    """How a surface looks besides its colour."""
+def surface_words(look: Look) -> Iterator[str]:
+    """Yield adjectives for the surface's material, without its colour."""
     if any(look.emission):
         yield "glowing"
     if look.opacity < _TRANSLUCENT:
-        yield "transparent" if look.opacity < _SEE_THROUGH or look.ior is not None else "translucent"
-    if look.metallic >= _METAL:
+        yield "transparent" if look.opacity < _TRANSPARENT or look.ior is not None else "translucent"
+    if look.metallic >= _METALLIC:
         yield "metallic"
     if look.roughness is None:
         if look.ior is not None:
             yield "glossy"
-    elif look.roughness <= _POLISHED:
+    elif look.roughness <= _GLOSSY:
         yield "glossy"
-    elif look.roughness >= _ROUGH:
+    elif look.roughness >= _MATTE:
         yield "matte"
 
 
-def proportions(box: Box | None) -> str | None:
-    """A word for a box (y is up) one of whose sides clearly differs from both others; None for all else."""
+def proportion_word(box: Box | None) -> str | None:
+    """Return an adjective for a box (y is up) if one side clearly differs from both others, else None."""
     if box is None:
         return None
     x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
     low, middle, high = sorted((x, y, z))
     if high <= 0.0:
         return None
-    if high > CLEAR * middle:
+    if high > ELONGATION * middle:
         return "tall" if y == high else "long"
-    if middle > CLEAR * low:
+    if middle > ELONGATION * low:
         return "flat" if y == low else "thin"
     return None
 
 
-def _unread(entity: Entity) -> list[tuple[str, object]]:
-    """The attributes that no geometric backend reads, so that only words can tell of them."""
-    read = {*attributes_read(entity.word), *MATERIALS}
-    return [(name, value) for name, value in entity.embedding.attributes.items() if name not in read][:_MAX_READ]
+def _semantic_attributes(entity: Entity) -> list[tuple[str, object]]:
+    """Return the attributes that no geometric backend reads, which therefore only text can express."""
+    geometric = {*attributes_read(entity.word), *MATERIALS}
+    attributes = [(name, value) for name, value in entity.embedding.attributes.items() if name not in geometric]
+    return attributes[:_MAX_ATTRIBUTES]
 
 
-def _point(value: object) -> Sequence[float] | None:
+def _color(value: object) -> Sequence[float] | None:
     items = items_of(value)
     if items is None or len(items) != 3 or not all(type(item) in (int, float) and 0 <= item <= 1 for item in items):
         return None
     return items
 
 
-MAX_TEXT = 300  # characters of a text made here; a program's own text is kept whole
+MAX_TEXT = 300  # characters of a generated text; texts of the program are not truncated
 MAX_ANSWER = 120
 MAX_QUESTIONS = 256
 UNDESCRIBED = "typical"
@@ -304,8 +310,19 @@ UNDESCRIBED = "typical"
 
 @dataclass(frozen=True, slots=True)
 class AppearanceQuestion:
-    """What a describer is asked: words for a thing ``word`` with ``attributes`` (plain data, as in JSON), whose colour
-    the table calls ``color`` (None where it has none) and whose text, without an answer, is ``text``."""
+    """Question for a describer about the appearance of an entity.
+
+    Attributes
+    ----------
+    word
+        Noun of the entity.
+    attributes
+        Its attributes as JSON data.
+    color
+        Name of its colour, or None.
+    text
+        Description that is used without an answer.
+    """
 
     word: str
     attributes: Mapping[str, Any]
@@ -318,7 +335,7 @@ Describe = Callable[[Sequence[AppearanceQuestion]], Sequence[str]]
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """A primitive and the entity whose word it takes: itself, or the nearest one around it that says what it is."""
+    """Primitive, and the entity that gives it a noun: itself, or its nearest ancestor with a meaningful word."""
 
     primitive: Entity
     named: Entity
@@ -326,7 +343,7 @@ class Member:
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """``word`` is what the thing is, ``text`` how it looks."""
+    """Noun ``word`` of an entity, and a ``text`` that describes its appearance."""
 
     word: str
     text: str
@@ -334,20 +351,23 @@ class Description:
 
 @dataclass(frozen=True, slots=True)
 class _Facts:
-    """What is known of a member: the program's own texts (of the primitive, and of what it is a part of), what the
-    attributes say in writing, and how it looks."""
+    """Sources of a member's description: the program's texts of the primitive and of the named entity, the texts of
+    their attributes, and the material."""
 
     texts: tuple[str, ...]
-    written: tuple[str, ...]
+    attribute_texts: tuple[str, ...]
     look: Look
 
 
 def describe_all(members: Sequence[Member], describe: Describe | None = None) -> list[Description]:
-    """A description of each member; ``describe`` is asked once for each that reads alike, about those without a text
-    in the program. An answer that is no short line of text is not taken. Raises SceneError("attribute")."""
+    """Describe each member.
+
+    ``describe`` answers one question for each distinct description of members without a text in the program; answers
+    that are not a short line of text are ignored. Raises SceneError("attribute").
+    """
     facts = [_facts(member) for member in members]
-    colors = _colors(members, facts)
-    found = [Description(thing(m.named), _text(m, fact, color)) for m, fact, color in zip(members, facts, colors)]
+    colors = _color_names(members, facts)
+    found = [Description(noun_of(m.named), _text(m, fact, color)) for m, fact, color in zip(members, facts, colors)]
     if describe is None:
         return found
     questions: dict[Description, AppearanceQuestion] = {}
@@ -356,11 +376,11 @@ def describe_all(members: Sequence[Member], describe: Describe | None = None) ->
             attributes = plain_attributes(member.primitive)
             questions[description] = AppearanceQuestion(description.word, attributes, color, description.text)
     answers = describe(tuple(questions.values())) if questions else ()
-    better = {asked: text for asked, answer in zip(questions, answers) if (text := _accepted(answer)) is not None}
+    better = {question: text for question, answer in zip(questions, answers) if (text := _valid(answer)) is not None}
     return [d if fact.texts else Description(d.word, better.get(d, d.text)) for d, fact in zip(found, facts)]
 
 
-def _accepted(answer: object) -> str | None:
+def _valid(answer: object) -> str | None:
     text = answer.strip() if isinstance(answer, str) else ""
     return text if 0 < len(text) <= MAX_ANSWER and text.isprintable() else None
 
@@ -369,47 +389,47 @@ def _facts(member: Member) -> _Facts:
     entities = tuple(dict.fromkeys((member.primitive, member.named)))
     texts = (entity.embedding.text for entity in entities)
     given = dict.fromkeys(text.strip() for text in texts if text is not None and text.strip())
-    says = (text for entity in entities for text in written(entity))
-    return _Facts(tuple(given), tuple(says), look_of(member.primitive))
+    attributes = (text for entity in entities for text in attribute_texts(entity))
+    return _Facts(tuple(given), tuple(attributes), look_of(member.primitive))
 
 
-def _colors(members: Sequence[Member], facts: Sequence[_Facts]) -> list[str | None]:
-    """The colour words; None where there is no colour, or the program's words leave no room for one."""
-    shown = [_shown(member, fact) for member, fact in zip(members, facts)]
+def _color_names(members: Sequence[Member], facts: Sequence[_Facts]) -> list[str | None]:
+    """Return the colour names; None for members whose colour is unknown or already described by a text."""
+    shown = [_described_color(member, fact) for member, fact in zip(members, facts)]
     words = iter(color_words([color for color in shown if color is not None]))
     return [None if color is None else next(words) for color in shown]
 
 
-def _shown(member: Member, facts: _Facts) -> Point | None:
-    seen = seen_color(member.primitive, facts.look)
-    said = (*facts.texts, *facts.written)
-    if seen is None or (said and (not seen[1] or any(map(names_color, said)))):
+def _described_color(member: Member, facts: _Facts) -> Point | None:
+    seen = visible_color(member.primitive, facts.look)
+    texts = (*facts.texts, *facts.attribute_texts)
+    if seen is None or (texts and (not seen[1] or any(map(mentions_color, texts)))):
         return None
     return seen[0]
 
 
 def _text(member: Member, facts: _Facts, color: str | None) -> str:
-    shape = proportions(entity_box(member.named))
+    shape = proportion_word(entity_box(member.named))
     parts = [
-        *facts.written,
+        *facts.attribute_texts,
         *([color] if color else []),
-        *surface(facts.look),
+        *surface_words(facts.look),
         *([shape] if shape else []),
-        *numbers(member.primitive),
+        *attribute_numbers(member.primitive),
     ]
-    return _joined(", ".join(facts.texts), parts) or UNDESCRIBED
+    return _join(", ".join(facts.texts), parts) or UNDESCRIBED
 
 
-def _joined(start: str, parts: Iterable[str]) -> str:
-    """``start`` and what ``parts`` add to it, as far as there is room; nothing is said twice."""
+def _join(start: str, parts: Iterable[str]) -> str:
+    """Append ``parts`` to ``start``, except repetitions and parts that would exceed the maximum length."""
     text = start
     for part in parts:
         longer = f"{text}, {part}" if text else part
-        if not _says(text, part) and len(longer) <= MAX_TEXT:
+        if not _contains(text, part) and len(longer) <= MAX_TEXT:
             text = longer
     return text
 
 
-def _says(text: str, part: str) -> bool:
-    """Whether ``part`` stands in ``text`` as words of its own: "red" is not in "weathered"."""
+def _contains(text: str, part: str) -> bool:
+    """Return whether ``text`` contains ``part`` as whole words: "weathered" does not contain "red"."""
     return re.search(rf"(?<!\w){re.escape(part.lower())}(?!\w)", text.lower()) is not None
