@@ -360,8 +360,17 @@ def near_names(name: str, candidates: Iterable[str]) -> list[str]:
     lowered = {
         candidate.lower(): candidate for candidate in candidates if candidate != name and len(candidate) <= _MAX_NAME
     }
+    anagrams = [lowered[other] for other in lowered if len(other) == len(name) > 2 and _is_swap(other, name.lower())]
+    if anagrams:
+        return anagrams[:2]
     cutoff = 0.72 if len(name) > 3 else 0.8  # in a short name, two matching letters of three are a coincidence
     return [lowered[match] for match in get_close_matches(name.lower(), lowered, n=2, cutoff=cutoff)]
+
+
+def _is_swap(a: str, b: str) -> bool:
+    """Return whether two names differ by two neighbouring letters in the wrong order."""
+    i = next((i for i, (x, y) in enumerate(zip(a, b)) if x != y), None)
+    return i is not None and a[i : i + 2] == b[i : i + 2][::-1] and a[i + 2 :] == b[i + 2 :]
 
 
 def suggest(name: str, candidates: Iterable[str]) -> str | None:

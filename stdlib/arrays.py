@@ -51,7 +51,7 @@ _MAX_DIMENSIONS = 32
 # --- creation --------------------------------------------------------------------------------------------------
 
 
-@registry.define("array", "data::Any", "Array",
+@registry.define("array", "data::ArrayLike", "Array",
                  "Return an array of nested lists of numbers, or of arrays of one shape.",
                  ("(array '((1 2) (3 4)))", "[[1 2] [3 4]]"))  # fmt: skip
 def array(rt: Runtime, data: Any) -> Any:
@@ -61,7 +61,7 @@ def array(rt: Runtime, data: Any) -> Any:
     return from_numpy(result)
 
 
-@registry.define("vector", "numbers::Any ...", "Vector",
+@registry.define("vector", "numbers::ArrayLike ...", "Vector",
                  "Return the vector of the arguments; of one list, the vector of its items. The same as brackets.",
                  ("(list (vector 1 2 3) (vector '(1 2.5)))", "([1 2 3] [1.0 2.5])"))  # fmt: skip
 def vector(rt: Runtime, *numbers: Any) -> Any:
@@ -81,20 +81,20 @@ def _constant_array(rt: Runtime, name: str, sides: tuple[Any, ...], value: float
     return from_numpy(np.full(shape_argument(rt, shape, name), value))
 
 
-@registry.define("zeros", "shape::Any more::Integer ...", "Array",
+@registry.define("zeros", "shape::ArrayLike more::Integer ...", "Array",
                  "Return an array of zeros, as Floats. The shape is a count, several counts, or a list of counts.",
                  ("(list (zeros 2) (zeros '(1 2)))", "([0.0 0.0] [[0.0 0.0]])"))  # fmt: skip
 def zeros(rt: Runtime, *shape: Any) -> Any:
     return _constant_array(rt, "zeros", shape, 0.0)
 
 
-@registry.define("ones", "shape::Any more::Integer ...", "Array", "Return an array of ones, as Floats.",
+@registry.define("ones", "shape::ArrayLike more::Integer ...", "Array", "Return an array of ones, as Floats.",
                  ("(ones 3)", "[1.0 1.0 1.0]"))  # fmt: skip
 def ones(rt: Runtime, *shape: Any) -> Any:
     return _constant_array(rt, "ones", shape, 1.0)
 
 
-@registry.define("full", "shape::Any value::Number", "Array", "Return an array filled with one number.",
+@registry.define("full", "shape::ArrayLike value::Number", "Array", "Return an array filled with one number.",
                  ("(full '(2 2) 7)", "[[7 7] [7 7]]"))  # fmt: skip
 def full(rt: Runtime, shape: Any, value: Any) -> Any:
     return from_numpy(np.full(shape_argument(rt, shape, "full"), to_numpy(rt, value)))
@@ -149,7 +149,8 @@ def array_shape(rt: Runtime, array: Any) -> Any:
     return make_list(shape_of(array))
 
 
-@registry.define("transpose", "array::Any", "Array", "Return the array with its axes reversed: rows become columns.",
+@registry.define("transpose", "array::ArrayLike", "Array",
+                 "Return the array with its axes reversed: rows become columns.",
                  ("(transpose [[1 2 3] [4 5 6]])", "[[1 4] [2 5] [3 6]]"))  # fmt: skip
 def transpose(rt: Runtime, array: Any) -> Any:
     data = to_numpy(rt, array, "transpose")
@@ -157,7 +158,7 @@ def transpose(rt: Runtime, array: Any) -> Any:
     return from_numpy(data.T)
 
 
-@registry.define("reshape", "array::Any shape::Any", "Array",
+@registry.define("reshape", "array::ArrayLike shape::ArrayLike", "Array",
                  "Return the same numbers, in row-major order, in another shape; one side may be -1, to be inferred.",
                  ("(reshape [1 2 3 4 5 6] '(2 -1))", "[[1 2 3] [4 5 6]]"))  # fmt: skip
 def reshape(rt: Runtime, array: Any, shape: Any) -> Any:
@@ -191,7 +192,7 @@ def _operands(rt: Runtime, name: str, arrays: tuple[Any, ...]) -> list[Numpy]:
     return operands
 
 
-@registry.define("stack-arrays", "arrays::Any ... [:axis::Integer]", "Array",
+@registry.define("stack-arrays", "arrays::ArrayLike ... [:axis::Integer]", "Array",
                  "Join arrays of one shape along a new axis (default: the first). One list of arrays is also accepted.",
                  ("(list (stack-arrays [1 2] [3 4]) (stack-arrays (list [1 2] [3 4]) :axis 1))",
                   "([[1 2] [3 4]] [[1 3] [2 4]])"))  # fmt: skip
@@ -199,7 +200,7 @@ def stack(rt: Runtime, *arrays: Any, axis: int = 0) -> Any:
     return _join(rt, "stack-arrays", np.stack, _operands(rt, "stack-arrays", arrays), axis)
 
 
-@registry.define("concatenate", "arrays::Any ... [:axis::Integer]", "Array",
+@registry.define("concatenate", "arrays::ArrayLike ... [:axis::Integer]", "Array",
                  "Join arrays along an existing axis (default: the first). One list of arrays is also accepted.",
                  ("(concatenate [1 2] [3])", "[1 2 3]"))  # fmt: skip
 def concatenate(rt: Runtime, *arrays: Any, axis: int = 0) -> Any:
@@ -283,7 +284,7 @@ def product(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
     return bounded(_fold(rt, xs, "product", multiply, 1))
 
 
-@registry.define("mean", "xs::Any [:axis::Integer]", "Any",
+@registry.define("mean", "xs::ArrayLike [:axis::Integer]", "Any",
                  "Return the mean of the numbers of a list or an array, or along `:axis`.",
                  ("(list (mean '(1 2 6)) (mean [[1 2] [3 4]] :axis 1))", "(3.0 [1.5 3.5])"))  # fmt: skip
 def mean(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
@@ -334,21 +335,21 @@ def max_(rt: Runtime, *values: Any, axis: int | None = None) -> Any:
     return _extreme(rt, "max", values, axis, np.maximum, np.max)
 
 
-@registry.define("argmin", "xs::Any [:axis::Integer]", "Any",
+@registry.define("argmin", "xs::ArrayLike [:axis::Integer]", "Any",
                  "Return the index of the smallest number, or the indices along `:axis`.",
                  ("(argmin '(3 1 2))", "1"))  # fmt: skip
 def argmin(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
     return _reduction(rt, "argmin", xs, axis, np.argmin)
 
 
-@registry.define("argmax", "xs::Any [:axis::Integer]", "Any",
+@registry.define("argmax", "xs::ArrayLike [:axis::Integer]", "Any",
                  "Return the index of the largest number, or the indices along `:axis`.",
                  ("(argmax [3 1 2])", "0"))  # fmt: skip
 def argmax(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
     return _reduction(rt, "argmax", xs, axis, np.argmax)
 
 
-@registry.define("cumsum", "xs::Any [:axis::Integer]", "Array",
+@registry.define("cumsum", "xs::ArrayLike [:axis::Integer]", "Array",
                  "Return the cumulative sums, of all numbers or along `:axis`.",
                  ("(cumsum '(1 2 3))", "[1 3 6]"))  # fmt: skip
 def cumsum(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
@@ -359,7 +360,7 @@ def cumsum(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
 # --- elementwise -----------------------------------------------------------------------------------------------
 
 
-@registry.define("clip", "x::Any low::Any high::Any", "Any",
+@registry.define("clip", "x::ArrayLike low::ArrayLike high::ArrayLike", "Any",
                  "Limit the numbers of an array to the range from `low` to `high`.",
                  ("(clip [-1 5 12] 0 10)", "[0 5 10]"))  # fmt: skip
 def clip(rt: Runtime, x: Any, low: Any, high: Any) -> Any:
@@ -368,7 +369,7 @@ def clip(rt: Runtime, x: Any, low: Any, high: Any) -> Any:
     return from_numpy(np.minimum(np.maximum(arrays[0], arrays[1]), arrays[2]))
 
 
-@registry.define("array-map", "f::Function array::Any more::Any ...", "Array",
+@registry.define("array-map", "f::Function array::ArrayLike more::ArrayLike ...", "Array",
                  "Return the array of the results of `f` for every number of an array, or for the numbers of several "
                  "arrays of one shape (single numbers are broadcast); #t is 1 and #f is 0, so that a predicate makes "
                  "a mask for `where`.",
@@ -391,7 +392,7 @@ def _number(value: Any) -> Any:
     raise wrong_type("array-map", "a function that returns a number or a Boolean", value)
 
 
-@registry.define("interp", "x::Any xs::Any ys::Any", "Any",
+@registry.define("interp", "x::ArrayLike xs::ArrayLike ys::ArrayLike", "Any",
                  "Interpolate linearly at `x` between the points (xs, ys); `xs` must increase. Outside the range the "
                  "first or last value is returned.",
                  ("(interp 1.5 '(1 2 3) '(10 20 40))", "15.0"))  # fmt: skip
@@ -506,7 +507,7 @@ def _numpy_product(rt: Runtime, name: str, multiply: Callable[..., Any], left: N
         raise SceneError("value", message) from None
 
 
-@registry.define("@", "a::Any more::Any ...", "Any",
+@registry.define("@", "a::ArrayLike more::ArrayLike ...", "Any",
                  "Return the matrix product of any number of matrices: the pose `(@ A B)` applies B first. A pose "
                  "transforms a point: `(@ pose [x y z])`.",
                  ("(list (@ (translate [1 0 0]) [5 6 7]) (@ [[1 2] [3 4]] [1 1]))", "([6.0 6.0 7.0] [3 7])"),
@@ -519,7 +520,7 @@ def matmul(rt: Runtime, a: Any, *more: Any) -> Any:
     return a
 
 
-@registry.define("dot", "a::Any b::Any", "Any",
+@registry.define("dot", "a::ArrayLike b::ArrayLike", "Any",
                  "Return the dot product of two vectors, or the product of two matrices.",
                  ("(dot [1 2 3] [4 5 6])", "32"))  # fmt: skip
 def dot(rt: Runtime, a: Any, b: Any) -> Any:
@@ -552,7 +553,8 @@ def _length(numbers: list[float]) -> float:
     return math.sqrt(total) if 1e-300 < total < math.inf else math.hypot(*numbers)
 
 
-@registry.define("norm", "v::Any", "Float", "Return the length of a vector: the square root of the sum of squares.",
+@registry.define("norm", "v::ArrayLike", "Float",
+                 "Return the length of a vector: the square root of the sum of squares.",
                  ("(norm [3 4])", "5.0"))  # fmt: skip
 def norm(rt: Runtime, v: Any) -> float:
     return _length(_flat(rt, "norm", v))
@@ -568,7 +570,7 @@ def normalize(rt: Runtime, v: Vector) -> Any:
     return Vector([x / length for x in v])
 
 
-@registry.define("distance", "a::Any b::Any", "Float", "Return the distance between two points.",
+@registry.define("distance", "a::ArrayLike b::ArrayLike", "Float", "Return the distance between two points.",
                  ("(distance [1 1 0] [4 5 0])", "5.0"))  # fmt: skip
 def distance(rt: Runtime, a: Any, b: Any) -> float:
     left, right = _flat(rt, "distance", a), _flat(rt, "distance", b)
@@ -593,7 +595,7 @@ def _singular(name: str) -> SceneError:
     return SceneError("domain", f"`{name}` expects an invertible matrix, got a singular one")
 
 
-@registry.define("inverse", "matrix::Any", "Array",
+@registry.define("inverse", "matrix::ArrayLike", "Array",
                  "Return the inverse of a square matrix; of a pose, the inverse pose.",
                  ("(@ (inverse (translate [1 2 3])) [1 2 3])", "[0.0 0.0 0.0]"))  # fmt: skip
 def inverse(rt: Runtime, matrix: Any) -> Any:
@@ -607,14 +609,14 @@ def inverse(rt: Runtime, matrix: Any) -> Any:
     return from_numpy(result)
 
 
-@registry.define("determinant", "matrix::Any", "Float",
+@registry.define("determinant", "matrix::ArrayLike", "Float",
                  "Return the determinant: the factor by which a matrix scales volumes, negative for a reflection.",
                  ("(determinant [[2 0] [0 3]])", "6.0"))  # fmt: skip
 def determinant(rt: Runtime, matrix: Any) -> Any:
     return float(np.linalg.det(_square(rt, "determinant", matrix)))
 
 
-@registry.define("solve", "matrix::Any right::Any", "Array",
+@registry.define("solve", "matrix::ArrayLike right::ArrayLike", "Array",
                  "Return the vector x with `(@ matrix x)` equal to `right`.",
                  ("(solve [[2 0] [0 4]] [2 2])", "[1.0 0.5]"))  # fmt: skip
 def solve(rt: Runtime, matrix: Any, right: Any) -> Any:

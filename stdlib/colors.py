@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.diagnostics import SceneError, near_names
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
@@ -67,26 +67,15 @@ def _from_hex(text: str) -> Vector | None:
     return Vector([linear(int(digits[start : start + 2], 16) / 255) for start in (0, 2, 4)])
 
 
-@registry.define(
-    "color",
-    "name::String",
-    "Vector",
-    "Return the colour `#rrggbb`, `#rgb` or with a CSS name, as the linear sRGB that `:color` expects.",
-    ('(list (color "#f00") (color "white"))', "([1.0 0.0 0.0] [1.0 1.0 1.0])"),
-)
-def color(rt: Runtime, name: str) -> Vector:
-    rt.charge(len(name) >> 6)
-    return color_of(name)
-
-
 def color_of(name: str) -> Vector:
     """Return the linear sRGB of a colour given as text; an unknown colour is a SceneError."""
     text = name.strip().lower()
     if not text.startswith("#"):
         digits = named_colors().get(text.replace(" ", ""))
         if digits is None:
-            hint = suggest(text, named_colors()) or 'write a CSS name, "#c08040" or "#c84"'
-            raise SceneError("value", f"unknown colour {show(name, 40)}", hint=hint)
+            near = tuple(near_names(text, named_colors()))
+            hint = f"did you mean {' or '.join(map(show, near))}?" if near else 'write a CSS name, "#c08040" or "#c84"'
+            raise SceneError("value", f"unknown colour {show(name, 40)}", hint=hint, near=near)
         text = "#" + digits
     vector = _from_hex(text)
     if vector is None:
@@ -95,16 +84,35 @@ def color_of(name: str) -> Vector:
 
 
 @registry.define(
+    "color",
+    "name::String",
+    "Vector",
+    "Return the colour `#rrggbb`, `#rgb` or with a CSS name, as the linear sRGB that `:color` expects.",
+    ('(list (color "#f00") (color "white"))', "([1.0 0.0 0.0] [1.0 1.0 1.0])"),
+    check=color_of,
+)
+def color(rt: Runtime, name: str) -> Vector:
+    rt.charge(len(name) >> 6)
+    return color_of(name)
+
+
+def check_components(*components: Any) -> None:
+    """Raise SceneError for a component outside 0 to 255."""
+    for component in components:
+        if not 0 <= component <= 255:
+            raise SceneError("value", f"`rgb` expects components from 0 to 255, got {show(component, 30)}")
+
+
+@registry.define(
     "rgb",
     "red::Number green::Number blue::Number",
     "Vector",
     "Return the colour with sRGB components from 0 to 255, as the linear sRGB that `:color` expects.",
     ("(rgb 255 0 0)", "[1.0 0.0 0.0]"),
+    check=check_components,
 )
 def rgb(rt: Runtime, *components: Any) -> Vector:
-    for component in components:
-        if not 0 <= component <= 255:
-            raise SceneError("value", f"`rgb` expects components from 0 to 255, got {show(component, 30)}")
+    check_components(*components)
     return Vector([linear(component / 255) for component in components])
 
 

@@ -9,13 +9,24 @@ from typing import Any
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.types import Builtin, Registry
-from scenelang.interpreter.runtime.values import NIL, HandleList, MutableList, Nil, Pair, Symbol, Vector, make_list
+from scenelang.interpreter.runtime.values import (
+    NIL,
+    HandleList,
+    Matrix,
+    MutableList,
+    Nil,
+    Pair,
+    Symbol,
+    Vector,
+    make_list,
+)
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib.operands import (
     bad_index,
     blocks,
     empty_sequence,
     identical,
+    improper,
     infinite_error,
     items,
     length,
@@ -208,8 +219,13 @@ def append(rt: Runtime, *lists: Any) -> Any:
             raise wrong_type("append", "lists", xs, "to concatenate strings, write `(string-append a b)`")
     total = 0
     result = lists[-1]
+    if type(result) is Pair and type(result.cdr) is Matrix:
+        raise improper("append", result.cdr)
     if type(result) is Pair:
-        total = length(rt, result, "append")  # a proper list is shared, not copied
+        tail = result  # it is shared, not copied, and may be dotted
+        while type(tail) is Pair:
+            total, tail = total + 1, tail.cdr
+        rt.charge(total >> 4)
     elif type(result) in (MutableList, Vector, Nil):
         members = items(rt, result, "append")
         total, result = len(members), make_list(members)

@@ -207,7 +207,7 @@ def _single(name: str, value: Any) -> Any:
 
 @registry.define(
     "+",
-    "numbers::Any ...",
+    "numbers::Numeric ...",
     "Number",
     "Return the sum of numbers, elementwise for arrays; 0 without arguments.",
     ("(+ 1 2 .5)", "3.5"),
@@ -224,7 +224,7 @@ def plus(rt: Runtime, *numbers: Any) -> Any:
 
 @registry.define(
     "-",
-    "number::Any more::Any ...",
+    "number::Numeric more::Numeric ...",
     "Number",
     "Subtract all others from the first number; negate a single number. Elementwise on arrays.",
     ("(- [5 5] 2)", "[3 3]"),
@@ -240,7 +240,7 @@ def minus(rt: Runtime, number: Any, *more: Any) -> Any:
 
 @registry.define(
     "*",
-    "numbers::Any ...",
+    "numbers::Numeric ...",
     "Number",
     "Return the product of numbers, elementwise for arrays (the matrix product is `@`); 1 without arguments.",
     ("(* 2 [1 2 3])", "[2 4 6]"),
@@ -257,7 +257,7 @@ def times(rt: Runtime, *numbers: Any) -> Any:
 
 @registry.define(
     "/",
-    "number::Any more::Any ...",
+    "number::Numeric more::Numeric ...",
     "Number",
     "Divide the first number by all others, as a Float; return the reciprocal of a single number. Elementwise on "
     "arrays.",
@@ -274,7 +274,7 @@ def over(rt: Runtime, number: Any, *more: Any) -> Any:
 
 @registry.define(
     "//",
-    "number::Any divisor::Any more::Any ...",
+    "number::Numeric divisor::Numeric more::Numeric ...",
     "Number",
     "Divide and round down (floor division); the quotient of Integers is an Integer. Elementwise on arrays.",
     ("(// -7 2)", "-4"),
@@ -289,7 +289,7 @@ def floor_over(rt: Runtime, number: Any, divisor: Any, *more: Any) -> Any:
 
 @registry.define(
     "%",
-    "number::Any divisor::Any",
+    "number::Numeric divisor::Numeric",
     "Number",
     "Return the remainder of `//`, with the sign of the divisor. Elementwise on arrays.",
     ("(% -1 12)", "11"),
@@ -301,7 +301,7 @@ def remainder_floor(rt: Runtime, number: Any, divisor: Any) -> Any:
 
 @registry.define(
     "modulo",
-    "number::Any divisor::Any",
+    "number::Numeric divisor::Numeric",
     "Number",
     "The same as `%`: the remainder with the sign of the divisor.",
     ("(modulo -7 3)", "2"),
@@ -312,7 +312,7 @@ def modulo_scheme(rt: Runtime, number: Any, divisor: Any) -> Any:
 
 @registry.define(
     "expt",
-    "base::Any exponent::Any",
+    "base::Numeric exponent::Numeric",
     "Number",
     "Return `base` to the power `exponent`: an Integer for Integers unless the exponent is negative. Elementwise on "
     "arrays.",
@@ -324,7 +324,7 @@ def expt(rt: Runtime, base: Any, exponent: Any) -> Any:
 
 @registry.define(
     "square",
-    "number::Any",
+    "number::Numeric",
     "Number",
     "Return the number times itself. Elementwise on arrays.",
     ("(square [1 2 3])", "[1 4 9]"),
@@ -358,7 +358,7 @@ def _chain(name: str, holds: Callable[[Any, Any], bool], numbers: tuple[Any, ...
 
 @registry.define(
     "=",
-    "number::Any more::Any ...",
+    "number::Number more::Number ...",
     "Boolean",
     "Return whether all numbers are equal; 1 and 1.0 are.",
     ("(= 1 1.)", "#t"),
@@ -370,7 +370,7 @@ def equals(rt: Runtime, *numbers: Any) -> bool:
 
 @registry.define(
     "<",
-    "number::Any more::Any ...",
+    "number::Number more::Number ...",
     "Boolean",
     "Return whether every number is less than the next.",
     ("(< 1 2 3)", "#t"),
@@ -382,7 +382,7 @@ def less(rt: Runtime, *numbers: Any) -> bool:
 
 @registry.define(
     ">",
-    "number::Any more::Any ...",
+    "number::Number more::Number ...",
     "Boolean",
     "Return whether every number is greater than the next.",
     ("(> 3 2 2)", "#f"),
@@ -394,7 +394,7 @@ def greater(rt: Runtime, *numbers: Any) -> bool:
 
 @registry.define(
     "<=",
-    "number::Any more::Any ...",
+    "number::Number more::Number ...",
     "Boolean",
     "Return whether every number is less than or equal to the next.",
     ("(<= 1 1 2)", "#t"),
@@ -406,7 +406,7 @@ def at_most(rt: Runtime, *numbers: Any) -> bool:
 
 @registry.define(
     ">=",
-    "number::Any more::Any ...",
+    "number::Number more::Number ...",
     "Boolean",
     "Return whether every number is greater than or equal to the next.",
     ("(>= 3 2 2)", "#t"),
@@ -446,7 +446,7 @@ def unary(rt: Runtime, name: str, function: Unary, value: Any) -> Any:
 def _define_unary(name: str, function: Unary, doc: str, example: tuple[str, str]) -> None:
     """Register a function of one number that also works elementwise on arrays."""
 
-    @registry.define(name, "x::Any", "Number", doc + " Elementwise on arrays.", example)
+    @registry.define(name, "x::Numeric", "Number", doc + " Elementwise on arrays.", example)
     def entry(rt: Runtime, x: Any) -> Any:
         return unary(rt, name, function, x)
 
@@ -494,7 +494,7 @@ _define_unary(
 
 @registry.define(
     "exact",
-    "x::Any",
+    "x::Numeric",
     "Integer",
     "Convert a whole number to an Integer; other numbers are an error, as there are no rationals. Elementwise on "
     "arrays.",
@@ -512,7 +512,7 @@ def exact(rt: Runtime, x: Any) -> Any:
 
 @registry.define(
     "round",
-    "x::Any [digits::Integer]",
+    "x::Numeric [digits::Integer]",
     "Number",
     "Round to the nearest Integer, halves to even; with `digits`, to that many decimal places, as Python does. "
     "Elementwise on arrays.",
@@ -534,7 +534,7 @@ def _rounded(number: Any, places: int) -> Any:
 
 @registry.define(
     "log",
-    "x::Any [base::Number]",
+    "x::Numeric [base::Number]",
     "Number",
     "Return the natural logarithm, or the logarithm to `base`. Elementwise on arrays.",
     ("(log 8 2)", "3.0"),
@@ -549,7 +549,7 @@ def log(rt: Runtime, x: Any, base: Any = None) -> Any:
 
 @registry.define(
     "atan",
-    "y::Any [x::Any]",
+    "y::Numeric [x::Numeric]",
     "Number",
     "Return the arc tangent of `y` in radians; with `x`, the angle of the point (x, y) from the x axis, from -pi to "
     "pi.",
@@ -587,7 +587,7 @@ def clamp(rt: Runtime, x: Any, low: Any, high: Any) -> Any:
 
 @registry.define(
     "lerp",
-    "a::Any b::Any t::Number",
+    "a::Numeric b::Numeric t::Number",
     "Number",
     "Interpolate linearly between `a` (at `t` = 0) and `b` (at `t` = 1), numbers or arrays.",
     ("(lerp [0 0 0] [2 4 8] .5)", "[1.0 2.0 4.0]"),
@@ -652,6 +652,21 @@ def floor_both(rt: Runtime, a: Any, b: Any) -> Any:
 )
 def truncate_both(rt: Runtime, a: Any, b: Any) -> Any:
     return make_list((quotient(rt, a, b), remainder(rt, a, b)))
+
+
+@registry.define(
+    "exact-integer-sqrt",
+    "n::Integer",
+    "List",
+    "Return the list of the largest integer whose square is at most `n`, and the difference to `n`.",
+    ("(exact-integer-sqrt 17)", "(4 1)"),
+)
+def exact_integer_sqrt(rt: Runtime, n: int) -> Any:
+    if n < 0:
+        raise SceneError("value", f"`exact-integer-sqrt` expects an Integer that is not negative, got {show(n, 30)}")
+    rt.charge(n.bit_length() >> 4)
+    root = math.isqrt(n)
+    return make_list((root, n - root * root))
 
 
 @registry.define(
@@ -733,7 +748,7 @@ def _number(name: str, x: Any) -> Any:
 
 
 def _define_predicate(name: str, holds: Callable[[Any], bool], doc: str, example: tuple[str, str]) -> None:
-    @registry.define(name, "x::Any", "Boolean", doc, example)
+    @registry.define(name, "x::Number", "Boolean", doc, example)
     def entry(rt: Runtime, x: Any) -> bool:
         return holds(_number(name, x))
 

@@ -188,6 +188,18 @@ def eq(rt: Runtime, a: Any, b: Any) -> bool:
     return identical(a, b)
 
 
+@registry.define(
+    "boolean=?",
+    "a::Boolean b::Boolean more::Boolean ...",
+    "Boolean",
+    "Return whether all are #t, or all are #f.",
+    ("(boolean=? #t #t)", "#t"),
+)
+def boolean_equal(rt: Runtime, *values: bool) -> bool:
+    rt.charge(len(values) >> 8)
+    return all(value is values[0] for value in values)
+
+
 @registry.define("eqv?", "a::Any b::Any", "Boolean", "The same as `eq?`.", ('(eqv? "a" "a")', "#t"))
 def eqv(rt: Runtime, a: Any, b: Any) -> bool:
     return identical(a, b)

@@ -162,7 +162,7 @@ def random(rt: Runtime, *, size: Any = None, stream: Any = None) -> Any:
     return _sample("random", lambda: source.random(shape))
 
 
-@registry.define("uniform", "[low::Any] [high::Any] [:size::Any] [:stream::Stream]", "Number",
+@registry.define("uniform", "[low::ArrayLike] [high::ArrayLike] [:size::Any] [:stream::Stream]", "Number",
                  "Return a uniform random number from `low` (default 0) up to `high` (default 1); with `:size`, an "
                  "array of that shape.",
                  ("(array-shape (uniform -1 1 :size '(2 3)))", "(2 3)"))  # fmt: skip
@@ -180,7 +180,7 @@ def _parameter(rt: Runtime, name: str, value: Any) -> Any:
     return to_numpy(rt, value, name)
 
 
-@registry.define("normal", "[mean::Any] [deviation::Any] [:size::Any] [:stream::Stream]", "Number",
+@registry.define("normal", "[mean::ArrayLike] [deviation::ArrayLike] [:size::Any] [:stream::Stream]", "Number",
                  "Return a number from the normal distribution with `mean` (default 0) and standard `deviation` "
                  "(default 1).",
                  ("(length (normal 0 2 :size 3))", "3"))  # fmt: skip

@@ -158,6 +158,7 @@ _TYPES: dict[str, str] = {
     "Float": "A number.",
     "Number": "A number.",
     "Numeric": "A number or an array of numbers.",
+    "ArrayLike": "A number, an array, or nested lists of numbers.",
     "Boolean": "`#t` or `#f`.",
     "Function": "A procedure, builtin or user-defined.",
     "List": "A list or mutable list; `List[Type]` gives the type of its items.",

@@ -371,7 +371,7 @@ def mutable_list(rt: Runtime, *members: Any) -> Any:
     return rt.mutable_list(list(members))
 
 
-@registry.define("mutable-array", "data::Any", "MutableArray",
+@registry.define("mutable-array", "data::ArrayLike", "MutableArray",
                  "Return a mutable array of an array or nested lists of numbers; `set-ref!` modifies it.",
                  ("(let ((a (mutable-array [1 2 3]))) (set-ref! a 0 9) a)", "(mutable-array [9 2 3])"))  # fmt: skip
 def mutable_array(rt: Runtime, data: Any) -> Any:

@@ -259,6 +259,18 @@ _define_comparison(
 )
 
 
+@registry.define(
+    "string-ci=?",
+    "text::String more::String ...",
+    "Boolean",
+    "Return whether all strings are equal, ignoring case.",
+    ('(string-ci=? "Oak" "oak")', "#t"),
+)
+def string_ci_equal(rt: Runtime, *texts: str) -> bool:
+    rt.charge(len(texts[0]) * len(texts) >> 8)
+    return all(a.casefold() == b.casefold() for a, b in pairwise(texts))
+
+
 # --- format ----------------------------------------------------------------------------------------------------
 
 # Python's format strings (library reference, "Format String Syntax"), without attribute or item access in fields.

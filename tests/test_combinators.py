@@ -267,8 +267,8 @@ def test_scatter_turns_and_functions() -> None:
 @pytest.mark.parametrize(
     ("expression", "name", "words"),
     [
-        ('(ring "a" 3)', "type", "Integer"),
-        (f"(ring {CUBE} 3)", "type", "`count` of `ring`"),
+        ('(ring "a" 3)', "type", "swapped"),
+        (f"(ring {CUBE} 3)", "type", "swapped"),
         ("(ring 3 3)", "parts", "an Integer: 3"),
         (f"(grid {CUBE} :nx -1)", "value", "-1"),
         (f"(grid {CUBE} :spacing [1 2])", "user", "one or three numbers"),

@@ -25,7 +25,7 @@ from scenelang.interpreter.runtime.procedures import (
     type_error,
 )
 from scenelang.interpreter.runtime.show import array_literal, show
-from scenelang.interpreter.runtime.types import BASE_TYPES, Builtin, Mismatch, type_name
+from scenelang.interpreter.runtime.types import Builtin, Mismatch, type_name
 from scenelang.interpreter.runtime.values import (
     ANONYMOUS,
     IDENTITY,
@@ -462,7 +462,8 @@ def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span:
     if keywords or count > 3 or (signature.rest is not None and count > len(parameters)):
         slow = slow_call(rt, builtin, span)
         return lambda f: slow([argument(f) for argument in arguments])
-    checks = tuple([p.type.checker(rt) if p.type is not BASE_TYPES["Any"] else None for p in parameters[:count]])
+    checked = [not builtin.checks_arguments and p.type.is_checked for p in parameters[:count]]
+    checks = tuple([p.type.checker(rt) if is_checked else None for p, is_checked in zip(parameters, checked)])
     return _FIXED[count](rt, builtin, arguments, checks, span)
 
 

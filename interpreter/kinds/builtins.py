@@ -75,7 +75,7 @@ PAIRS = frozenset(("List", "Pair", "Part", "Entity", "Handles", "MutableList"))
 _BY_TYPE: dict[str, Kind] = {
     "Boolean": BOOLEAN, "String": STRING, "Word": STRING, "Symbol": SYMBOL, "Entity": ENTITY, "Matrix": MATRIX,
     "Vector": VECTOR, "Embedding": EMBEDDING, "Table": TABLE, "Set": SET, "Stream": STREAM, "Frames": FRAMES,
-    "MutableList": MUTABLE_LIST, "MutableArray": MUTABLE_ARRAY, "Pair": CONS, "List": LIST, "Array": ARRAYS,
+    "MutableList": MUTABLE_LIST, "MutableArray": MUTABLE_ARRAY, "Pair": CONS, "List": LIST, "Array": NUMERIC,
     "Function": FUNCTION, "List[Tuple[Entity, Matrix]]": PARTS, "List[Embedding]": Kind("List", None, EMBEDDING),
 }  # fmt: skip
 
@@ -310,13 +310,14 @@ _RULES: dict[str, Rule] = {
     **dict.fromkeys(("clamp", "quotient", "remainder"), _constant(NUMBER)),
     **dict.fromkeys(("hypot", "norm", "distance", "determinant"), _constant(NUMBER)),
     **dict.fromkeys(("x-of", "y-of", "z-of"), _coordinate),
-    "normalize": lambda arguments: arguments[0] if arguments[0].tag == "Vector" else VECTOR,
+    "normalize": lambda arguments: VECTOR if arguments[0].items is None else vector_of(len(arguments[0].items)),
     "vector-ref": _constant(NUMBER), "transpose": lambda arguments: ANY if arguments[0].tag != "Matrix" else ARRAYS,
     **dict.fromkeys(("bitwise-and", "bitwise-or", "bitwise-xor", "arithmetic-shift", "gcd", "lcm"), _constant(INTEGER)),
     **dict.fromkeys(("length", "string-length", "vector-length", "count", "ord"), _constant(INTEGER)),
     **dict.fromkeys(("compute-shape-min", "compute-shape-max", "compute-shape-center"), _constant(vector_of(3))),
     "compute-shape-sizes": _constant(vector_of(3)),
     **dict.fromkeys(("color", "rgb", "hsv"), _constant(vector_of(3))),
+    "list->vector": _constant(ARRAYS), "embedding-text": _constant(ANY),
     "cross": _constant(VECTOR), "interp": _constant(ANY), "lerp": _division,
     "list": _listed, "values": _listed, "list*": _listed_then, "cons": _cons, "car": _car, "cdr": _cdr,
     "append": _append, "iota": _iota, "range": _integers, "reverse": _reversed, "list-copy": _same_sequence,

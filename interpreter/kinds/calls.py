@@ -53,12 +53,17 @@ def shown(node: Any, kind: Kind) -> str:
     return describe(kind)
 
 
+_EXPECTED = {
+    "Parts": "an Entity, a pair or a list of these",
+    "Numeric": "a number or an array",
+    "ArrayLike": "a number, an array or a list of numbers",
+}
+
+
 def expected_name(name: str) -> str:
     """Return a type of the registry with its article."""
-    if name == "Parts":
-        return "an Entity, a pair or a list of these"
-    if name == "Numeric":
-        return "a number or an array"
+    if name in _EXPECTED:
+        return _EXPECTED[name]
     return ("an " if name[0] in "AEIOU" else "a ") + name
 
 
@@ -433,6 +438,8 @@ def _check_values(
         return False
     if _CXR.fullmatch(name) and not _check_cxr(inference, node, name, nodes[0], kinds[0]):
         return False
+    if name in ("min", "max") and len(nodes) > 1 and not _check_extremes(inference, node, name, nodes, kinds):
+        return False
     angle = ANGLES.get(name)
     if angle is not None and len(nodes) > angle:
         check_angle(inference, nodes[angle])
@@ -441,7 +448,20 @@ def _check_values(
             builtin.check(*(each.value for each in nodes))
         except SceneError as error:
             inference.report(error.name, error.message, node.span, error.hint, fixes=_near_fixes(error, nodes),
-                             near=error.value or ())  # fmt: skip
+                             near=error.near)  # fmt: skip
+            return False
+    return True
+
+
+def _check_extremes(inference: Inference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Check that several arguments of ``min`` or ``max`` are numbers or arrays; a single one may be any sequence."""
+    for argument, kind in zip(nodes, kinds):
+        if not accepts("Numeric", kind):
+            hint = f"for strings and lists, use `{name}-of`" if kind.tag == "String" else None
+            inference.report(
+                "type", f"`{name}` expects numbers, got {shown(argument, kind)}", node.span, hint,
+                expected="numbers or arrays", found=describe(kind),
+            )  # fmt: skip
             return False
     return True
 
@@ -507,9 +527,10 @@ def _is_zero(node: Any) -> bool:
 
 def _near_fixes(error: SceneError, nodes: Sequence[Any]) -> tuple[Fix, ...]:
     """Return fixes that replace a misspelled string by the names that the error suggests."""
-    if not isinstance(error.value, (list, tuple)) or len(nodes) != 1 or nodes[0].span.expansion is not None:
+    if len(nodes) != 1 or nodes[0].span.expansion is not None:
         return ()
-    return tuple(Fix(f'Change to "{near}"', (Edit(nodes[0].span, f'"{near}"'),)) for near in error.value)
+    safe = len(error.near) == 1
+    return tuple(Fix(f'Change to "{near}"', (Edit(nodes[0].span, f'"{near}"'),), safe) for near in error.near)
 
 
 _DIVISIONS = frozenset(("/", "//", "%", "modulo", "quotient", "remainder", "floor/", "truncate/"))
@@ -525,10 +546,11 @@ def _check_index(inference: Inference, node: Any, name: str, sequence: Any, kind
         return True
     lowest = -length if name == "ref" else 0
     if not lowest <= value < length:
-        last = f"0 to {length - 1}" if length else "none"
+        what = "string" if type(sequence) is ast.Constant and type(sequence.value) is str else kind.tag.lower()
         inference.report(
-            "index", f"index {int(value)} is out of range for {plural(length, 'item')}", node.span,
-            f"indices begin at 0; valid: {last}" if length else None, expected=last, found=str(int(value)),
+            "index", f"index {int(value)} is outside the {what} of length {length}", node.span,
+            f"indices start at 0, so the last one is {length - 1}" if length else None,
+            expected=f"0 to {length - 1}" if length else "no index", found=str(int(value)),
         )  # fmt: skip
         return False
     return True
@@ -811,9 +833,9 @@ def _report_lambda_arity(
     fixes: tuple[Fix, ...] = ()
     extra = nodes[most:]
     first = next((p for p in code.parameters if p.kind == "required"), None)
-    if extra and first is not None and first.name == "things" and most == 1:
+    if extra and first is not None and first.name == "objects" and most == 1:
         span = Span(node.span.source, nodes[0].span.start, nodes[-1].span.end)
-        hint = "the things are given as one list: `(list ...)`"
+        hint = "the objects are given as one list: `(list ...)`"
         fixes = (Fix("Write a list", (Edit(span, f"(list {span.text})"),), safe=True),)
     elif named and extra and len(extra) <= len(free) and all(each.span.expansion is None for each in extra):
         pairs = [f":{name} {each.span.text}" for name, each in zip(free, extra)]

@@ -266,6 +266,9 @@ ACCEPTED: dict[str, frozenset[str]] = {
     "Float": frozenset(("Integer", "Float")),
     "Number": frozenset(("Integer", "Float")),
     "Numeric": frozenset(("Integer", "Float", "Vector", "Matrix", "Array", "MutableArray")),
+    "ArrayLike": frozenset(
+        ("Integer", "Float", "Vector", "Matrix", "Array", "MutableArray", "List", "MutableList", "Pair", "Part")
+    ),
     "Boolean": frozenset(("Boolean",)),
     "Function": frozenset(("Function",)),
     "List": frozenset(("List", "Part", "Pair", "MutableList", "Handles")),

@@ -336,6 +336,8 @@ def _convert_positionals(runtime: Runtime, builtin: Builtin, positional: list[An
     parameters = (*signature.required, *signature.optional)
     if len(positional) < len(signature.required) or (len(positional) > len(parameters) and signature.rest is None):
         raise builtin_arity_error(builtin, len(positional))
+    if builtin.checks_arguments:
+        return
     for index, parameter in enumerate(parameters[: len(positional)]):
         positional[index] = convert(runtime, builtin, parameter, positional[index])
     if signature.rest is not None:

@@ -65,6 +65,11 @@ class Type:
     convert: Callable[[Any], Any]
     walk: Callable[[TypeReader, Any], Any] | None = None
 
+    @property
+    def is_checked(self) -> bool:
+        """Whether the checker does anything; builtins check what the other types stand for themselves."""
+        return self.convert is not _identity or self.walk is not None
+
     def checker(self, reader: TypeReader) -> Callable[[Any], Any]:
         return self.convert if self.walk is None else partial(self.walk, reader)
 
@@ -290,6 +295,7 @@ BASE_TYPES: Mapping[str, Type] = {
         Type("Float", _float),
         Type("Number", _float),
         Type("Numeric", _identity),
+        Type("ArrayLike", _identity),
         Type("Boolean", _boolean),
         Type("Function", _instance(Procedure)),
         Type("List", _list),
@@ -439,7 +445,12 @@ class Builtin(Procedure):
     topic: str
     since: str = "0.1"
     intrinsic: str | None = None
-    check: Callable[..., None] | None = None
+    check: Callable[..., object] | None = None
+
+    @property
+    def checks_arguments(self) -> bool:
+        """Whether the function checks its arguments itself, as the intrinsics do, with more specific messages."""
+        return self.intrinsic is not None
 
     @cached_property
     def signature(self) -> Signature:
@@ -496,7 +507,7 @@ class Registry:
         doc: str,
         example: tuple[str, str] | None = None,
         intrinsic: str | None = None,
-        check: Callable[..., None] | None = None,
+        check: Callable[..., object] | None = None,
     ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
         """Register the decorated function under ``name``."""
 

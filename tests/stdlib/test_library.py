@@ -150,7 +150,7 @@ def test_colors(call: Caller) -> None:
     assert abs(call("rgb", 188, 188, 188)[0] - 0.5) < 0.005
     assert call("hsv", 1 / 3, 1, 1)[1] == 1.0
     assert len(named_colors()) == 148
-    assert "did you mean `ivory`" in call.refuses("value", "color", "ivry")
+    assert 'did you mean "ivory"' in call.refuses("value", "color", "ivry")
     call.refuses("value", "color", "#12345")
     call.refuses("value", "color", "#ggg")
     call.refuses("value", "rgb", 256, 0, 0)
