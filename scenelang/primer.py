@@ -71,7 +71,13 @@ def _names(without: Collection[str]) -> Iterator[str]:
     for topic in _TOPICS:
         title, intro = TOPICS[topic]
         yield f"\n## {title}\n\n{intro}\n" if intro else f"\n## {title}\n"
-        yield from (f"- `{record.signature}`: {record.doc}" for record in _of_topic(topic, without))
+        yield from (f"- `{record.signature}`: {_short(record.doc)}" for record in _of_topic(topic, without))
+
+
+def _short(doc: str) -> str:
+    """Return a description without "Return", which every second one starts with, to save tokens."""
+    text = doc.removeprefix("Return ")
+    return text[0].upper() + text[1:]
 
 
 def _rest(without: Collection[str]) -> Iterator[str]:

@@ -252,7 +252,8 @@ def _python_hint(diagnostic: Diagnostic) -> str | None:
     if diagnostic.name == "out-of-range" and "radians" in diagnostic.message:
         return f"convert degrees: `math.radians({text})`"
     if "wrong order" in hint:
-        return "the arguments are in the wrong order: `transform_shape(shape, pose)`"
+        usage = _python_signature(diagnostic.signature)
+        return "the arguments are in the wrong order" + (f": `{usage}`" if usage else "")
     if diagnostic.name == "parts" and diagnostic.found == "`none`":
         return "every path of the function must return a shape"
     if "(" in hint:

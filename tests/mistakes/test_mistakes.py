@@ -111,3 +111,63 @@ def test_typos(name: str) -> None:
     assert len(missed) <= 0.05 * counts.total(), missed
 
 
+
+
+SEVEN = """(define (leg height::Float) (call "cylinder" :radius .1 :p1 [0 height 0]))
+(bind "top" (lambda ((:width 1)) (call "cube" :scale [width .1 1])))
+(bind "table"
+  (lambda ()
+    (union
+      (call "top" :widht 2)
+      (transform (translate [0 1 0]) (leg 1))
+      (transform (leg "tall") (translate 1 0 0))
+      (call "sphere" :color "red")
+      (for ((i 4)) (leg i))
+      (roate 1 [0 1 0]))))
+"""
+
+
+def test_many_mistakes_in_one_run() -> None:
+    """Each mistake is reported, though the others are not fixed."""
+    found = Session().check(Source("seven.scene", SEVEN)).diagnostics
+    assert [(d.code, d.span.text if d.span else "") for d in found] == [
+        ("E404", ":widht"),
+        ("E602", "(transform (translate [0 1 0]) (leg 1))"),
+        ("E401", '"tall"'),
+        ("E402", "(translate 1 0 0)"),
+        ("E603", '"red"'),
+        ("E601", "(for ((i 4)) (leg i))"),
+        ("E301", "roate"),
+    ]
+
+
+SEVEN_IN_PYTHON = """@register()
+def leg(height: float) -> Shape:
+    return primitive_call('cylinder', shape_kwargs={'radius': 0.1, 'p1': (0, height, 0)}, color='red')
+
+@register()
+def top() -> Shape:
+    return primitive_call('cube', shape_kwargs={'scale': (1, 0.1)})
+
+@register()
+def table() -> Shape:
+    legs = loop(4, lambda i: transform_shape(translation_matrix((i, 0, 0)), library_call('leg', height=1)))
+    a = transform_shape(library_call('leg', hieght=1), translation_matrix(1, 0, 0))
+    b = transform_shape(library_call('top'), rotation_matrix((0, 1, 0), 1))
+    c = primitive_call('sphere', shape_kwargs={'radius': 'big'})
+    return concat_shapes(legs, a, b, c, undefined)
+"""
+
+
+def test_many_mistakes_in_python_in_one_run() -> None:
+    found = [d for d in Session().check(Source("seven.py", SEVEN_IN_PYTHON)).diagnostics if d.is_error]
+    assert [(d.code, d.span.text if d.span else "") for d in found] == [
+        ("E603", "'red'"),
+        ("E603", "(1, 0.1)"),
+        ("E602", "transform_shape(translation_matrix((i, 0, 0)), library_call('leg', height=1))"),
+        ("E805", "hieght=1"),
+        ("E805", "translation_matrix(1, 0, 0)"),
+        ("E401", "rotation_matrix((0, 1, 0), 1)"),
+        ("E603", "'big'"),
+        ("E804", "undefined"),
+    ]
