@@ -1,4 +1,4 @@
-"""What commands import while they work, loaded ahead."""
+"""What commands import while they work, loaded ahead; Mitsuba, which `maps` loads, has threads that copies would lack."""
 
 from __future__ import annotations
 
@@ -23,3 +23,5 @@ def load() -> None:
         for words in (["run"], ["check"], ["count"], ["bounds"], ["flatten"]):
             main([*words, str(program)])
         main(["transpile", str(Path(name) / "a.py")])
+        main(["render", str(program), "-o", str(Path(name) / "a.png"), "--size", "8x8"])
+        main(["export", str(program), "-o", str(Path(name) / "a.glb")])
