@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from models.server import ModelServer, Said, Script, serving
+from models.services import trust_nobody
 from scenelang.cli.main import main
 from scenelang.inference import steps as answer_pictures
 
@@ -89,6 +90,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
         monkeypatch.setenv(f"XDG_{name}_HOME", str(tmp_path / name.lower()))
     monkeypatch.setenv("ANTHROPIC_API_KEY", KEY)
     monkeypatch.setenv("ANTHROPIC_BASE_URL", "http://127.0.0.1:9")
+    trust_nobody(monkeypatch, tmp_path / "config")
     monkeypatch.chdir(tmp_path / "work")
     with ExitStack() as servers:
         running: list[ModelServer] = []

@@ -151,6 +151,7 @@ class Speaking(BaseHTTPRequestHandler):
     """What servers have in common: JSON and streams of events; clients that try again need not wait."""
 
     protocol_version = "HTTP/1.1"
+    disable_nagle_algorithm = True  # which holds small pieces back
 
     def _json(self, data: Any, status: int = 200, headers: Mapping[str, str] = NONE) -> None:
         self._send(status, json.dumps(data).encode(), "application/json", headers)
