@@ -108,6 +108,12 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
 
 
 @pytest.fixture
+def untried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Answers that do no harm are evaluated here without a trial in a copy of this process, which is large."""
+    monkeypatch.setattr(answer_pictures, "trial", lambda work: None)
+
+
+@pytest.fixture
 def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures for the model that are quickly drawn."""
     draw = answer_pictures.picture

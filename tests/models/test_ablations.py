@@ -17,6 +17,8 @@ from scenelang.interpreter.scene.entity import Scene, primitive_count
 from scenelang.scene_changes import Changes, changes_between, sheets_of
 from scenelang.session import Options, Session
 
+pytestmark = pytest.mark.usefixtures("untried")
+
 INSTRUCTION = "move the apple to the left"
 BALL = '{"shape": "sphere", "attributes": {"radius": 2}, "pose": [[1,0,0,0],[0,1,0,2],[0,0,1,0]]}'
 APPLE = ("apple_pos = np.array([0, ", "apple_pos = np.array([-0.8, ")

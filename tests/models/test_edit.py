@@ -16,6 +16,8 @@ from scenelang.inference import generation
 from scenelang.scene_changes import changes_between, sheets_in, sheets_of
 from scenelang.session import Session
 
+pytestmark = pytest.mark.usefixtures("untried")
+
 TOWER = """; a tower
 
 (param floors 3)

@@ -11,6 +11,8 @@ import scenelang as sl
 from models.conftest import WRONG, Place, answers, cubes
 from models.server import Said
 
+pytestmark = pytest.mark.usefixtures("untried")
+
 TOWER = """
 (bind "tower" (lambda () (union-loop 3 (lambda (i) (transform (call "cube") (translate [0 (+ i .5) 0]))))))
 """

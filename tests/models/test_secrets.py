@@ -13,6 +13,8 @@ from PIL import Image
 from models.conftest import KEY, Done, Place, answers, cubes
 from models.server import Said
 
+pytestmark = pytest.mark.usefixtures("untried")
+
 ECHO = cubes(2).replace("a test", f"a test for {KEY}")
 
 
