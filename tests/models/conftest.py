@@ -13,6 +13,7 @@ import pytest
 from models.server import ModelServer, Said, Script, serving
 from models.services import trust_nobody
 from scenelang.cli.main import main
+from scenelang.inference import conductor
 from scenelang.inference import steps as answer_pictures
 
 KEY = "sk-ant-planted-0123456789-KEY"
@@ -91,6 +92,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
     monkeypatch.setenv("ANTHROPIC_API_KEY", KEY)
     monkeypatch.setenv("ANTHROPIC_BASE_URL", "http://127.0.0.1:9")
     trust_nobody(monkeypatch, tmp_path / "config")
+    monkeypatch.setattr(conductor, "_FIRST_WAIT", 0.02)  # for a batch
     monkeypatch.chdir(tmp_path / "work")
     with ExitStack() as servers:
         running: list[ModelServer] = []

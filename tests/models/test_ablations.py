@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import lru_cache
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,7 @@ def code(name: str) -> str:
     return recorded(name).split("```python\n")[1].split("```")[0]
 
 
+@lru_cache(maxsize=2)
 def scene_of(name: str) -> Scene:
     scene = Session().evaluate(Source(f"{name}.txt", recorded(name))).scene
     assert scene is not None

@@ -32,6 +32,7 @@ def test_generate_gives_scene_program_and_cost(place: Place) -> None:
     assert "\n" not in repr(made)
 
 
+@pytest.mark.usefixtures("small_pictures")
 def test_settings_and_their_limits(place: Place) -> None:
     place.serve(answers(*[cubes(n) for n in (1, 2)]))
     made = sl.generate("cubes", settings=sl.InferenceSettings(samples=2, uses_replies=False))
