@@ -256,7 +256,7 @@ def test_a_run_that_was_broken_off_ends_as_if_it_had_not(model: Diffusion, tmp_p
 
 
 def test_only_the_same_run_goes_on(model: Diffusion, tmp_path: Path) -> None:
-    run(learning(model, steps=2), tmp_path, asked(model, 2))
+    run(learning(model, steps=2, draws=2), tmp_path, asked(model, 2))
     kept = kept_in(tmp_path)
     for other, text in (({"seed": 1}, "other seed"), ({"rate": 0.5}, "other rate")):
         with pytest.raises(SceneError, match=text):
@@ -268,14 +268,21 @@ def test_only_the_same_run_goes_on(model: Diffusion, tmp_path: Path) -> None:
         run(learning(model, steps=2), tmp_path, elsewhere, kept)
 
 
+@pytest.fixture(scope="module")
+def short_run(model: Diffusion, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("short")
+    run(learning(model, steps=2, draws=2), folder, asked(model, 2))
+    return folder / STATE
+
+
 @pytest.mark.parametrize("damage", ["none", "text", "cut", "steps", "shape"])
-def test_files_that_are_no_runs(model: Diffusion, tmp_path: Path, damage: str) -> None:
+def test_files_that_are_no_runs(model: Diffusion, short_run: Path, tmp_path: Path, damage: str) -> None:
     from safetensors import safe_open
     from safetensors.torch import save_file
 
     path = tmp_path / STATE
     if damage != "none":
-        run(learning(model, steps=2), tmp_path, asked(model, 2))
+        path.write_bytes(short_run.read_bytes())
     if damage == "text":
         path.write_text("hello")
     if damage == "cut":
