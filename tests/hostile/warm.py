@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import tempfile
+from importlib import import_module
 from pathlib import Path
 
 
@@ -25,3 +26,5 @@ def load() -> None:
         main(["transpile", str(Path(name) / "a.py")])
         main(["render", str(program), "-o", str(Path(name) / "a.png"), "--size", "8x8"])
         main(["export", str(program), "-o", str(Path(name) / "a.glb")])
+    for module in ("repl.commands", "repl.loop", "repl.plain", "cli.servers"):
+        import_module(f"scenelang.{module}")
