@@ -13,14 +13,13 @@ from typing import Any
 
 import pytest
 from sampling import one_in
-from support import interruptible
+from support import interruptible, wait_for_work
 
 from scenelang.sandbox.supervision import is_supported
 
 pytestmark = pytest.mark.skipif(not is_supported(), reason="hard limits need Linux")
 ROGUE = str(Path(__file__).with_name("rogue.py"))
 BODY = '(define (work) (rogue "{}"))\n(bind "a" (lambda () (work) (call "cube")))\n'
-STARTUP = 30.0  # seconds that Python may take to start on a very busy machine
 AT_WORK = 0.8  # of the processor: seconds after which a child has begun what holds on for minutes
 
 
@@ -47,7 +46,7 @@ def test_every_ending_is_one_diagnostic_with_the_place(name: str, tmp_path: Path
     (tmp_path / "prog.scene").write_text(BODY.format(what))
     with interruptible(command("run", "prog.scene", "--json", *options), tmp_path) as running:
         if sent is not None:
-            wait_until_it_works(running.pid)
+            wait_for_work(running.pid, AT_WORK)
             running.send_signal(sent)
         out, err = running.communicate(timeout=30)
     assert running.returncode == status, err
@@ -90,26 +89,6 @@ def test_memory_is_held_within_a_tenth(tmp_path: Path) -> None:
         while running.poll() is None:
             most = max(most, *(resident(pid) for pid in children(running.pid)), 0)
     assert most < 400e6 * 1.1 + 120e6  # with what the process had at the start
-
-
-def wait_until_it_works(pid: int) -> int:
-    """Wait for the child that evaluates, and until it does; returns its number."""
-    end = time.monotonic() + STARTUP
-    while time.monotonic() < end:
-        for child in children(pid):
-            if child and worked(child) > AT_WORK:
-                return child
-        time.sleep(0.02)
-    raise AssertionError("nothing is evaluated")
-
-
-def worked(pid: int) -> float:
-    """Seconds of the processor that a process has had."""
-    try:
-        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    except OSError:
-        return 0.0
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def children(pid: int) -> list[int]:
@@ -197,7 +176,7 @@ def test_a_repl_survives_ctrl_c_in_a_builtin_that_never_looks(tmp_path: Path) ->
 def test_the_child_ends_with_its_monitor(tmp_path: Path) -> None:
     (tmp_path / "prog.scene").write_text(BODY.format("hold"))
     with interruptible(command("run", "prog.scene"), tmp_path) as running:
-        child = wait_until_it_works(running.pid)
+        child = wait_for_work(running.pid, AT_WORK)
         running.kill()
         running.wait(10)
         for _ in range(100):
