@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -32,6 +33,29 @@ def interruptible(words: list[str], cwd: Path) -> Iterator[subprocess.Popen[byte
             yield running
         finally:
             running.kill()
+
+
+def wait_for_work(pid: int, seconds: float) -> int:
+    """Wait for a child of a process that has had so many seconds of the processor; returns its number. Where no folder
+    tells, it only waits."""
+    if not Path("/proc/self/task").is_dir():
+        time.sleep(1.5 + seconds)
+        return 0
+    end = time.monotonic() + 30.0
+    while time.monotonic() < end:
+        for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+            if _worked(int(child)) >= seconds:
+                return int(child)
+        time.sleep(0.02)
+    raise AssertionError("no child works")
+
+
+def _worked(pid: int) -> float:
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def session(**options: Any) -> Session:

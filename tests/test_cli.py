@@ -16,7 +16,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from searching import many
-from support import interruptible
+from support import interruptible, wait_for_work
 
 from scenelang import Limits, Options, Session, Source
 from scenelang.cli.commands import COMMANDS
@@ -596,7 +596,7 @@ def test_interruption(program: str, tmp_path: Path) -> None:
     (tmp_path / "endless.scene").write_text(program)
     words = [sys.executable, "-m", "scenelang", "run", "endless.scene", "--max-steps", "1G"]
     with interruptible(words, tmp_path) as running:
-        time.sleep(1.5)
+        wait_for_work(running.pid, 0.5)
         running.send_signal(signal.SIGINT)
         started = time.monotonic()
         _, said = running.communicate(timeout=15)

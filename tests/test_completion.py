@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import copies
 import pytest
 
 from scenelang.cli.commands import COMMANDS
@@ -59,23 +60,26 @@ def folder(tmp_path: Path) -> Path:
 
 
 def asked(shell: str, line: str, folder: Path, behind: str = "") -> set[str]:
-    """What the entry point tells a shell whose cursor stands between ``line`` and what is ``behind``."""
+    """What a shell is told whose cursor stands between ``line`` and what is ``behind``."""
     line = f"scenelang {line}"
     separator = "\n" if shell == "fish" else "\013"
     told = folder / "told"
-    answer = subprocess.run(
-        [sys.executable, "-P", "-m", "scenelang"],
-        cwd=folder,
-        env=os.environ
-        | {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_SHELL": shell, "_ARGCOMPLETE_SUPPRESS_SPACE": "1"}
-        | {"_ARGCOMPLETE_IFS": separator, "_ARGCOMPLETE_STDOUT_FILENAME": str(told)}
-        | {"COMP_LINE": line + behind, "COMP_POINT": str(len(line)), "COMP_TYPE": "9"}
-        | ({"_ARGCOMPLETE_COMP_WORDBREAKS": BREAKS} if shell == "bash" else {})
-        | ({"_ARGCOMPLETE_DFS": "\t"} if shell == "fish" else {}),
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
+    variables = {
+        "_ARGCOMPLETE": "1",
+        "_ARGCOMPLETE_SHELL": shell,
+        "_ARGCOMPLETE_SUPPRESS_SPACE": "1",
+        "_ARGCOMPLETE_IFS": separator,
+        "_ARGCOMPLETE_STDOUT_FILENAME": str(told),
+        "COMP_LINE": line + behind,
+        "COMP_POINT": str(len(line)),
+        "COMP_TYPE": "9",
+        **({"_ARGCOMPLETE_COMP_WORDBREAKS": BREAKS} if shell == "bash" else {}),
+        **({"_ARGCOMPLETE_DFS": "\t"} if shell == "fish" else {}),
+    }
+    with pytest.MonkeyPatch.context() as patch:
+        for name, text in variables.items():
+            patch.setenv(name, text)
+        answer = copies.command(folder=folder)
     assert (answer.returncode, answer.stdout, answer.stderr) == (0, "", "")
     offered = [each for each in told.read_text("utf-8").split(separator) if each]
     described = {"zsh": r"(?<!\\):.*", "fish": r"\t.*"}.get(shell)

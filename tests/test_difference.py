@@ -265,7 +265,7 @@ def test_one_recoloured(scene: list[Row], row: Row, color: Any, random: Any) -> 
 
 def test_large_scenes_take_seconds() -> None:
     random = np.random.default_rng(0)
-    count = 100_000
+    count = 30_000
     matrices = np.zeros((count, 3, 4))
     matrices[:, :, :3] = np.linalg.qr(random.normal(size=(count, 3, 3)))[0]
     matrices[:, :, 3] = random.uniform(-100, 100, (count, 3))
@@ -282,7 +282,7 @@ def test_large_scenes_take_seconds() -> None:
     assert counts(moved) == (0, count, 0, 0, 0)
     stacked = ComparedFrame(kinds, paths, np.repeat(matrices[:1], count, axis=0), ((),), paths)
     assert compare_frames(stacked, stacked).equal
-    assert time.perf_counter() - started < 30
+    assert time.perf_counter() - started < 9
 
 
 # --- JSON --------------------------------------------------------------------------------------------------------------

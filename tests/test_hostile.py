@@ -214,7 +214,7 @@ def refused(programs: dict[str, str], code: str, **limits: Any) -> None:
 
 
 def test_loops() -> None:
-    refused(LOOPS, r"E50[15678]", seconds=0.5, steps=100_000)
+    refused(LOOPS, r"E50[15678]", seconds=0.4, steps=60_000)
 
 
 def test_recursions() -> None:
@@ -228,13 +228,13 @@ def test_recursions_as_deep_as_the_default_allows() -> None:
 
 
 def test_sizes() -> None:
-    refused(SIZES, r"E(50[1-7]|40\d|608)", seconds=0.6)
+    refused(SIZES, r"E(50[1-7]|40\d|608)", seconds=0.4)
 
 
 @pytest.mark.parametrize("make", [DEEP, SHARED, CYCLIC], ids=["deep", "shared", "cyclic"])
 def test_data(make: str) -> None:
     """Deep, exponentially shared and cyclic data in every operation that walks it: done, or refused."""
-    for name, (codes, said, _, _) in outcomes({name: make + text for name, text in DATA.items()}, seconds=0.6).items():
+    for name, (codes, said, _, _) in outcomes({name: make + text for name, text in DATA.items()}, seconds=0.4).items():
         assert len(codes) <= 1, name
         assert said < 10_000, name
 
@@ -333,7 +333,7 @@ CHAIN = """
 
 
 @pytest.mark.parametrize(
-    ("command", "levels"), [("run", 20000), ("count", 20000), ("bounds", 20000), ("flatten", 3000), ("tree", 20000)]
+    ("command", "levels"), [("run", 10000), ("count", 10000), ("bounds", 10000), ("flatten", 2000), ("tree", 10000)]
 )
 def test_thousands_of_levels_of_entities(command: str, levels: int, tmp_path: Path) -> None:
     """Done, or refused: a chain this deep is no reason to crash."""
@@ -412,9 +412,9 @@ def test_import_cycles(tmp_path: Path) -> None:
 
 
 def test_a_long_chain_of_imports(tmp_path: Path) -> None:
-    for i in range(3000):
+    for i in range(1500):
         (tmp_path / f"f{i}.scene").write_text(f'(import "f{i + 1}.scene")')
-    (tmp_path / "f3000.scene").write_text("(define x 1)")
+    (tmp_path / "f1500.scene").write_text("(define x 1)")
     codes = imported(tmp_path, "f0.scene")
     assert codes == [] or codes[0][0] == "E"
 
@@ -486,16 +486,17 @@ FLAGS = {
 
 
 @pytest.mark.parametrize("code", FLAGS)
-def test_every_limit_has_a_flag(code: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_limit_has_a_flag(code: str, tmp_path: Path) -> None:
+    """In a process of its own: this one may have so much memory at hand that it takes none."""
     flags, program, ends = FLAGS[code]
     file = tmp_path / "p.scene"
     file.write_text(program + ROOT)
-    assert main(["run", str(file), *flags]) == 1
-    said = capsys.readouterr().err
-    assert f"error[{code}]" in said
-    assert flags[0] in said, "the hint names the flag"
+    done = copies.command("run", str(file), *flags)
+    assert done.returncode == 1
+    assert f"error[{code}]" in done.stderr
+    assert flags[0] in done.stderr, "the hint names the flag"
     if ends:
-        assert main(["run", str(file)]) == 0
+        assert copies.command("run", str(file)).returncode == 0
 
 
 def test_max_primitives(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

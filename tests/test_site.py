@@ -8,6 +8,7 @@ import json
 import re
 from pathlib import Path
 
+import copies
 import pytest
 from generator import walkthroughs
 from generator.pictures import difference
@@ -19,7 +20,7 @@ DOCS = ROOT / "docs"
 
 @pytest.mark.parametrize("page", walkthroughs.PAGES)
 def test_a_page_that_is_followed_shows_what_it_says(page: str) -> None:
-    found = walkthroughs.follow(page)
+    found = walkthroughs.follow(page, lambda words, folder: copies.command(*words, folder=folder))
     assert found.text == (DOCS / page).read_text("utf-8")
     assert found.images or "![" not in found.text
     for name, data in found.images.items():

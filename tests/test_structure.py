@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 from scenelang.interpreter.expand.derived import HANDLERS
@@ -19,10 +20,17 @@ ROOMS = ["grammar", "interpreter", "stdlib", "backends", "scenelang"]  # each ma
 HEAVY = {"torch", "pxr", "mitsuba", "trimesh", "diffusers", "transformers", "open_clip", "anthropic"}
 
 
+@cache
+def parsed(path: Path) -> tuple[ast.Module, list[ast.AST]]:
+    """A file, and all that is in it."""
+    tree = ast.parse(path.read_text("utf-8"))
+    return tree, list(ast.walk(tree))
+
+
 def imports(path: Path) -> Iterator[tuple[str, bool]]:
     """Modules that a file imports, and whether it does so when it is loaded."""
-    tree = ast.parse(path.read_text())
-    for node in ast.walk(tree):
+    tree, nodes = parsed(path)
+    for node in nodes:
         names = []
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
@@ -95,16 +103,16 @@ TOGETHER = [  # functions that recurse on the same tree
 
 def imported_files(path: Path) -> set[Path]:
     """The files of ours that a file imports when it runs, at any place of it."""
-    tree = ast.parse(path.read_text("utf-8"))
+    _, nodes = parsed(path)
     typing = {
         node
-        for block in ast.walk(tree)
+        for block in nodes
         if isinstance(block, ast.If) and isinstance(block.test, ast.Name) and block.test.id == "TYPE_CHECKING"
         for statement in block.body
         for node in ast.walk(statement)
     }
     found = set()
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.ImportFrom) and node not in typing and (node.module or "").startswith("scenelang"):
             for alias in node.names:
                 found |= {_file_of(f"{node.module}.{alias.name}") or _file_of(str(node.module))}
@@ -147,7 +155,7 @@ def test_files_are_subjects() -> None:
     classes = Counter(
         node.name
         for path in MODULES
-        for node in ast.parse(path.read_text("utf-8")).body
+        for node in parsed(path)[0].body
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
     )
     assert sum(count > 1 for count in classes.values()) <= 5
@@ -164,5 +172,5 @@ def test_the_command_line_is_one_user_of_the_api_among_others() -> None:
 def test_every_package_says_what_it_must_not_know() -> None:
     packages = [path for path in FILES if path.name == "__init__.py" and path.parent != ROOT / "scenelang"]
     for path in packages:
-        doc = ast.get_docstring(ast.parse(path.read_text("utf-8"))) or ""
+        doc = ast.get_docstring(parsed(path)[0]) or ""
         assert len(doc.splitlines()) >= 3, path

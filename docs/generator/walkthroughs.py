@@ -12,6 +12,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,8 +34,17 @@ class Walkthrough:
     images: dict[str, bytes]
 
 
-def follow(page: str) -> Walkthrough:
-    """Run the blocks of ``page``, a path in docs.
+Command = Callable[[list[str], Path], "subprocess.CompletedProcess[str]"]
+
+
+def process(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run `scenelang` with ``words`` in a process of its own."""
+    command = [sys.executable, "-P", "-m", "scenelang", *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+
+
+def follow(page: str, command: Command = process) -> Walkthrough:
+    """Run the blocks of ``page``, a path in docs; ``command`` runs `scenelang`.
 
     Raises RuntimeError for a command that fails without saying so: one that should fail ends with ``# fails``.
     """
@@ -42,25 +52,29 @@ def follow(page: str) -> Walkthrough:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "examples").symlink_to(ROOT / "examples")
-        shown = _BLOCK.sub(lambda block: _run(block, folder), text)
+        shown = _BLOCK.sub(lambda block: _run(block, folder, command), text)
         return Walkthrough(shown, dict(_images(page, text, folder)))
 
 
-def _run(block: re.Match[str], folder: Path) -> str:
+def _run(block: re.Match[str], folder: Path, command: Command) -> str:
     if block["title"]:
         (folder / block["title"]).write_text(block["body"], "utf-8")
     if block["language"] != "console":
         return block[0]
     commands = [line for line in block["body"].splitlines() if line.startswith("$ ")]
-    body = "".join(f"{line}\n{output(line[2:], folder)}" for line in commands)
+    body = "".join(f"{line}\n{output(line[2:], folder, command)}" for line in commands)
     return f"```console\n{body}```"
 
 
-def output(line: str, folder: Path) -> str:
+def output(line: str, folder: Path, command: Command = process) -> str:
     """Return what a command prints on a terminal: standard output, then standard error."""
-    words = shlex.split(line, comments=True)
-    run = {"scenelang": [sys.executable, "-P", "-m", "scenelang"], "python": [sys.executable]}[words[0]]
-    done = subprocess.run([*run, *words[1:]], cwd=folder, capture_output=True, text=True, timeout=120)
+    program, *words = shlex.split(line, comments=True)
+    if program == "scenelang":
+        done = command(words, folder)
+    elif program == "python":
+        done = subprocess.run([sys.executable, *words], cwd=folder, capture_output=True, text=True, timeout=120)
+    else:
+        raise RuntimeError(f"`{program}` is not run here")
     if bool(done.returncode) != line.endswith("# fails"):
         raise RuntimeError(f"`{line}` ended with {done.returncode}\n{done.stdout}{done.stderr}")
     said = done.stdout + done.stderr

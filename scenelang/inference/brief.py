@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
+from functools import cache, cached_property
 from importlib.resources import files
 from pathlib import Path
 
@@ -272,7 +272,7 @@ class Brief:
             )
         if task.notation is Notation.LIST:
             return f'An example, "{_docstring(answer)}":\n\n{fenced(_example_list(source, task), task.notation)}'
-        text = code_of(answer) if task.notation is Notation.PYTHON else Session().transpile(source).text
+        text = code_of(answer) if task.notation is Notation.PYTHON else _transpiled(answer)
         if task.ablation.takes_words:
             rename = rename_python if task.notation is Notation.PYTHON else rename_language
             text = rename(text, task.seed).text
@@ -315,6 +315,11 @@ def _read(word: str) -> list[str]:
 def _docstring(answer: str) -> str:
     pieces = code_of(answer).split('"""')
     return pieces[1].strip() if len(pieces) > 1 else "a scene"
+
+
+@cache
+def _transpiled(answer: str) -> str:
+    return Session().transpile(Source("example.txt", answer)).text
 
 
 def _example_list(source: Source, task: Task) -> str:

@@ -13,10 +13,13 @@ import scenelang as sl
 
 torch = pytest.importorskip("torch")
 
+from loaded_once import loaded_once as loaded_once
 from one_thread import one_thread as one_thread
 from small_diffusion import small_diffusion
 from small_models import seeded, small_clip
 from small_models import small_diffusion as small_judge
+
+pytestmark = pytest.mark.usefixtures("loaded_once")
 
 BEACH = """; A quiet beach. Nobody is there.
 (bind "beach" (lambda ()

@@ -5,12 +5,11 @@ from __future__ import annotations
 import os
 import signal
 import sys
-import time
 from pathlib import Path
 
 import pytest
 from sampling import only
-from support import interruptible
+from support import interruptible, wait_for_work
 
 SCENE = '(bind "a" (lambda () (frames (for/list ((i (iota 30))) (transform (call "sphere") (translate [i 0 0]))))))'
 WORK = {
@@ -37,7 +36,7 @@ def test_an_interruption_leaves_nothing_half_written(name: str, tmp_path: Path) 
     (tmp_path / "a.scene").write_text(SCENE)
     words = [sys.executable, "-P", "-m", "scenelang", *WORK[name]]
     with interruptible(words, tmp_path) as running:
-        time.sleep(2.0)
+        wait_for_work(running.pid, 0.8)
         assert running.poll() is None, "the work was too short to be interrupted"
         running.send_signal(signal.SIGINT)
         _, said = running.communicate(timeout=30)

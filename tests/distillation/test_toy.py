@@ -30,7 +30,9 @@ TOYS = """
   (transform (call "sphere" (embedding <z2> "red")) (translate [-1.5 0 0]))
   (transform (call "cube" (embedding <z3> "blue")) (translate [1.5 0 0])))))
 """
-WORK = ["--steps", "120", "--gaussians", "450", "--guidance", "7.5", "--no-scene-term", "--device", "cpu", "-q"]
+WORK = ["--guidance", "7.5", "--no-scene-term", "--device", "cpu", "-q"]
+WHOLE = ["--steps", "120", "--gaussians", "450", *WORK]
+SKETCH = ["--steps", "40", "--gaussians", "200", *WORK]
 
 
 @pytest.fixture(scope="module")
@@ -39,14 +41,17 @@ def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return unpack(tmp_path_factory.mktemp("models") / "toy")
 
 
-@pytest.fixture(scope="module")
-def place(toy: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def distilled(folder: Path, toy: Path, work: list[str]) -> Path:
     """A folder with the program and a run of it."""
     seeded()
-    folder = tmp_path_factory.mktemp("work")
     (folder / "toys.scene").write_text(TOYS)
-    assert main(["distill", str(folder / "toys.scene"), "-o", str(folder / "run"), "--model", str(toy), *WORK]) == 0
+    assert main(["distill", str(folder / "toys.scene"), "-o", str(folder / "run"), "--model", str(toy), *work]) == 0
     return folder
+
+
+@pytest.fixture(scope="module")
+def place(toy: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return distilled(tmp_path_factory.mktemp("work"), toy, WHOLE)
 
 
 def views(kept: SavedDistillation, figure: int) -> tuple[np.ndarray, np.ndarray]:
@@ -106,7 +111,7 @@ def test_swapping_an_embedding_changes_only_its_entity(place: Path, toy: Path) -
     try:
         assert main(["embeddings", program, "set", "<z2>", "--text", "green", "-q"]) == 0
         words = ["distill", program, "-o", str(place / "green"), "--start", str(place / "run"), "--model", str(toy)]
-        assert main([*words, *WORK]) == 0
+        assert main([*words, *WHOLE]) == 0
     finally:
         beside(program).unlink(missing_ok=True)
     before, after = load_checkpoint(place / "run"), load_checkpoint(place / "green")
@@ -118,9 +123,10 @@ def test_swapping_an_embedding_changes_only_its_entity(place: Path, toy: Path) -
     assert max(green[0], green[2]) < 0.3
 
 
-def test_distilled_scenes_are_drawn(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_distilled_scenes_are_drawn(toy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     from PIL import Image
 
+    place = distilled(tmp_path, toy, SKETCH)
     words = ["render", str(place / "toys.scene"), "--backend", "splats", "--camera", "azimuth=0,elevation=5"]
     words += ["--distilled", str(place / "run"), "-o", str(place / "a.png"), "--size", "120x80", "-q"]
     assert main(words) == 0

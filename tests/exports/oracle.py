@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +60,7 @@ def expected(scene: Scene, frame: int = 0, segments: int = SEGMENTS) -> Iterator
         yield Expected((*flat.paths[flat.path_index[i]], entity.word), vertices, look.color, matrix, entity)
 
 
+@cache
 def example(name: str, **defines: Any) -> Scene:
     path = EXAMPLES / name
     options = Options(defines={key: str(value) for key, value in defines.items()})

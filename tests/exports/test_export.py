@@ -94,12 +94,12 @@ def test_a_part_of_which_nothing_is_seen_is_an_empty_mesh(make: Any, tmp_path: P
 
 
 def test_a_part_keeps_its_animation(tmp_path: Path) -> None:
-    scene = example("orrery.scene")
+    scene = example("orrery.scene", **{"frame-count": 12})
     run(GLTF, scene, tmp_path / "a.glb", parts=True, depth=1)
     run(USD, scene, tmp_path / "a.usdc", parts=True, depth=1)
     files = sorted(tmp_path.glob("*.glb"))
     assert len(files) == len(scene.root.children)
-    for frame in (0, 11, 47):
+    for frame in (0, 4, 11):
         points = np.concatenate([one.vertices for path in files for one in Gltf(path).seen(frame / 24)])
         assert same_points(points, np.concatenate([one.vertices for one in expected(scene, frame)]), 1e-5)
 

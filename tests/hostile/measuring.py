@@ -142,9 +142,9 @@ class Nursery:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        tests = Path(__file__).parent.parent
+        paths = [str(Path(__file__).parent.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
         command = [sys.executable, "-P", "-m", "hostile.nursery"]
-        environment = {**os.environ, "PYTHONPATH": str(tests)}
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
         pipe = subprocess.PIPE
         self._process = subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, text=True, cwd=folder)
 

@@ -9,7 +9,9 @@ import os
 import sys
 import time
 
+from scenelang.cli.commands import build_parser
 from scenelang.cli.main import main
+from scenelang.shell_completion import complete
 
 
 def run(request: dict[str, object]) -> int:
@@ -25,6 +27,8 @@ def run(request: dict[str, object]) -> int:
     if "environment" in request:
         os.environ.clear()
         os.environ.update(request["environment"])  # type: ignore[call-overload]
+    if "_ARGCOMPLETE" in os.environ:  # as the entry point does
+        complete(build_parser)
     try:
         return main(list(request["words"]), supervised=True)  # type: ignore[call-overload]
     except SystemExit as leaving:

@@ -16,6 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import copies
 import pytest
 from hostile.measuring import children
 from PIL import Image
@@ -94,9 +95,8 @@ def check(job: Job, folder: Path, said: bytes) -> None:
     assert b"internal error" not in said, said
     made = folder / job.made
     assert not made.exists() or job.is_whole(made)
-    done = start(job, folder)
-    _, err = done.communicate(timeout=60)
-    assert done.returncode == 0, err
+    done = copies.command(*job.words, folder=folder)
+    assert done.returncode == 0, done.stderr
     assert job.is_whole(made)
     left = {path.name for path in folder.iterdir()} - {"a.scene", job.made}
     assert not {name for name in left if not name.endswith(".lock")}, left

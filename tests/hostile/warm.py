@@ -1,10 +1,11 @@
-"""What commands import while they work, loaded ahead."""
+"""What commands import while they work, loaded ahead; Mitsuba, which `maps` loads, has threads that copies would lack."""
 
 from __future__ import annotations
 
 import contextlib
 import io
 import tempfile
+from importlib import import_module
 from pathlib import Path
 
 
@@ -23,3 +24,7 @@ def load() -> None:
         for words in (["run"], ["check"], ["count"], ["bounds"], ["flatten"]):
             main([*words, str(program)])
         main(["transpile", str(Path(name) / "a.py")])
+        main(["render", str(program), "-o", str(Path(name) / "a.png"), "--size", "8x8"])
+        main(["export", str(program), "-o", str(Path(name) / "a.glb")])
+    for module in ("repl.commands", "repl.loop", "repl.plain", "cli.servers"):
+        import_module(f"scenelang.{module}")

@@ -8,11 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from loaded_once import loaded_once as loaded_once
 from small_diffusion import WIDTH, small_control, small_diffusion
 from small_models import seeded
 
 from scenelang.cli.main import main
 from scenelang.zfile import Made, write_vectors
+
+pytestmark = pytest.mark.usefixtures("loaded_once")
 
 PROGRAM = """; A quiet beach. Nobody is there.
 (bind "beach" (lambda ()

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from later import later
+from loaded_once import loaded_once as loaded_once
 from PIL import Image
 from small_grounding import small_detector, small_segmenter
 from support import evaluate
@@ -17,13 +19,14 @@ from toy.model import ONE_GREY, unpack
 from inversion.support import shown
 from scenelang.backends.neural.clip import slots
 from scenelang.backends.neural.grounding import crop_masked, random_grey
-from scenelang.backends.neural.inversion import InversionSettings, load_checkpoint
+from scenelang.backends.neural.inversion import InversionSettings, InversionTrainer, load_checkpoint
 from scenelang.backends.neural.prompts import Granularity, PromptContext, leaves_of
 from scenelang.cli.main import main
 from scenelang.scene import Scene
 from scenelang.zfile import Made, read_made, read_z, write_vectors
 
 torch = later("torch")
+pytestmark = pytest.mark.usefixtures("loaded_once")
 
 PROGRAM = """
 (bind "yard" (lambda ()
@@ -43,12 +46,24 @@ def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def yard(models: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def yard(models: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> Path:
+    if request.node.get_closest_marker("slow") is None:
+        monkeypatch.setattr(InversionTrainer, "mean_loss", roughly)
     monkeypatch.setenv("SCENELANG_MODELS", str(models))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "yard.scene").write_text(PROGRAM, "utf-8")
     save(tmp_path / "photo.png", shown("red", "cube"))
     return tmp_path
+
+
+mean_loss = InversionTrainer.mean_loss
+
+
+def roughly(work: InversionTrainer) -> float:
+    """The mean loss of a few draws."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(work, "_settings", replace(work._settings, loss_samples=2))
+        return mean_loss(work)
 
 
 def save(path: Path, picture: torch.Tensor) -> None:
@@ -131,7 +146,6 @@ def test_what_is_not_to_be_found(
 
 def test_a_broken_run_goes_on(yard: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Ctrl-C after two steps of three; the rest gives what a whole run gives, from the pictures that were kept."""
-    from scenelang.backends.neural.inversion import InversionTrainer
 
     assert invert("--no-segment", "-q", "-o", "whole", "--z", "whole.z.safetensors") == 0
     step = InversionTrainer.step

@@ -23,7 +23,7 @@ COLLIDING = "(map (lambda (i) (* i 2305843009213693951)) (iota 3000))"
 DOUBLED = "(define x '(1)) (for ((i 28)) (set! x (list x x)))"
 
 
-def ended(expression: str, definitions: str = "", seconds: float = 0.5) -> float:
+def ended(expression: str, definitions: str = "", seconds: float = 0.25) -> float:
     """How long a program takes until a limit ends it."""
     started = time.monotonic()
     with pytest.raises(LimitError):

@@ -118,8 +118,10 @@ def test_a_pack_lays_the_build_around_the_player(tmp_path: Path, build: Build) -
 
 
 @pytest.mark.parametrize("version", one_in(3, ["26.1", "1.20", "1.14"]))
-def test_many_commands_are_laid_part_by_part(version: str, tmp_path: Path) -> None:
-    build = noise((56, 56, 56), 20)
+def test_many_commands_are_laid_part_by_part(version: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(build_files, "MAX_COMMANDS", build_files.MAX_COMMANDS // 8)
+    monkeypatch.setitem(globals(), "MAX_COMMANDS", MAX_COMMANDS // 8)  # those of the game
+    build = noise((28, 28, 28), 20)
     build_files.write_datapack(build, tmp_path / "a.zip", game_version(version))
     game, _ = game_of(tmp_path / "a.zip")
     assert sum(map(len, game.functions.values())) > 2 * build_files.MAX_COMMANDS

@@ -11,7 +11,9 @@ from typing import Any
 import pytest
 
 from models.server import ModelServer, Said, Script, serving
+from models.services import trust_nobody
 from scenelang.cli.main import main
+from scenelang.inference import conductor
 from scenelang.inference import steps as answer_pictures
 
 KEY = "sk-ant-planted-0123456789-KEY"
@@ -89,6 +91,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
         monkeypatch.setenv(f"XDG_{name}_HOME", str(tmp_path / name.lower()))
     monkeypatch.setenv("ANTHROPIC_API_KEY", KEY)
     monkeypatch.setenv("ANTHROPIC_BASE_URL", "http://127.0.0.1:9")
+    trust_nobody(monkeypatch, tmp_path / "config")
+    monkeypatch.setattr(conductor, "_FIRST_WAIT", 0.02)  # for a batch
     monkeypatch.chdir(tmp_path / "work")
     with ExitStack() as servers:
         running: list[ModelServer] = []
@@ -103,6 +107,12 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
             return running[0]
 
         yield Place(tmp_path, capsys, serve)
+
+
+@pytest.fixture
+def untried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Answers that do no harm are evaluated here without a trial in a copy of this process, which is large."""
+    monkeypatch.setattr(answer_pictures, "trial", lambda work: None)
 
 
 @pytest.fixture

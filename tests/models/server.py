@@ -15,6 +15,7 @@ from threading import Lock, Thread
 from typing import Any
 
 RESPONSES_PER_PIECE = 64  # characters in one event of a stream
+MOST_PIECES = 1000
 NONE: Mapping[str, str] = {}
 
 
@@ -151,6 +152,7 @@ class Speaking(BaseHTTPRequestHandler):
     """What servers have in common: JSON and streams of events; clients that try again need not wait."""
 
     protocol_version = "HTTP/1.1"
+    disable_nagle_algorithm = True  # which holds small pieces back
 
     def _json(self, data: Any, status: int = 200, headers: Mapping[str, str] = NONE) -> None:
         self._send(status, json.dumps(data).encode(), "application/json", headers)
@@ -254,11 +256,12 @@ def events(said: Said, body: dict[str, Any]) -> Iterator[dict[str, Any] | None]:
     yield {"type": "ping"}
     yield {"type": "content_block_start", "index": index, "content_block": {"type": "text", "text": ""}}
     sent = 0
-    for start_of_piece in range(0, len(said.text), RESPONSES_PER_PIECE):
+    length = max(RESPONSES_PER_PIECE, len(said.text) // MOST_PIECES)
+    for start_of_piece in range(0, len(said.text), length):
         if said.breaks_after is not None and sent >= said.breaks_after:
             yield from _break(said)
             return
-        piece = said.text[start_of_piece : start_of_piece + RESPONSES_PER_PIECE]
+        piece = said.text[start_of_piece : start_of_piece + length]
         yield {"type": "content_block_delta", "index": index, "delta": {"type": "text_delta", "text": piece}}
         sent += len(piece)
     if said.breaks_after is not None:

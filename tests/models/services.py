@@ -26,6 +26,13 @@ def set_apart(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
         monkeypatch.setenv(f"XDG_{name}_HOME", str(folder / name.lower()))
     monkeypatch.setenv("ANTHROPIC_API_KEY", KEY)
     monkeypatch.setenv("ANTHROPIC_BASE_URL", "http://127.0.0.1:9")
+    trust_nobody(monkeypatch, folder)
+
+
+def trust_nobody(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
+    """Certificates are looked for in ``folder``: each client would read all of this machine, which take a while."""
+    monkeypatch.delenv("SSL_CERT_FILE", raising=False)
+    monkeypatch.setenv("SSL_CERT_DIR", str(folder))
 
 
 def hurry(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import lru_cache
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,8 @@ from scenelang.interpreter.scene.entity import Scene, primitive_count
 from scenelang.scene_changes import Changes, changes_between, compared_frames
 from scenelang.session import Options, Session
 
+pytestmark = pytest.mark.usefixtures("untried")
+
 INSTRUCTION = "move the apple to the left"
 BALL = '{"shape": "sphere", "attributes": {"radius": 2}, "pose": [[1,0,0,0],[0,1,0,2],[0,0,1,0]]}'
 APPLE = ("apple_pos = np.array([0, ", "apple_pos = np.array([-0.8, ")
@@ -26,6 +29,7 @@ def code(name: str) -> str:
     return recorded(name).split("```python\n")[1].split("```")[0]
 
 
+@lru_cache(maxsize=2)
 def scene_of(name: str) -> Scene:
     scene = Session().evaluate(Source(f"{name}.txt", recorded(name))).scene
     assert scene is not None

@@ -21,6 +21,8 @@ from scenelang.inference.records import InferenceSettings, Run, new_run
 from scenelang.interpreter.scene.entity import primitive_count
 from scenelang.session import Options
 
+pytestmark = pytest.mark.usefixtures("untried")
+
 WRONG = '```scene\n(bind "pile" (lambda () (pillar 2)))\n```'
 PROMPT = 2_000  # tokens of every prompt, as the server counts them
 

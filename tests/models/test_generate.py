@@ -14,6 +14,7 @@ from PIL import Image
 
 from models.conftest import GOLDEN, KEY, Place, answers, cubes, pictures, python, recorded, system, texts
 from models.server import Said
+from models.services import hurry
 from scenelang.inference import generation
 
 LANGUAGE = """```scene
@@ -386,7 +387,8 @@ def test_what_cannot_be_asked(place: Place, monkeypatch: pytest.MonkeyPatch) -> 
     assert not place.runs.exists()
 
 
-def test_a_machine_that_is_offline_says_so_in_one_line(place: Place) -> None:
+def test_a_machine_that_is_offline_says_so_in_one_line(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    hurry(monkeypatch)
     done = place.run("generate", "a cube")
     assert done.code == 1
     assert "cannot reach http://127.0.0.1:9" in done.err

@@ -13,6 +13,8 @@ from PIL import Image
 from models.conftest import WRONG, Place, answers, cubes, pictures, python, recorded, system, texts
 from models.server import Said
 
+pytestmark = pytest.mark.usefixtures("untried")
+
 FLOATING = python("""
 @register()
 def pile() -> Shape:

@@ -35,6 +35,8 @@ from scenelang.scene_changes import changes_between, compared_frames
 from scenelang.session import Options, Session
 from scenelang.stdlib.reference import helper_header, python_word, records
 
+pytestmark = pytest.mark.usefixtures("untried")
+
 GOLDENS = Path(__file__).parent / "prompts"
 TASK = "a chessboard at game start"
 EDIT = "move the apple to the left"

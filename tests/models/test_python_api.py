@@ -11,6 +11,8 @@ import scenelang as sl
 from models.conftest import WRONG, Place, answers, cubes
 from models.server import Said
 
+pytestmark = pytest.mark.usefixtures("untried")
+
 TOWER = """
 (bind "tower" (lambda () (union-loop 3 (lambda (i) (transform (call "cube") (translate [0 (+ i .5) 0]))))))
 """
@@ -30,6 +32,7 @@ def test_generate_gives_scene_program_and_cost(place: Place) -> None:
     assert "\n" not in repr(made)
 
 
+@pytest.mark.usefixtures("small_pictures")
 def test_settings_and_their_limits(place: Place) -> None:
     place.serve(answers(*[cubes(n) for n in (1, 2)]))
     made = sl.generate("cubes", settings=sl.InferenceSettings(samples=2, uses_replies=False))

@@ -7,6 +7,8 @@ import pytest
 from models.conftest import Place, cubes, texts
 from models.server import ModelServer, Said
 
+pytestmark = pytest.mark.usefixtures("untried")
+
 
 def drive(place: Place, monkeypatch: pytest.MonkeyPatch, *inputs: str) -> tuple[str, str]:
     import io

@@ -253,7 +253,7 @@ def together(*processes: subprocess.Popen[str]) -> list[str]:
 
 
 def test_two_processes_that_ask_the_same_send_one_request(monkeypatch: pytest.MonkeyPatch) -> None:
-    with serving(lambda body: Said("slowly", waits=1.0)) as server:
+    with serving(lambda body: Said("slowly", waits=0.5)) as server:
         monkeypatch.setenv("ANTHROPIC_BASE_URL", server.url)
         assert together(start(), start()) == ["slowly False", "slowly True"]
     assert len(server.requests) == 1

@@ -20,6 +20,8 @@ from support import interruptible
 from models.conftest import WRONG, Place, answers, cubes, texts
 from models.server import Said
 
+pytestmark = pytest.mark.usefixtures("untried")
+
 PATIENCE = 60.0  # seconds, for a process that starts on a busy machine
 
 

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import json
 
+import pytest
+
 from models.conftest import Place, cubes
 from models.server import Said
+
+pytestmark = pytest.mark.usefixtures("untried")
 
 
 def test_no_runs(place: Place) -> None:

@@ -12,6 +12,9 @@ from PIL import Image
 
 from models.conftest import KEY, Done, Place, answers, cubes
 from models.server import Said
+from models.services import hurry
+
+pytestmark = pytest.mark.usefixtures("untried")
 
 ECHO = cubes(2).replace("a test", f"a test for {KEY}")
 
@@ -95,6 +98,7 @@ def test_dry_runs_and_other_commands(place: Place) -> None:
 
 
 def test_a_key_in_the_address_and_the_configuration(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    hurry(monkeypatch)
     monkeypatch.delenv("ANTHROPIC_API_KEY")
     folder = place.folder / "config" / "scenelang"
     folder.mkdir()

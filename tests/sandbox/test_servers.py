@@ -42,7 +42,7 @@ def test_an_agent_gets_help_while_programs_run(tmp_path: Path) -> None:
     waits: list[float] = []
 
     async def talk() -> list[Any]:
-        options = ["--project", str(tmp_path), "--max-seconds", "1", "--max-memory", "300M"]
+        options = ["--project", str(tmp_path), "--max-seconds", "0.5", "--max-memory", "300M"]
         parameters = stdio.StdioServerParameters(
             command=sys.executable, args=["-P", ROGUE, "mcp", *options], cwd=tmp_path
         )
@@ -57,7 +57,7 @@ def test_an_agent_gets_help_while_programs_run(tmp_path: Path) -> None:
                         found.append(await session.call_tool("run", {"program": program(what)}))
 
                     group.start_soon(run)
-                    await anyio.sleep(0.3)
+                    await anyio.sleep(0.15)
                     before = time.monotonic()
                     await session.call_tool("help", {"name": "cube"})
                     waits.append(time.monotonic() - before)
@@ -91,7 +91,7 @@ def test_an_agent_that_gives_up_ends_the_evaluation(tmp_path: Path) -> None:
 def viewer(tmp_path: Path) -> Iterator[tuple[str, Path]]:
     path = tmp_path / "a.scene"
     path.write_text(program("hold"))
-    words = [sys.executable, "-P", ROGUE, "view", str(path), "--no-browser", "--max-seconds", "1", "-q"]
+    words = [sys.executable, "-P", ROGUE, "view", str(path), "--no-browser", "--max-seconds", "0.5", "-q"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, cwd=tmp_path) as running:
         assert running.stdout is not None
         try:
@@ -111,11 +111,11 @@ def test_the_viewer_shows_why_and_goes_on(viewer: tuple[str, Path]) -> None:
     address, path = viewer
     assert [d["code"] for d in state(address)["diagnostics"]] == ["E507"]
     path.write_text(GOOD)
-    for _ in range(100):
+    for _ in range(300):
         found = state(address)
         if found["ok"]:
             return
-        time.sleep(0.1)
+        time.sleep(0.03)
     raise AssertionError(found)
 
 

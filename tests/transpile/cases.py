@@ -6,7 +6,7 @@ import gzip
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -37,19 +37,25 @@ class Case:
     def name(self) -> str:
         return self.path.stem
 
-    @property
+    @cached_property
     def text(self) -> str:
         return self.path.read_text("utf-8")
 
-    @property
+    @cached_property
     def code(self) -> str:
         """The Python between the fences."""
         found = find_code(self.text)
         return self.text[found.start : found.end]
 
     def golden_scene(self) -> Any:
-        data = self.golden.read_bytes()
-        return json.loads(gzip.decompress(data) if self.golden.suffix == ".gz" else data)
+        """It as read, not to be changed; the tests of one case come one after the other."""
+        return _golden(self.golden)
+
+
+@lru_cache(maxsize=2)
+def _golden(path: Path) -> Any:
+    data = path.read_bytes()
+    return json.loads(gzip.decompress(data) if path.suffix == ".gz" else data)
 
 
 def _cases(texts: Path, goldens: Path) -> list[Case]:

@@ -14,11 +14,14 @@ from pathlib import Path
 
 import pytest
 from corpus.compare import compare
+from formatter.texts import INDENTS
 from sampling import one_in
 
 from scenelang.cli.main import main
+from scenelang.grammar.concrete import LINE_COMMENT, tokens
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, ListDatum, Source, Symbol, print_datum
 from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.grammar.formatter import WIDTH, format_text
 from scenelang.session import Checked, Session
 from transpile.cases import (
     CORPUS,
@@ -141,6 +144,25 @@ def test_lines_are_not_long(case: Case) -> None:
         assert "\t" not in line
         bare = re.sub(r'"(?:[^"\\]|\\.)*"', '""', line)
         assert len(bare) <= LONGEST_LINE or len(bare.split()) <= 2, line
+
+
+@both
+def test_it_is_formatted(case: Case) -> None:
+    text = translated(case).text
+    assert format_text(text, INDENTS) == text
+    assert not _could_be_broken(text)
+
+
+def _could_be_broken(text: str) -> list[str]:
+    """The lines that are too long although they could be broken: comments, and one token on a line, cannot."""
+    found = list(tokens(text))
+    lines = []
+    for line in text.splitlines():
+        if len(line) > WIDTH and not any(t.kind == LINE_COMMENT and line.endswith(t.text.rstrip()) for t in found):
+            words = line.strip().strip("()[]'")
+            if not (words.startswith('"') and words.endswith('"')) and '"' not in words:
+                lines.append(line)
+    return lines
 
 
 def _length(text: str) -> int:

@@ -106,13 +106,17 @@ def posed(mesh: Mesh, matrices: FloatArray) -> Mesh:
     return Mesh(vertices.reshape(-1, 3), normals.reshape(-1, 3), faces.reshape(-1, 3), colors)
 
 
+_AROUND = [0, 1, 2, 0, 1]
+
+
 def cofactors_of(linear: FloatArray) -> FloatArray:
     """Return the cofactor matrices of (N, 3, 3), ``det(A) inv(A).T``.
 
     Their columns are cross products of columns of A.
     """
-    a, b, c = linear[:, :, 0], linear[:, :, 1], linear[:, :, 2]
-    return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=2)
+    m = linear[:, _AROUND][:, :, _AROUND]
+    found: FloatArray = m[:, 1:4, 1:4] * m[:, 2:5, 2:5] - m[:, 2:5, 1:4] * m[:, 1:4, 2:5]
+    return found
 
 
 def inverses_of(linear: FloatArray) -> FloatArray:
