@@ -725,7 +725,7 @@ _WARNINGS = {
     "print-limit": "Print less, or run with `--quiet`.",
 }
 
-MENDS: Mapping[str, str] = {
+REMEDIES: Mapping[str, str] = {
     **_READING, **_FORMS, **_NAMES, **_RUNNING, **_LIMITS, **_SCENES, **_FILES, **_PYTHON, **_MODELS, **_WARNINGS
 }  # fmt: skip
 
@@ -749,12 +749,12 @@ def diagnostic_asked(query: str) -> str:
 
 def explanation_data(name: str) -> dict[str, str]:
     """Return the explanation of a diagnostic as JSON-serializable data."""
-    return {"code": CODES[name].code, "name": name, "why": CODES[name].why, "mend": MENDS[name]}
+    return {"code": CODES[name].code, "name": name, "why": CODES[name].why, "remedy": REMEDIES[name]}
 
 
 def explanation(name: str) -> tuple[str, str, str]:
     """Return the explanation of a diagnostic as lines of text: code and name, cause, how to fix it."""
-    return f"{CODES[name].code} {name}", f"  {CODES[name].why}", f"  {MENDS[name]}"
+    return f"{CODES[name].code} {name}", f"  {CODES[name].why}", f"  {REMEDIES[name]}"
 
 
 def by_code() -> list[str]:

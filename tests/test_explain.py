@@ -10,7 +10,7 @@ import pytest
 
 from scenelang.cli.main import main
 from scenelang.cli.output import report
-from scenelang.grammar.diagnostics import CODES, MENDS, Diagnostic
+from scenelang.grammar.diagnostics import CODES, REMEDIES, Diagnostic
 
 
 class Terminal(io.StringIO):
@@ -21,7 +21,7 @@ class Terminal(io.StringIO):
 @pytest.mark.parametrize("asked", ["E301", "e301", "unbound", "Unbound"])
 def test_a_code_or_its_name(asked: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", asked]) == 0
-    assert capsys.readouterr().out == f"E301 unbound\n  {CODES['unbound'].why}\n  {MENDS['unbound']}\n"
+    assert capsys.readouterr().out == f"E301 unbound\n  {CODES['unbound'].why}\n  {REMEDIES['unbound']}\n"
 
 
 def test_several_and_all(capsys: pytest.CaptureFixture[str]) -> None:
@@ -35,7 +35,7 @@ def test_several_and_all(capsys: pytest.CaptureFixture[str]) -> None:
 def test_as_data(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", "E402", "--json"]) == 0
     (told,) = json.loads(capsys.readouterr().out)
-    assert told == {"code": "E402", "name": "arity", "why": CODES["arity"].why, "mend": MENDS["arity"]}
+    assert told == {"code": "E402", "name": "arity", "why": CODES["arity"].why, "remedy": REMEDIES["arity"]}
     assert main(["explain", "--json"]) == 0
     assert {each["name"] for each in json.loads(capsys.readouterr().out)} == set(CODES)
 

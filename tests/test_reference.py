@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from generator.__main__ import CAMERA, PAGES, SMALL, TUTORIAL, main
-from generator.diagnostics_page import BAD, MENDED, ROOT, shown_case
+from generator.diagnostics_page import BAD, FIXED, ROOT, shown_case
 from generator.library_page import PICTURES, picture_program
 from generator.markdown import formatted
 from generator.pictures import difference, drawn, save
@@ -19,7 +19,7 @@ from test_docs import blocks
 from scenelang import Options, Session, Source
 from scenelang.cli import main as cli
 from scenelang.cli.commands import build_parser
-from scenelang.grammar.diagnostics import CODES, MENDS, render_text
+from scenelang.grammar.diagnostics import CODES, REMEDIES, render_text
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import FORM_EXAMPLES, FORMS
 from scenelang.shell_completion import subcommands
@@ -104,8 +104,8 @@ def test_examples_of_forms_run_and_give_what_they_say(text: str) -> None:
 
 
 def test_every_code_says_how_to_mend() -> None:
-    assert set(MENDS) == set(CODES)
-    assert all(mend[0].isupper() and mend.endswith(".") for mend in MENDS.values())
+    assert set(REMEDIES) == set(CODES)
+    assert all(remedy[0].isupper() and remedy.endswith(".") for remedy in REMEDIES.values())
 
 
 def test_every_code_has_a_section_and_a_program() -> None:
@@ -138,7 +138,7 @@ def test_most_codes_show_a_wrong_program() -> None:
     assert len(shown) >= len(CODES) - len(ELSEWHERE) - 6  # folders, long files, bytes that are no text
 
 
-@pytest.mark.parametrize("path", sorted(MENDED.iterdir()), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted(FIXED.iterdir()), ids=lambda path: path.stem)
 def test_mended_programs_are_right(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -146,7 +146,7 @@ def test_mended_programs_are_right(
     assert path.name in {case.name for case in CASES}
     shown = shown_case(code)
     assert shown is not None
-    assert shown.name == path.name, "one mended program for each code"
+    assert shown.name == path.name, "one fixed program for each code"
     said = _said(path.name, path.read_text("utf-8"), tmp_path, monkeypatch, capsys)
     assert "error[" not in said
     assert "warning[" not in said

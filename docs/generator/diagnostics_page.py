@@ -1,5 +1,5 @@
 """The page of diagnostics: every code with a wrong program of ``tests/bad``, what is said about it, and the same
-program mended, from ``tests/mended``, where that is short."""
+program fixed, from ``tests/fixed``, where that is short."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from generator.markdown import NOTICE, block, table
-from scenelang.grammar.diagnostics import CODES, MENDS
+from scenelang.grammar.diagnostics import CODES, REMEDIES
 
 ROOT = Path(__file__).parents[2]
 BAD = ROOT / "tests" / "bad"
-MENDED = ROOT / "tests" / "mended"
+FIXED = ROOT / "tests" / "fixed"
 _LARGEST = 1200  # characters of a program that is shown
 _LANGUAGES = {".scene": "scene", ".py": "python"}
 
@@ -56,7 +56,7 @@ def _row(code: str, name: str) -> tuple[str, str, str]:
 
 
 def _section(code: str, name: str) -> Iterator[str]:
-    yield from (f"### {code} {name}", "", f"{CODES[name].why} {MENDS[name]}", "")
+    yield from (f"### {code} {name}", "", f"{CODES[name].why} {REMEDIES[name]}", "")
     case = shown_case(code)
     if case is None:
         return
@@ -69,16 +69,16 @@ def _section(code: str, name: str) -> Iterator[str]:
             yield from (f"`{path.name}`:", "")
         yield from block(f"{_LANGUAGES[path.suffix]} wrong {code}" if alone else "text", text)
     yield from block("text", _message(case))
-    mended = MENDED / case.name
-    if mended.is_file():
-        yield from ("Mended:", "")
-        yield from block(f"{_LANGUAGES[mended.suffix]} mended", mended.read_text("utf-8"))
+    fixed = FIXED / case.name
+    if fixed.is_file():
+        yield from ("Fixed:", "")
+        yield from block(f"{_LANGUAGES[fixed.suffix]} fixed", fixed.read_text("utf-8"))
 
 
 def shown_case(code: str) -> Path | None:
-    """The program of ``tests/bad`` that shows a code: one that has been mended, else the shortest; None without one."""
+    """The program of ``tests/bad`` that shows a code: one that has been fixed, else the shortest; None without one."""
     cases = [path for path in sorted(BAD.glob(f"{code}-*")) if path.is_dir() or path.suffix in _LANGUAGES]
-    return min(cases, key=lambda path: (not (MENDED / path.name).exists(), _length(path), path.name), default=None)
+    return min(cases, key=lambda path: (not (FIXED / path.name).exists(), _length(path), path.name), default=None)
 
 
 def _length(case: Path) -> int:
