@@ -75,7 +75,6 @@ CODES: dict[str, DiagnosticCode] = {
     "user": DiagnosticCode("E414", "The program raised an error itself, with `error` or `raise`."),
     "escape": DiagnosticCode("E415", "An escape procedure was called after its `let/ec` returned."),
     "format": DiagnosticCode("E416", "A format string is malformed."),
-    "endless-recursion": DiagnosticCode("E417", "A function calls itself whenever it is called, so it never returns."),
     # E5xx: limits
     "steps": DiagnosticCode("E501", "The program exceeded the step limit (`--max-steps`)."),
     "depth": DiagnosticCode("E502", "The program exceeded the recursion limit (`--max-depth`)."),
@@ -151,6 +150,7 @@ CODES: dict[str, DiagnosticCode] = {
     "plain-parameter": DiagnosticCode(
         "W405", "A word is called with an attribute that its function takes as a positional parameter."
     ),
+    "endless-recursion": DiagnosticCode("W406", "A function calls itself whenever it is called, so it never returns."),
     "turned-after-moved": DiagnosticCode(
         "W609", "A part is rotated about the origin after it was translated, so it swings to another place."
     ),
@@ -612,7 +612,6 @@ _RUNNING = {
     "assert": "Correct the asserted condition, or the values that make it false.",
     "user": "Read the message, which the program itself supplies, and the call it points at; catch it with `guard`.",
     "escape": "Call the escape procedure only inside the body of its `let/ec`.",
-    "endless-recursion": "Put the call into a branch, such as `(if (> n 0) (f (- n 1)) ...)`.",
     "format": "Write one `{}` for each value, with a format specification that fits the value, such as `{:.2f}`.",
 }
 
@@ -681,6 +680,7 @@ _WARNINGS = {
     "dropped-value": "Put everything that belongs to the scene into one `(union ...)`, which the body returns.",
     "unreachable-code": "Remove the code, or move it before the call that never returns.",
     "plain-parameter": "Make it a keyword parameter of the word's function: `(lambda (:height) ...)`.",
+    "endless-recursion": "Put the call into a branch, such as `(if (> n 0) (f (- n 1)) ...)`.",
     "undefined-word": "Move the `bind` before the call, or call the word inside a function.",
     "shadowed-macro": "Choose another name, or refer to the paper's macro by its full name, such as `std/union`.",
     "bound-twice": "Remove one of the two bindings, or rename one of the words.",

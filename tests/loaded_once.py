@@ -15,7 +15,7 @@ def loaded_once() -> Iterator[None]:
     from scenelang.backends.neural.imagine import sampling
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(diffusion_loading, "_in_folder", _once(diffusion_loading._in_folder))
+        patch.setattr(diffusion_loading, "_from_folder", _once(diffusion_loading._from_folder))
         patch.setattr(sampling, "_loaded", _once(sampling._loaded))
         yield
 

@@ -11,6 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Source
 from scenelang.grammar.diagnostics import SceneError, render_text
 from scenelang.interpreter.lint.lint import find_root
@@ -62,6 +64,14 @@ def session(**options: Any) -> Session:
     return Session(Options(**options))
 
 
+@contextmanager
+def unchecked() -> Iterator[None]:
+    """Programs whose kinds are not checked, so that mistakes are found when they run."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("scenelang.session.findings", lambda program, root, is_written=True: [])
+        yield
+
+
 def evaluate(text: str, **options: Any) -> Scene:
     """The scene of a program that must be right."""
     result = session(**options).evaluate(Source("<test>", text))
@@ -98,7 +108,8 @@ def value(expression: str, definitions: str = "", **options: Any) -> Any:
 def outcome(text: str, memoise: bool) -> Any:
     """What a program does, as comparable data: flattened geometry and log, or the error."""
     sessions = session()
-    checked = sessions.check(Source("<test>", text))
+    with unchecked():
+        checked = sessions.check(Source("<test>", text))
     program = checked.program
     assert checked.ok, [render_text(d) for d in checked.diagnostics]
     assert program is not None

@@ -36,6 +36,7 @@ TABLE = """; a table with four legs
 (scene "table")
 """
 BROKEN = '(bind "a" (lambda () (call "cube" :scale (+ 1 "2"))))\n'
+UNPROVEN = '(bind "a" (lambda () (call "cube" :scale (+ 1 (ref (list 1 "2") 1)))))\n'
 UNREAD = '(bind "a" (lambda () (call "cube"))\n'
 ENDLESS = "(define (f n) (f (+ n 1)))\n(f 0)\n" + '(bind "a" (lambda () (call "cube")))\n'
 
@@ -78,6 +79,7 @@ def shell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
     made = Shell(tmp_path, capsys)
     made.write("table.scene", TABLE)
     made.write("broken.scene", BROKEN)
+    made.write("unproven.scene", UNPROVEN)
     made.write("unread.scene", UNREAD)
     return made
 
@@ -108,7 +110,9 @@ def test_check(shell: Shell) -> None:
     assert found[0]["place"] == {"file": "unread.scene", "line": 1, "column": 1, "end_line": 1, "end_column": 2}
     assert shell.json("check", "table.scene") == []
     assert [d["code"] for d in shell.json("check", "table.scene", "--strict", code=1)] == ["E210"]
-    assert shell("check", "broken.scene") == "", "check does not run the program"
+    assert shell("check", "broken.scene", code=1) == ""
+    assert "E401" in shell.err
+    assert shell("check", "unproven.scene") == "", "check does not run the program"
     shell("check", "nothing.scene", code=1)
     assert "E701" in shell.err
     shell("check", "nothing.scene", "unread.scene", code=1)
@@ -117,7 +121,7 @@ def test_check(shell: Shell) -> None:
 
 
 def test_check_and_run(shell: Shell) -> None:
-    shell("check", "--run", "broken.scene", code=1)
+    shell("check", "--run", "unproven.scene", code=1)
     assert "E401" in shell.err
     assert shell("check", "--run", "table.scene") == ""
 

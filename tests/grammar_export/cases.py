@@ -13,16 +13,18 @@ GOOD = sorted([*(ROOT / "examples").rglob("*.scene"), *(ROOT / "stdlib").glob("*
 # Codes of mistakes in the shape of a program: everything that reading and the special forms refuse.
 SHAPE = frozenset({
     "E101", "E102", "E103", "E104", "E105", "E106", "E107", "E201", "E202", "E203", "E204", "E205", "E207", "E209",
-    "E211",
+    "E211", "E212",
 })  # fmt: skip
 STRICT_CODE = "E210"
 
 # What a context-free grammar cannot see.
 UNSEEN = {
+    "E203-else.scene": "`else` in a call is a name like any other",
     "E205-let.scene": "two names are compared",
     "E205-parameter.scene": "two names are compared",
     "E207-ellipsis.scene": "a template is right or wrong by the names of its pattern",
     "E207-no-rule.scene": "the rules of a macro are the program's own",
+    "E212-word.scene": "the names of functions are the program's own",
 }
 
 

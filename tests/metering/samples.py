@@ -236,6 +236,8 @@ def samples(n: int) -> dict[str, list[Sample]]:
     short_text = _named(small, "a")
     return {
         "Any": everything,
+        "Numeric": everything,
+        "ArrayLike": everything,
         "Sequence": [*lists, *arrays, *mutable[:-1], *texts, *_named(small, "(1 2)")],
         "List": [*lists, *mutable[:2], *handles, *_named(small, "(1 2)")],
         "Array": arrays,

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from mistakes.typos import typos
+from support import unchecked
 from scenelang import Session, Source
 from scenelang.grammar.diagnostics import Diagnostic, render_text
 
@@ -78,18 +79,15 @@ def test_the_corpus_is_broad() -> None:
 
 
 AT_RUN = [p for p in PROGRAMS if p.suffix == ".scene" and expected_of(p)[:2] in ("E4", "E6") and not is_undecidable(p)]
-# Without the check, the run ends at a limit, or another mistake of the same kind comes first.
-_OTHER_AT_RUN = {"E417": ("E501", "E502", "E507")}
 
 
 @pytest.mark.parametrize("path", AT_RUN, ids=name_of)
-def test_the_run_fails_in_the_same_way(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_run_fails_in_the_same_way(path: Path) -> None:
     """An error that is found before the run has the code that the run would give."""
-    monkeypatch.setattr("scenelang.session.findings", lambda program, root, is_written=True: [])
-    evaluated = Session().evaluate(source_of(path))
+    with unchecked():
+        evaluated = Session().evaluate(source_of(path))
     (error,) = [d for d in evaluated.diagnostics if d.is_error]
-    code = expected_of(path)
-    assert error.code in _OTHER_AT_RUN.get(code, (code,))
+    assert error.code == expected_of(path)
 
 
 SOUND = {name: (HERE.parents[1] / "examples" / f"{name}.scene").read_text("utf-8") for name in ("jenga", "toys")}
@@ -109,8 +107,6 @@ def test_typos(name: str) -> None:
         if not found:
             missed.append(f"{kind}: {change}")
     assert len(missed) <= 0.05 * counts.total(), missed
-
-
 
 
 SEVEN = """(define (leg height::Float) (call "cylinder" :radius .1 :p1 [0 height 0]))

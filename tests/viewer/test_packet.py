@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import unchecked
 
 from scenelang import Evaluated, Session, Source
 from scenelang.backends.viewer.packet import packet_of
@@ -134,7 +135,8 @@ def test_a_primitive_without_extent_is_no_trouble() -> None:
 
 
 def test_a_look_that_makes_no_sense_is_an_error() -> None:
-    result = evaluate('(bind "a" (lambda () (call "cube" :opacity "high")))')
+    with unchecked():
+        result = evaluate('(bind "a" (lambda () (call "cube" :opacity "high")))')
     assert result.scene is not None
     with pytest.raises(SceneError) as error:
         packet_of(result.scene)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import pytest
-from support import evaluate
+from support import evaluate, unchecked
 
 from scenelang.backends.neural.descriptions import (
     MAX_TEXT,
@@ -161,7 +161,7 @@ def test_entries_of_z_count_as_texts_of_the_program() -> None:
 
 
 def test_a_wrong_attribute_is_the_programs_mistake() -> None:
-    with pytest.raises(SceneError, match=":metallic"):
+    with unchecked(), pytest.raises(SceneError, match=":metallic"):
         words('(call "cube" :metallic "very")')
 
 

@@ -1,4 +1,4 @@
-# expect E417
+# expect W406
 from helper import *
 
 @register("tree")
