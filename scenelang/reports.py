@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, TextIO
 
 from scenelang.backends.files import write_text
-from scenelang.grammar.diagnostics import printable
+from scenelang.grammar.diagnostics import Diagnostic, printable, render_text, to_json
 
 _PATIENCE = 1.0  # delay before progress is shown, in seconds
 _WIDTH = 30
@@ -73,3 +73,29 @@ def deliver(text: str, output: str | None) -> None:
         sys.stdout.write(text)
     else:
         write_text(output, text)
+
+
+def print_diagnostics(
+    diagnostics: Sequence[Diagnostic], stream: TextIO, as_json: bool, color: bool, explains: bool
+) -> None:
+    """Print diagnostics as text, or as one JSON list; ``explains`` adds the command that explains them."""
+    if as_json:
+        print(json.dumps([to_json(d) for d in diagnostics]), file=stream)
+        return
+    for diagnostic in diagnostics:
+        print(render_text(diagnostic, color), file=stream)
+    without_hint = sorted({diagnostic.code for diagnostic in diagnostics if not diagnostic.hint})
+    if without_hint and explains:
+        print(f"  more: scenelang explain {' '.join(without_hint)}", file=stream)
+
+
+def once(report: Callable[[Diagnostic], None]) -> Callable[[Diagnostic], None]:
+    """Return a callback that reports diagnostics, each message only once."""
+    reported: set[str] = set()
+
+    def warn(diagnostic: Diagnostic) -> None:
+        if diagnostic.message not in reported:
+            reported.add(diagnostic.message)
+            report(diagnostic)
+
+    return warn

@@ -111,13 +111,13 @@ def _backends(**_: Any) -> Iterable[str]:
 
 
 def _environments(**_: Any) -> Iterable[str]:
-    from scenelang.backends.pictures.studio import ENVIRONMENTS
+    from scenelang.backends.pictures.appearance import ENVIRONMENTS
 
     return ENVIRONMENTS
 
 
 def _grounds(**_: Any) -> Iterable[str]:
-    from scenelang.backends.pictures.studio import GROUNDS
+    from scenelang.backends.pictures.appearance import GROUNDS
 
     return GROUNDS
 

@@ -474,7 +474,7 @@ def grammar_text(form: str, strict: bool = False) -> str:
     >>> "start" in grammar_text("lark")
     True
     """
-    from scenelang.grammar.export.textmate import textmate_text
+    from scenelang.grammar.export.notations import textmate_text
 
     if form not in GRAMMARS:
         raise SceneError("value", f"unknown grammar format `{form}`; expected {', '.join(GRAMMARS)}")
@@ -486,9 +486,7 @@ def grammar_text(form: str, strict: bool = False) -> str:
 
 
 def _parsed(form: str, strict: bool) -> str:
-    from scenelang.grammar.export.ebnf import ebnf_text
-    from scenelang.grammar.export.gbnf import gbnf_text
-    from scenelang.grammar.export.lark_text import lark_text, llguidance_text
+    from scenelang.grammar.export.notations import ebnf_text, gbnf_text, lark_text, llguidance_text
     from scenelang.interpreter.expand.forms import full_grammar, strict_grammar
 
     writers = {"lark": lark_text, "llguidance": llguidance_text, "gbnf": gbnf_text, "ebnf": ebnf_text}

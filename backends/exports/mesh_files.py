@@ -19,8 +19,7 @@ import numpy.typing as npt
 
 from scenelang.backends.exports.export import Job, PlacedMesh, mesh_backend, placed
 from scenelang.backends.exports.surfaces import ExportSurface
-from scenelang.backends.pictures.appearance import Look
-from scenelang.backends.pictures.studio import to_srgb
+from scenelang.backends.pictures.appearance import Look, to_srgb
 from scenelang.interpreter.scene.primitives.mesh import triangle_normals
 
 _MAX_SHININESS = 1000.0  # maximum of Ns, which is 0 for a rough surface

@@ -31,13 +31,12 @@ from scenelang.backends.exports.surfaces import (
     unit_surface,
 )
 from scenelang.backends.geometry.solids import solids_of
-from scenelang.backends.pictures.appearance import Look, look_of
+from scenelang.backends.pictures.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.mitsuba import MITSUBA, use
 from scenelang.backends.pictures.mitsuba_scene import UNIT_SEGMENTS, dissolves, surroundings, unit_parts
 from scenelang.backends.pictures.mitsuba_scene import surface as bsdf_of
 from scenelang.backends.pictures.stage import Staging, box_of, still, unit_size
-from scenelang.backends.pictures.studio import BRIGHTEST
 from scenelang.grammar.diagnostics import printable
 from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix
 from scenelang.interpreter.scene import pose

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import require
-from scenelang.backends.pictures.studio import from_srgb
+from scenelang.backends.pictures.appearance import from_srgb
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.primitives.asset import Asset, set_mesh_loader
 from scenelang.interpreter.scene.primitives.mesh import Mesh

@@ -34,11 +34,10 @@ from scenelang.backends.labels.ground_truth import (
     truth_of,
 )
 from scenelang.backends.minecraft.models import as_cubes
-from scenelang.backends.pictures.appearance import tint
+from scenelang.backends.pictures.appearance import encode, tint
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json
 from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOptions, painters, save_picture, write_exr
 from scenelang.backends.pictures.stage import Shot, box_of, still, unit_size
-from scenelang.backends.pictures.studio import encode
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import setting, whole
 from scenelang.interpreter.scene.entity import Entity, Scene

@@ -19,8 +19,7 @@ from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.minecraft.table import BlockKind, BlockTable, load_table
 from scenelang.backends.minecraft.voxels import BoolArray, FloatArray, IntArray, namespaced
 from scenelang.backends.neural.descriptions import oklab
-from scenelang.backends.pictures.appearance import Looks
-from scenelang.backends.pictures.studio import from_srgb
+from scenelang.backends.pictures.appearance import Looks, from_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count

@@ -30,8 +30,7 @@ from scenelang.backends.minecraft.voxels import (
     place_of,
     whole_sizes,
 )
-from scenelang.backends.pictures.appearance import Look, look_of
-from scenelang.backends.pictures.studio import from_srgb
+from scenelang.backends.pictures.appearance import Look, from_srgb, look_of
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, LimitError
 from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY, Embedding, Matrix, Pair, Vector

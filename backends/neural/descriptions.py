@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.pictures.appearance import MATERIALS, Look, look_of
-from scenelang.backends.pictures.studio import from_srgb
+from scenelang.backends.pictures.appearance import MATERIALS, Look, from_srgb, look_of
 from scenelang.grammar.datum import Keyword, Symbol
 from scenelang.interpreter.runtime.show import plain_attributes
 from scenelang.interpreter.scene.bounds import entity_box

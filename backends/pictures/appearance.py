@@ -1,4 +1,4 @@
-"""Surface appearance: the material of a primitive, derived from its word and attributes, for geometric backends.
+"""Appearance: the materials of primitives, derived from their words and attributes, and the lighting around them.
 
 ``:color`` is the reflectance in linear sRGB; ``:roughness`` from 0 (polished) to 1, matte if absent; ``:metallic`` from
 0 to 1; ``:opacity`` from 0 (transparent) to 1; ``:emission`` the emitted radiance, one number (multiplied by the
@@ -19,13 +19,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.pictures.studio import from_srgb
+from scenelang.backends.pictures.camera import Camera
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene import primitives
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.primitives import items_of
 
 FloatArray = npt.NDArray[np.float64]
+AnyFloats = npt.NDArray[np.floating]
+Color = tuple[float, float, float]
 Point = tuple[float, float, float]
 
 GLASS = 1.5  # index of refraction of a glossy surface without `:ior`
@@ -170,3 +172,152 @@ def _numbers_in(
         expected = " or ".join("a number" if length == 1 else f"{length} numbers" for length in lengths)
         raise SceneError("attribute", f'the attribute `:{name}` of "{word}" must be {expected}')
     return floats
+
+
+BRIGHTEST = 0.92  # maximum reflectance; no surface reflects all light
+GROUND_EDGE = 5e4  # extent of the ground, in units of the scene's half diagonal
+SHOULDER = 0.7
+
+
+@dataclass(frozen=True, slots=True)
+class Environment:
+    """A lighting environment; ``doc`` is a one-line description.
+
+    ``ambient`` is the surrounding radiance; ``key`` the radiance of a white surface that faces the key light, from that
+    light alone. The key light is ``turn`` degrees beside the camera, ``height`` degrees above the horizon, with an
+    angular radius of ``radius`` degrees. ``toned`` pictures have a soft shoulder instead of clipping. In an ``unlit``
+    environment surfaces show their colours unshaded.
+    """
+
+    doc: str
+    backdrop: Color
+    ambient: Color
+    key: Color
+    turn: float = -72.0
+    height: float = 50.0
+    radius: float = 5.0
+    toned: bool = True
+    unlit: bool = False
+    ground: str = "seamless"
+
+
+ENVIRONMENTS = {
+    "studio": Environment(
+        "a bright room with a soft light beside the camera",
+        (0.60, 0.61, 0.625), (0.42, 0.43, 0.445), (0.76, 0.73, 0.68),
+    ),
+    "overcast": Environment(
+        "a white sky with faint shadows", (0.68, 0.70, 0.73), (0.66, 0.69, 0.73), (0.14, 0.14, 0.14), radius=20.0
+    ),
+    "sunny": Environment(
+        "a blue sky and a hard sun", (0.42, 0.58, 0.80), (0.30, 0.38, 0.50), (1.05, 0.98, 0.85), -60.0, 55.0, 1.0,
+        ground="meadow",
+    ),
+    "sunset": Environment(
+        "a low warm sun", (0.72, 0.47, 0.32), (0.24, 0.22, 0.30), (1.05, 0.62, 0.32), -65.0, 18.0, 2.5, ground="earth"
+    ),
+    "night": Environment(
+        "moonlight, for scenes with :emission", (0.010, 0.014, 0.030), (0.016, 0.020, 0.036), (0.05, 0.06, 0.09),
+        -50.0, 60.0, 2.0, ground="dark",
+    ),
+    "flat": Environment(
+        "unlit: every surface has exactly its :color, without shadows", (1.0, 1.0, 1.0),
+        (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), toned=False, unlit=True, ground="none",
+    ),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """A ground; ``color`` is its reflectance, None for the seamless one. With ``other`` it is a checkerboard of
+    both."""
+
+    doc: str
+    color: Color | None
+    other: Color | None = None
+
+
+GROUNDS = {
+    "seamless": Ground("as bright as the backdrop: no horizon", None),
+    "none": Ground("nothing below the scene", None),
+    "white": Ground("white", (0.8, 0.8, 0.8)),
+    "dark": Ground("nearly black", (0.04, 0.04, 0.045)),
+    "meadow": Ground("grass green", (0.16, 0.26, 0.08)),
+    "earth": Ground("sand and soil", (0.32, 0.22, 0.14)),
+    "checker": Ground("a checkerboard, each square a quarter of the scene's half diagonal", (0.62,) * 3, (0.24,) * 3),
+}
+CHECKER = 0.25  # side of a square, in units of the scene's half diagonal
+CHECKER_EDGE = 1000.0  # extent of the squares; the mean colour continues beyond
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Studio:
+    """Lighting of one picture.
+
+    ``key_direction`` (3,) is the unit vector from the scene to the key light. ``ground`` (2, 3) are the reflectances of
+    the ground's squares, equal for a plain ground; None without a ground.
+    """
+
+    environment: Environment
+    key_direction: FloatArray
+    ground: FloatArray | None
+
+
+def studio_for(camera: Camera, environment: str = "studio", ground: str | None = None) -> Studio:
+    """Return the studio with the named parts whose key light is beside ``camera`` and above the scene.
+
+    ``ground`` None selects the environment's default.
+    """
+    chosen = ENVIRONMENTS[environment]
+    turn = math.atan2(-camera.right[2], camera.right[0]) + math.radians(chosen.turn)
+    height = math.radians(chosen.height)
+    flat = math.cos(height)
+    direction = np.array([math.sin(turn) * flat, math.sin(height), math.cos(turn) * flat])
+    name = ground or chosen.ground
+    return Studio(chosen, direction, None if name == "none" else _ground(GROUNDS[name], chosen, direction))
+
+
+def _ground(ground: Ground, environment: Environment, direction: FloatArray) -> FloatArray:
+    if ground.color is None:
+        light = np.array(environment.ambient) + np.array(environment.key) * direction[1]
+        return np.tile(np.minimum(np.array(environment.backdrop) / light, 1.0), (2, 1))
+    return np.array([ground.color, ground.other or ground.color])
+
+
+def ground_colors(ground: FloatArray, x: AnyFloats, z: AnyFloats) -> FloatArray:
+    """Return the reflectance (N, 3) of the ``ground`` (2, 3) at positions (N,)."""
+    if (ground[0] == ground[1]).all():
+        return np.broadcast_to(ground[0], (len(x), 3))
+    second = (np.floor(x / CHECKER) + np.floor(z / CHECKER)) % 2.0 != 0.0
+    colors = ground[second.astype(np.int64)]
+    colors[np.maximum(np.abs(x), np.abs(z)) > CHECKER_EDGE] = ground.mean(axis=0)
+    return np.asarray(colors, np.float64)
+
+
+def tone_map(radiance: AnyFloats, environment: Environment) -> AnyFloats:
+    """Map linear radiance to [0, 1] with the tone curve of ``environment``."""
+    return tone(radiance) if environment.toned else np.clip(radiance, 0.0, 1.0)
+
+
+def tone(linear: AnyFloats) -> AnyFloats:
+    """Map linear radiance to [0, 1): the identity up to 0.7, then a soft shoulder instead of clipping."""
+    room = 1.0 - SHOULDER
+    over = np.maximum(linear - SHOULDER, 0.0)
+    return np.where(linear <= SHOULDER, np.maximum(linear, 0.0), 1.0 - room * np.exp(-over / room))
+
+
+def encode(linear: AnyFloats) -> npt.NDArray[np.uint8]:
+    """Convert linear sRGB in [0, 1] to 8-bit sRGB of the same shape."""
+    return np.asarray(np.rint(to_srgb(linear) * 255.0), np.uint8)
+
+
+def to_srgb(linear: AnyFloats) -> AnyFloats:
+    """Convert linear sRGB to sRGB, both in [0, 1] (IEC 61966-2-1)."""
+    x = np.clip(linear, 0.0, 1.0)
+    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(np.maximum(x, 0.0031308), 1.0 / 2.4) - 0.055)
+
+
+def from_srgb(encoded: AnyFloats) -> AnyFloats:
+    """Convert sRGB to linear sRGB, both in [0, 1]."""
+    x = np.clip(encoded, 0.0, 1.0)
+    return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)

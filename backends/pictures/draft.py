@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Accepts, Progress, Work
 from scenelang.backends.geometry.solids import Solids
+from scenelang.backends.pictures.appearance import encode, tone_map
 from scenelang.backends.pictures.draft_light import (
     GROUND,
     SKY,
@@ -45,7 +46,6 @@ from scenelang.backends.pictures.film import (
 )
 from scenelang.backends.pictures.rays import NOTHING, Caster, Keys, Rays, camera_rays, caster_for, depths_of, ids_of
 from scenelang.backends.pictures.stage import Shot, Stage, Staging
-from scenelang.backends.pictures.studio import encode, tone_map
 
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]

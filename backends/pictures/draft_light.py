@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.geometry.solids import Solids
+from scenelang.backends.pictures.appearance import BRIGHTEST, GROUND_EDGE, ground_colors
 from scenelang.backends.pictures.rays import caster_for, depths_of, parallel_rays
 from scenelang.backends.pictures.stage import Stage
-from scenelang.backends.pictures.studio import BRIGHTEST, GROUND_EDGE, ground_colors
 
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]

@@ -28,10 +28,10 @@ from scenelang.backends.base import (
 )
 from scenelang.backends.files import atomic_write
 from scenelang.backends.geometry.solids import Solids
+from scenelang.backends.pictures.appearance import ENVIRONMENTS, GROUNDS
 from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
 from scenelang.backends.pictures.stage import Shot, Staging, staging_of, still
 from scenelang.backends.pictures.stage import film as shots_of
-from scenelang.backends.pictures.studio import ENVIRONMENTS, GROUNDS
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.settings import setting, whole
 from scenelang.interpreter.scene.entity import Scene

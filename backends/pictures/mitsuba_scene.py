@@ -11,10 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.geometry.solids import Solids, composed, normalized, own_mesh, solids_of, thinness
-from scenelang.backends.pictures.appearance import GLASS, Look, look_of
+from scenelang.backends.pictures.appearance import (
+    BRIGHTEST,
+    CHECKER,
+    CHECKER_EDGE,
+    GLASS,
+    GROUND_EDGE,
+    Look,
+    Studio,
+    look_of,
+)
 from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.pictures.stage import Stage, Staging
-from scenelang.backends.pictures.studio import BRIGHTEST, CHECKER, CHECKER_EDGE, GROUND_EDGE, Studio
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm

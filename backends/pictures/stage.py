@@ -12,9 +12,8 @@ import numpy.typing as npt
 from scenelang.backends.base import frame_of
 from scenelang.backends.geometry.solids import Solids, normalized, parted, solids_of
 from scenelang.backends.minecraft.models import as_cubes
-from scenelang.backends.pictures.appearance import check_seen
+from scenelang.backends.pictures.appearance import Studio, check_seen, studio_for
 from scenelang.backends.pictures.camera import Camera, Viewpoint, checked, place
-from scenelang.backends.pictures.studio import Studio, studio_for
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count

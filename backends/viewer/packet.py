@@ -24,9 +24,8 @@ from scenelang.backends.base import require
 from scenelang.backends.geometry.solids import composed, is_semantic, keeps_own_colors, own_mesh
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.neural.weights import INSTALL
-from scenelang.backends.pictures.appearance import GLASS, look_of
+from scenelang.backends.pictures.appearance import BRIGHTEST, ENVIRONMENTS, GLASS, SHOULDER, look_of, to_srgb
 from scenelang.backends.pictures.stage import box_of, unit_size
-from scenelang.backends.pictures.studio import BRIGHTEST, ENVIRONMENTS, SHOULDER, to_srgb
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.show import show

@@ -191,7 +191,7 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
     """Return what the kinds of a program show to be wrong.
 
     An error in a form that ``root`` never reaches is a warning, since it is not evaluated. Of programs that were
-    translated from Python (``is_written`` False), only errors and values out of range are reported: the rest may be due
+    translated from Python (``is_written`` False), only errors, values out of range and infinite recursion are reported: the rest may be due
     to the translation.
     """
     results = program.kinds.of(program)
@@ -204,7 +204,7 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
         found += own
     found += endless_recursions(results)
     if not is_written:
-        found = [d for d in found if d.is_error or d.name == "out-of-range"]
+        found = [d for d in found if d.is_error or d.name in ("out-of-range", "endless-recursion")]
     functions = [each.form.function for each in program.facts if type(each.form) is ast.Bind]
     return _with_parameters(found, functions)
 

@@ -33,7 +33,7 @@ from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter
 from scenelang.interpreter.runtime.values import Keyword
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.kinds.infer import Inference, RecordCode
+    from scenelang.interpreter.kinds.infer import KindInference, RecordCode
 
 MAX_SHOWN = 40  # characters of source text in a message
 _FEW = 4  # keyword arguments that a hint lists
@@ -74,7 +74,7 @@ def plural(count: int, noun: str) -> str:
 # --- calls -----------------------------------------------------------------------------------------------------------
 
 
-def call(inference: Inference, node: ast.Application, function: Kind, arguments: Sequence[Kind]) -> Kind:
+def call(inference: KindInference, node: ast.Application, function: Kind, arguments: Sequence[Kind]) -> Kind:
     """Check the application of a value of the kind ``function``, and return the kind of its result."""
     if function is ANY or function is NEVER:
         return ANY
@@ -93,7 +93,7 @@ def call(inference: Inference, node: ast.Application, function: Kind, arguments:
 
 
 def report_not_a_function(
-    inference: Inference, node: ast.Application, function: Kind, arguments: Sequence[Kind]
+    inference: KindInference, node: ast.Application, function: Kind, arguments: Sequence[Kind]
 ) -> Kind:
     head = node.function
     found = describe(function)
@@ -138,7 +138,7 @@ def report_not_a_function(
     )  # fmt: skip
 
 
-def split(inference: Inference, node: Any, arguments: Sequence[Any], name: str, usage: str) -> Any:
+def split(inference: KindInference, node: Any, arguments: Sequence[Any], name: str, usage: str) -> Any:
     """Split the argument nodes of a call into positional ones and ``(name, keyword node, value node)`` rows.
 
     Returns None after a report, or if an argument may be a keyword that the text does not show.
@@ -168,7 +168,7 @@ def split(inference: Inference, node: Any, arguments: Sequence[Any], name: str, 
     return positional, keywords
 
 
-def _may_hide_keywords(inference: Inference, positional: Sequence[Any]) -> bool:
+def _may_hide_keywords(inference: KindInference, positional: Sequence[Any]) -> bool:
     """Return whether a positional argument of unknown kind may be a keyword, which takes the next argument along."""
     return any(inference.result.kinds[node] is ANY and _may_be_keyword(node) for node in positional)
 
@@ -181,7 +181,7 @@ def _may_be_keyword(node: Any) -> bool:
 # --- builtins --------------------------------------------------------------------------------------------------------
 
 
-def call_builtin(inference: Inference, node: ast.Application, builtin: Builtin, arguments: Sequence[Kind]) -> Kind:
+def call_builtin(inference: KindInference, node: ast.Application, builtin: Builtin, arguments: Sequence[Kind]) -> Kind:
     """Check a call of a builtin, and return the kind of its result."""
     signature = builtin.signature
     nodes: Sequence[Any] = node.arguments
@@ -220,7 +220,7 @@ def _fits(parameter: BuiltinParameter, argument: Any, kind: Kind) -> bool:
     return accepts(parameter.type, kind)
 
 
-def _report_arity(inference: Inference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any]) -> Kind:
+def _report_arity(inference: KindInference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any]) -> Kind:
     signature = builtin.signature
     required, most = len(signature.required), len(signature.required) + len(signature.optional)
     if signature.rest is not None:
@@ -238,7 +238,7 @@ def _report_arity(inference: Inference, node: ast.Application, builtin: Builtin,
 
 
 def _grouped(
-    inference: Inference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any]
+    inference: KindInference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any]
 ) -> tuple[str | None, tuple[Fix, ...]]:
     """Return a hint and a fix for numbers that belong into an array: ``(translate 1 2 3)``."""
     parameters = (*builtin.signature.required, *builtin.signature.optional)
@@ -265,7 +265,7 @@ def _grouped(
 
 
 def _report_type(
-    inference: Inference,
+    inference: KindInference,
     node: ast.Application,
     builtin: Builtin,
     parameter: BuiltinParameter,
@@ -316,7 +316,7 @@ def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
 
 
 def _advice(
-    inference: Inference, builtin: Builtin, parameter: BuiltinParameter, argument: Any, kind: Kind, node: Any
+    inference: KindInference, builtin: Builtin, parameter: BuiltinParameter, argument: Any, kind: Kind, node: Any
 ) -> tuple[str | None, tuple[Fix, ...]]:
     """Return a hint and a fix for one argument of the wrong kind."""
     name = parameter.type.name
@@ -359,7 +359,9 @@ def _replace(node: Any, text: str) -> Fix:
     return Fix(f"Change to `{text}`", (Edit(node.span, text),), safe=True)
 
 
-def _check_builtin_keywords(inference: Inference, builtin: Builtin, keywords: Sequence[tuple[str, Any, Any]]) -> bool:
+def _check_builtin_keywords(
+    inference: KindInference, builtin: Builtin, keywords: Sequence[tuple[str, Any, Any]]
+) -> bool:
     known = {parameter.name: parameter for parameter in builtin.signature.keywords}
     ok = True
     for key, key_node, value in keywords:
@@ -379,7 +381,7 @@ def _check_builtin_keywords(inference: Inference, builtin: Builtin, keywords: Se
 
 
 def report_unknown_keyword(
-    inference: Inference,
+    inference: KindInference,
     owner: str,
     key: str,
     span: Span,
@@ -418,7 +420,7 @@ def number_of(node: Any) -> float | None:
 
 
 def _check_values(
-    inference: Inference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]
+    inference: KindInference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]
 ) -> bool:
     """Check literal arguments: divisors, indices, angles, and what the registry entry itself checks."""
     name = builtin.name
@@ -453,7 +455,9 @@ def _check_values(
     return True
 
 
-def _check_extremes(inference: Inference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+def _check_extremes(
+    inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]
+) -> bool:
     """Check that several arguments of ``min`` or ``max`` are numbers or arrays; a single one may be any sequence."""
     for argument, kind in zip(nodes, kinds):
         if not accepts("Numeric", kind):
@@ -467,7 +471,7 @@ def _check_extremes(inference: Inference, node: Any, name: str, nodes: Sequence[
 
 
 def _check_triple(
-    inference: Inference, node: Any, builtin: Builtin, position: int, nodes: Sequence[Any], kinds: Sequence[Kind]
+    inference: KindInference, node: Any, builtin: Builtin, position: int, nodes: Sequence[Any], kinds: Sequence[Kind]
 ) -> bool:
     """Check that an argument that is a point or direction has three numbers."""
     parameters = (*builtin.signature.required, *builtin.signature.optional)
@@ -482,7 +486,7 @@ def _check_triple(
     return False
 
 
-def _check_mutable(inference: Inference, node: Any, name: str, argument: Any, kind: Kind) -> bool:
+def _check_mutable(inference: KindInference, node: Any, name: str, argument: Any, kind: Kind) -> bool:
     """Check that what a procedure changes can be changed."""
     tags = {option.tag for option in kind.options}
     if kind is ANY or tags & MUTATED[name]:
@@ -503,7 +507,7 @@ def _check_mutable(inference: Inference, node: Any, name: str, argument: Any, ki
 _CXR = re.compile(r"c[ad]{1,4}r")
 
 
-def _check_cxr(inference: Inference, node: Any, name: str, argument: Any, kind: Kind) -> bool:
+def _check_cxr(inference: KindInference, node: Any, name: str, argument: Any, kind: Kind) -> bool:
     """Check ``car``, ``cdr`` and their compositions, from the innermost operation on."""
     for letter in reversed(name[1:-1]):
         if kind is ANY or len(kind.options) > 1:
@@ -537,7 +541,7 @@ _DIVISIONS = frozenset(("/", "//", "%", "modulo", "quotient", "remainder", "floo
 _INDEXED = {"ref": (0, 1), "list-ref": (0, 1), "vector-ref": (0, 1), "string-ref": (0, 1)}
 
 
-def _check_index(inference: Inference, node: Any, name: str, sequence: Any, kind: Kind, index: Any) -> bool:
+def _check_index(inference: KindInference, node: Any, name: str, sequence: Any, kind: Kind, index: Any) -> bool:
     length = length_of(kind) if kind.tag in ("List", "Vector") else None
     if type(sequence) is ast.Constant and type(sequence.value) is str:
         length = len(sequence.value)
@@ -556,7 +560,7 @@ def _check_index(inference: Inference, node: Any, name: str, sequence: Any, kind
     return True
 
 
-def check_angle(inference: Inference, node: Any) -> None:
+def check_angle(inference: KindInference, node: Any) -> None:
     """Warn about a literal angle that is surely given in degrees: more than two turns of radians."""
     value = number_of(node)
     if value is None or abs(value) <= 2 * TURN or node.span.expansion is not None:
@@ -572,7 +576,7 @@ def check_angle(inference: Inference, node: Any) -> None:
 
 
 def check_callback(
-    inference: Inference, node: Any, function: Kind, arguments: Sequence[Kind], caller: str, runs: bool
+    inference: KindInference, node: Any, function: Kind, arguments: Sequence[Kind], caller: str, runs: bool
 ) -> None:
     """Check that a function can be called with so many arguments. ``runs``: it is surely called at least once."""
     if function.tag != "Function":
@@ -612,18 +616,18 @@ def arity_of(code: Any) -> tuple[int | None, float, str, str]:
     return None, 0, "", ""
 
 
-def _mapped(inference: Inference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
+def _mapped(inference: KindInference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
     """Check the function of ``map`` and its like against the number of sequences."""
     sequences = kinds[1:]
     runs = bool(sequences) and all(kind.items for kind in sequences)
     check_callback(inference, nodes[0], kinds[0], sequences, f"`{builtin.name}`", runs)
 
 
-def _tested(inference: Inference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
+def _tested(inference: KindInference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
     check_callback(inference, nodes[0], kinds[0], [ANY], f"`{builtin.name}`", bool(kinds[1].items))
 
 
-def _folded(inference: Inference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
+def _folded(inference: KindInference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
     sequences = kinds[2:]
     runs = bool(sequences) and all(kind.items for kind in sequences)
     check_callback(inference, nodes[0], kinds[0], [ANY, *sequences], f"`{builtin.name}`", runs)
@@ -640,7 +644,7 @@ _CALLBACKS: dict[str, Callable[..., None]] = {
 
 
 def _call_lambda(
-    inference: Inference, node: ast.Application, code: ast.Lambda, arguments: Sequence[Kind], function: Kind
+    inference: KindInference, node: ast.Application, code: ast.Lambda, arguments: Sequence[Kind], function: Kind
 ) -> Kind:
     owner = f"`{code.name}`" if code.name not in ("lambda", "do") else "this function"
     result = function.item if function.item is not None else ANY
@@ -681,7 +685,7 @@ def _call_lambda(
 
 
 def _swapped_parameters(
-    inference: Inference, node: Any, parameters: Sequence[ast.Parameter], nodes: Sequence[Any]
+    inference: KindInference, node: Any, parameters: Sequence[ast.Parameter], nodes: Sequence[Any]
 ) -> tuple[str, tuple[Fix, ...]] | None:
     """Return the hint and fix for two neighbouring arguments in the wrong order, where a type shows it."""
     for i in range(min(len(parameters), len(nodes)) - 1):
@@ -695,7 +699,7 @@ def _swapped_parameters(
 
 
 def check_keywords(
-    inference: Inference,
+    inference: KindInference,
     node: Any,
     owner: str,
     what: str,
@@ -725,7 +729,7 @@ def check_keywords(
 
 
 def _check_parameter(
-    inference: Inference,
+    inference: KindInference,
     owner: str,
     parameter: ast.Parameter,
     value: Any,
@@ -768,7 +772,7 @@ def _written_keyword(nodes: Sequence[Any]) -> Any:
     return next((n for n in nodes if type(n) is ast.Constant and type(n.value) is Keyword), None)
 
 
-def _report_plain_keyword(inference: Inference, node: Any, code: ast.Lambda, owner: str) -> bool:
+def _report_plain_keyword(inference: KindInference, node: Any, code: ast.Lambda, owner: str) -> bool:
     """Report ``(f :height 2)`` where the function has positional parameters of these names; keywords are plain values
     for it, so that the number of arguments is wrong."""
     key = _written_keyword(node.arguments)
@@ -786,7 +790,7 @@ def _report_plain_keyword(inference: Inference, node: Any, code: ast.Lambda, own
 
 
 def _report_positional_keyword(
-    inference: Inference,
+    inference: KindInference,
     code: ast.Lambda,
     owner: str,
     nodes: Sequence[Any],
@@ -810,7 +814,7 @@ def _report_positional_keyword(
 
 
 def _report_lambda_arity(
-    inference: Inference,
+    inference: KindInference,
     node: Any,
     code: ast.Lambda,
     nodes: Sequence[Any],
@@ -849,7 +853,7 @@ def _report_lambda_arity(
 
 
 def _report_missing(
-    inference: Inference,
+    inference: KindInference,
     node: Any,
     owner: str,
     missing: Sequence[str],
@@ -865,7 +869,7 @@ def _report_missing(
 
 
 def _call_record(
-    inference: Inference, node: ast.Application, code: RecordCode, arguments: Sequence[Kind], function: Kind
+    inference: KindInference, node: ast.Application, code: RecordCode, arguments: Sequence[Kind], function: Kind
 ) -> Kind:
     result = function.item if function.item is not None else ANY
     if code.role == "new":
@@ -885,7 +889,7 @@ def _call_record(
     return result
 
 
-def _call_constructor(inference: Inference, node: ast.Application, code: RecordCode, result: Kind) -> Kind:
+def _call_constructor(inference: KindInference, node: ast.Application, code: RecordCode, result: Kind) -> Kind:
     usage = "(" + " ".join((code.record, *code.fields)) + ")"
     parts = split(inference, node, node.arguments, f"`{code.record}`", usage)
     if parts is None:

@@ -1,4 +1,4 @@
-"""Inference of kinds by abstract interpretation of the core AST, one top-level form at a time.
+"""KindInference of kinds by abstract interpretation of the core AST, one top-level form at a time.
 
 Each expression is given a kind that contains every value it can have. A variable that is assigned, a parameter without
 a type, and everything that another file or a loop can change has the kind ANY, so that nothing is concluded from it. A
@@ -114,8 +114,8 @@ class FormKinds:
     always_calls: list[tuple[ast.Lambda, ast.Lambda, Span]] = field(default_factory=list)
 
 
-class Inference:
-    """Inference of one form."""
+class KindInference:
+    """KindInference of one form."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -310,7 +310,7 @@ def _kind_of_parameter(parameter: ast.Parameter, position: int, entity_word: boo
 # --- handlers of nodes ---------------------------------------------------------------------------------------------
 
 
-def _constant(inference: Inference, node: ast.Constant) -> Kind:
+def _constant(inference: KindInference, node: ast.Constant) -> Kind:
     if node.value is None and _ATOM.fullmatch(node.span.text):
         return ANY  # the reader has `none` in place of an atom that it cannot read
     return kind_of_value(node.value)
@@ -319,23 +319,23 @@ def _constant(inference: Inference, node: ast.Constant) -> Kind:
 _ATOM = re.compile(r"(?!none$|None$)[^\s()\[\]]+")
 
 
-def _handle(inference: Inference, node: ast.HandleLiteral) -> Kind:
+def _handle(inference: KindInference, node: ast.HandleLiteral) -> Kind:
     return EMBEDDING
 
 
-def _reference(inference: Inference, node: ast.Reference) -> Kind:
+def _reference(inference: KindInference, node: ast.Reference) -> Kind:
     target = node.target
     if isinstance(target, Builtin):
         return calls.function_of(target)
     return inference.variable(target) if isinstance(target, Variable) else ANY
 
 
-def _assignment(inference: Inference, node: ast.Assignment) -> Kind:
+def _assignment(inference: KindInference, node: ast.Assignment) -> Kind:
     inference.infer(node.value)
     return NONE
 
 
-def _if(inference: Inference, node: ast.If) -> Kind:
+def _if(inference: KindInference, node: ast.If) -> Kind:
     test = inference.infer(node.test)
     always = is_truthy(test) if type(node.test) is not ast.Constant else _truth(node.test.value)
     if always is not None and type(node.test) is ast.Constant:
@@ -354,7 +354,7 @@ def _truth(value: Any) -> bool:
     return value is not False and value is not None
 
 
-def _and(inference: Inference, node: ast.And) -> Kind:
+def _and(inference: KindInference, node: ast.And) -> Kind:
     if not node.items:
         return BOOLEAN
     kinds = _tests(inference, node.items)
@@ -369,14 +369,14 @@ def _falsy(kind: Kind) -> Kind:
     return union_of(option for option in kind.options if option.tag in ("Boolean", "None"))
 
 
-def _or(inference: Inference, node: ast.Or) -> Kind:
+def _or(inference: KindInference, node: ast.Or) -> Kind:
     if not node.items:
         return BOOLEAN
     kinds = _tests(inference, node.items)
     return join_all([*map(without_falsy, kinds[:-1]), kinds[-1]])
 
 
-def _tests(inference: Inference, items: Sequence[Any]) -> list[Kind]:
+def _tests(inference: KindInference, items: Sequence[Any]) -> list[Kind]:
     kinds = [inference.infer(items[0])]
     for index, item in enumerate(items[1:], 1):
         with inference.uncertain(*items[:index]):
@@ -384,11 +384,11 @@ def _tests(inference: Inference, items: Sequence[Any]) -> list[Kind]:
     return kinds
 
 
-def _lambda(inference: Inference, node: ast.Lambda) -> Kind:
+def _lambda(inference: KindInference, node: ast.Lambda) -> Kind:
     return inference.function(node)
 
 
-def _define(inference: Inference, node: ast.Define) -> Kind:
+def _define(inference: KindInference, node: ast.Define) -> Kind:
     value = node.value
     if isinstance(node.target, Variable) and type(value) is ast.Lambda:
         inference.env[node.target] = Kind("Function", None, ANY, value)
@@ -428,7 +428,7 @@ def _record(node: ast.Define) -> dict[Variable, Kind] | None:
     }
 
 
-def _body(inference: Inference, node: ast.Body) -> Kind:
+def _body(inference: KindInference, node: ast.Body) -> Kind:
     for item in node.items:  # functions may be called before their definition in the text
         if type(item) is ast.Define and isinstance(item.target, Variable) and type(item.value) is ast.Lambda:
             inference.env.setdefault(item.target, Kind("Function", None, ANY, item.value))
@@ -445,16 +445,16 @@ def _body(inference: Inference, node: ast.Body) -> Kind:
     return kind
 
 
-def _report_unreachable(inference: Inference, node: Any) -> None:
+def _report_unreachable(inference: KindInference, node: Any) -> None:
     if node.span.expansion is None and type(node) is not ast.Constant:
         inference.warn("unreachable-code", "unreachable code: the expression before it never returns", node.span)
 
 
-def _first(inference: Inference, node: ast.First) -> Kind:
+def _first(inference: KindInference, node: ast.First) -> Kind:
     return inference.infer_all(node.items)[0]
 
 
-def _application(inference: Inference, node: ast.Application) -> Kind:
+def _application(inference: KindInference, node: ast.Application) -> Kind:
     function = node.function
     if type(function) is ast.Lambda:
         arguments = inference.infer_all(node.arguments)
@@ -467,7 +467,7 @@ def _application(inference: Inference, node: ast.Application) -> Kind:
     return calls.call(inference, node, kind, arguments)
 
 
-def _array(inference: Inference, node: ast.ArrayLiteral) -> Kind:
+def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
     kinds = inference.infer_all(node.items)
     for item, kind in zip(node.items, kinds):
         tags = {option.tag for option in kind.options}
@@ -483,7 +483,7 @@ _ROWS = frozenset(("Integer", "Float", "Vector", "Matrix", "Array", "MutableArra
                    "MutableList"))  # fmt: skip
 
 
-def _while(inference: Inference, node: ast.While) -> Kind:
+def _while(inference: KindInference, node: ast.While) -> Kind:
     inference.infer(node.test)
     always = type(node.test) is ast.Constant and _truth(node.test.value)
     if always:
@@ -494,7 +494,7 @@ def _while(inference: Inference, node: ast.While) -> Kind:
     return NONE
 
 
-def _for(inference: Inference, node: ast.For) -> Kind:
+def _for(inference: KindInference, node: ast.For) -> Kind:
     for accumulator in node.accumulators:
         inference.infer(accumulator.value)
         for variable in pattern_variables(accumulator.target):
@@ -537,13 +537,13 @@ def _value_of(node: Any) -> Any:
     return node
 
 
-def _let_escape(inference: Inference, node: ast.LetEscape) -> Kind:
+def _let_escape(inference: KindInference, node: ast.LetEscape) -> Kind:
     inference.env[node.target] = Kind("Function", None, NEVER, "escape")
     inference.infer(node.body)
     return ANY
 
 
-def _guard(inference: Inference, node: ast.Guard) -> Kind:
+def _guard(inference: KindInference, node: ast.Guard) -> Kind:
     guarded = inference.is_guarded
     with inference.uncertain():
         inference.is_guarded = True
@@ -554,7 +554,7 @@ def _guard(inference: Inference, node: ast.Guard) -> Kind:
     return join(body, handler)
 
 
-def _bind(inference: Inference, node: ast.Bind) -> Kind:
+def _bind(inference: KindInference, node: ast.Bind) -> Kind:
     word = inference.infer(node.word)
     if not accepts("Word", word):
         scene_forms.report_word(inference, node.word, word, "bind")
@@ -579,7 +579,7 @@ def _has_frames(kind: Kind) -> bool:
     return any(option.tag == "Frames" for option in kind.options)
 
 
-def _call(inference: Inference, node: ast.Call) -> Kind:
+def _call(inference: KindInference, node: ast.Call) -> Kind:
     word = inference.infer(node.word)
     if type(node.word) is ast.Constant and type(node.word.value) is str:
         function = inference.world.word_function(node.word.value)
@@ -588,13 +588,13 @@ def _call(inference: Inference, node: ast.Call) -> Kind:
     return scene_forms.call_word(inference, node, word, inference.infer_all(node.arguments))
 
 
-def _union(inference: Inference, node: ast.Union) -> Kind:
+def _union(inference: KindInference, node: ast.Union) -> Kind:
     for member in node.members:
         inference.check_parts(_value_of(member), inference.infer(member), "`union`")
     return PARTS if node.members else EMPTY
 
 
-def _union_loop(inference: Inference, node: ast.UnionLoop) -> Kind:
+def _union_loop(inference: KindInference, node: ast.UnionLoop) -> Kind:
     count = inference.infer(node.count)
     if count.tag == "Function" and inference.infer(node.function).tag == "Integer":
         scene_forms.report_swapped_loop(inference, node)
@@ -620,12 +620,12 @@ def _is_fraction(value: Any) -> bool:
     return type(value) is float and not value.is_integer()
 
 
-def _transform(inference: Inference, node: ast.Transform) -> Kind:
+def _transform(inference: KindInference, node: ast.Transform) -> Kind:
     part, matrix = inference.infer(node.part), inference.infer(node.matrix)
     return scene_forms.transform(inference, node, part, matrix)
 
 
-_HANDLERS: dict[type, Callable[[Inference, Any], Kind]] = {
+_HANDLERS: dict[type, Callable[[KindInference, Any], Kind]] = {
     ast.Constant: _constant,
     ast.HandleLiteral: _handle,
     ast.Reference: _reference,
@@ -653,7 +653,7 @@ _HANDLERS: dict[type, Callable[[Inference, Any], Kind]] = {
 
 def infer_form(world: World, form: Any) -> FormKinds:
     """Infer the kinds of a top-level form."""
-    inference = Inference(world)
+    inference = KindInference(world)
     inference.infer(form)
     if type(form) is ast.Define:
         inference.result.defined = {v: inference.env.get(v, ANY) for v in pattern_variables(form.target)}

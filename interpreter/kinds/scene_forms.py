@@ -40,7 +40,7 @@ from scenelang.interpreter.runtime.values import Keyword
 from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, Attribute, find
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.kinds.infer import Inference
+    from scenelang.interpreter.kinds.infer import KindInference
 
 _ENTITY_ARGUMENTS = 2
 
@@ -48,7 +48,7 @@ _ENTITY_ARGUMENTS = 2
 # --- words -----------------------------------------------------------------------------------------------------------
 
 
-def call_word(inference: Inference, node: ast.Call, word: Kind, arguments: Sequence[Kind]) -> Kind:
+def call_word(inference: KindInference, node: ast.Call, word: Kind, arguments: Sequence[Kind]) -> Kind:
     """Check ``(call word argument ...)``."""
     if not accepts("Word", word):
         report_word(inference, node.word, word, "call")
@@ -69,7 +69,7 @@ def call_word(inference: Inference, node: ast.Call, word: Kind, arguments: Seque
     return ENTITY
 
 
-def report_word(inference: Inference, node: Any, kind: Kind, form: str) -> None:
+def report_word(inference: KindInference, node: Any, kind: Kind, form: str) -> None:
     text = node.span.text
     is_name = type(node) is ast.Reference and node.span.expansion is None
     hint = f'write the word in quotes: `"{text}"`' if is_name else None
@@ -79,7 +79,7 @@ def report_word(inference: Inference, node: Any, kind: Kind, form: str) -> None:
     )  # fmt: skip
 
 
-def _check_embeddings(inference: Inference, node: ast.Call, owner: str) -> bool:
+def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> bool:
     """Check that what is passed by position can be an embedding."""
     pending = iter(node.arguments)
     for argument in pending:
@@ -112,7 +112,7 @@ def _check_embeddings(inference: Inference, node: ast.Call, owner: str) -> bool:
     return True
 
 
-def _only_attribute(inference: Inference, word: str, kind: Kind) -> str | None:
+def _only_attribute(inference: KindInference, word: str, kind: Kind) -> str | None:
     """Return the one attribute of a word that a value of this kind can be."""
     function = inference.world.word_function(word)
     if function is not None:
@@ -136,7 +136,7 @@ def _takes(parameter: ast.Parameter, kind: Kind) -> bool:
 
 
 def _call_bound(
-    inference: Inference,
+    inference: KindInference,
     node: ast.Call,
     word: str,
     function: ast.Lambda,
@@ -163,7 +163,7 @@ def _may_carry_attributes(node: Any) -> bool:
 
 
 def _report_too_many_required(
-    inference: Inference, node: ast.Call, word: str, function: ast.Lambda, required: int
+    inference: KindInference, node: ast.Call, word: str, function: ast.Lambda, required: int
 ) -> None:
     hint = f"make them keyword parameters, such as `:{function.parameters[0].name}`; parameters: {function.usage}"
     inference.report(
@@ -174,7 +174,7 @@ def _report_too_many_required(
 
 
 def _warn_plain_parameters(
-    inference: Inference, node: ast.Call, word: str, function: ast.Lambda, keywords: Sequence[tuple[str, Any, Any]]
+    inference: KindInference, node: ast.Call, word: str, function: ast.Lambda, keywords: Sequence[tuple[str, Any, Any]]
 ) -> None:
     """Warn about ``(call "leg" :height 2)`` where the function has ``height`` as a positional parameter."""
     names = {p.name: p for p in function.parameters if p.kind in ("required", "optional")}
@@ -201,7 +201,7 @@ def keyword_fixes(parameter: ast.Parameter, function: ast.Lambda) -> tuple[Fix, 
 
 
 def check_primitive(
-    inference: Inference,
+    inference: KindInference,
     node: Any,
     word: str,
     positional: Sequence[Any],
@@ -217,7 +217,7 @@ def check_primitive(
             _check_attribute(inference, word, attribute, value)
 
 
-def _check_attribute(inference: Inference, word: str, attribute: Attribute, value: Any) -> None:
+def _check_attribute(inference: KindInference, word: str, attribute: Attribute, value: Any) -> None:
     kind = inference.result.kinds[value]
     if kind is ANY or kind is NEVER or any(option.tag == "None" for option in kind.options):
         return
@@ -246,7 +246,7 @@ def _attribute_advice(attribute: Attribute, value: Any, kind: Kind) -> tuple[str
     return None, ()
 
 
-def _check_range(inference: Inference, word: str, attribute: Attribute, value: Any) -> None:
+def _check_range(inference: KindInference, word: str, attribute: Attribute, value: Any) -> None:
     """Warn about literal values that are outside the range of an attribute."""
     if attribute.low is None or value.span.expansion is not None:
         return
@@ -275,7 +275,7 @@ def _range_hint(attribute: Attribute, value: Any, numbers: Sequence[float | None
 # --- transform and parts ---------------------------------------------------------------------------------------------
 
 
-def transform(inference: Inference, node: ast.Transform, part: Kind, matrix: Kind) -> Kind:
+def transform(inference: KindInference, node: ast.Transform, part: Kind, matrix: Kind) -> Kind:
     """Check ``(transform part matrix)``."""
     is_part, is_pose = may_be_parts(part), accepts("Matrix", matrix)
     if not (is_part and is_pose):
@@ -297,7 +297,7 @@ def transform(inference: Inference, node: ast.Transform, part: Kind, matrix: Kin
     return PARTS if part.tag == "List" else join(PART, LIST)
 
 
-def _report_pose(inference: Inference, node: ast.Transform, kind: Kind) -> None:
+def _report_pose(inference: KindInference, node: ast.Transform, kind: Kind) -> None:
     value = node.matrix
     hint, fixes = "a vector becomes a pose with `(translate [x y z])`", ()
     if kind.tag in ("Vector", "List") and value.span.expansion is None and (length_of(kind) in (3, None)):
@@ -310,7 +310,7 @@ def _report_pose(inference: Inference, node: ast.Transform, kind: Kind) -> None:
     )  # fmt: skip
 
 
-def report_parts(inference: Inference, node: Any, kind: Kind, place: str) -> None:
+def report_parts(inference: KindInference, node: Any, kind: Kind, place: str) -> None:
     """Report a value that is neither an entity nor a list of parts."""
     hint = None
     fixes: tuple[Fix, ...] = ()
@@ -359,7 +359,7 @@ def _not_a_part(kind: Kind) -> Kind:
     return kind
 
 
-def report_dropped(inference: Inference, node: Any, kind: Kind) -> None:
+def report_dropped(inference: KindInference, node: Any, kind: Kind) -> None:
     """Warn about an entity that is made and then not used."""
     if type(node) is ast.For and node.kind == "each" and node.span.expansion is None:
         made = inference.result.kinds.get(node.body, ANY)
@@ -382,12 +382,12 @@ def _is_parts(kind: Kind) -> bool:
     return kind.tag == "List" and kind.item is PART
 
 
-def _is_no_number(inference: Inference, node: Any) -> bool:
+def _is_no_number(inference: KindInference, node: Any) -> bool:
     kind = inference.result.kinds[node]
     return kind is not ANY and not any(option.tag in ("Integer", "Float") for option in kind.options)
 
 
-def report_array_item(inference: Inference, around: ast.ArrayLiteral, node: Any, kind: Kind) -> None:
+def report_array_item(inference: KindInference, around: ast.ArrayLiteral, node: Any, kind: Kind) -> None:
     hint = "use `(list ...)` for a list of other values"
     fixes: tuple[Fix, ...] = ()
     number, number_fixes = unquoted_number(node)
@@ -402,7 +402,7 @@ def report_array_item(inference: Inference, around: ast.ArrayLiteral, node: Any,
     )  # fmt: skip
 
 
-def check_appended(inference: Inference, node: Any, kind: Kind) -> None:
+def check_appended(inference: KindInference, node: Any, kind: Kind) -> None:
     """Report a body of ``for/append`` whose value is no list."""
     if not accepts("List", kind):
         found = describe(kind)
@@ -412,7 +412,7 @@ def check_appended(inference: Inference, node: Any, kind: Kind) -> None:
         )  # fmt: skip
 
 
-def report_bound_value(inference: Inference, node: ast.Bind, kind: Kind) -> None:
+def report_bound_value(inference: KindInference, node: ast.Bind, kind: Kind) -> None:
     """Report ``bind`` of something other than a function."""
     word = f'"{node.word.value}"' if type(node.word) is ast.Constant else "the word"
     value = node.function
@@ -427,7 +427,7 @@ def report_bound_value(inference: Inference, node: ast.Bind, kind: Kind) -> None
     )  # fmt: skip
 
 
-def report_swapped_loop(inference: Inference, node: ast.UnionLoop) -> None:
+def report_swapped_loop(inference: KindInference, node: ast.UnionLoop) -> None:
     hint, fixes = swap_fix(node, node.count, node.function)
     usage = "(union-loop count function)"
     inference.report(
@@ -436,7 +436,7 @@ def report_swapped_loop(inference: Inference, node: ast.UnionLoop) -> None:
     )  # fmt: skip
 
 
-def report_loop_body(inference: Inference, node: ast.UnionLoop, kind: Kind) -> None:
+def report_loop_body(inference: KindInference, node: ast.UnionLoop, kind: Kind) -> None:
     """Report a body of ``union-loop`` that is no function."""
     body, found = node.function, describe(kind)
     fixes: tuple[Fix, ...] = ()
@@ -448,7 +448,7 @@ def report_loop_body(inference: Inference, node: ast.UnionLoop, kind: Kind) -> N
     )  # fmt: skip
 
 
-def report_count(inference: Inference, node: Any, kind: Kind) -> None:
+def report_count(inference: KindInference, node: Any, kind: Kind) -> None:
     inference.report(
         "type", f"`union-loop` expects an Integer count, got {shown(node, kind)}", node.span,
         "round it: `(round n)`, `(floor n)`", expected="an Integer", found=describe(kind),

@@ -22,7 +22,7 @@ _MAX_SHOWN = 60
 
 
 @dataclass(frozen=True, slots=True)
-class Name:
+class Term:
     """Name of another language. ``instead`` replaces it where it stands; without it only the hint is given."""
 
     language: str
@@ -31,7 +31,7 @@ class Name:
 
 
 @dataclass(frozen=True, slots=True)
-class Form:
+class Idiom:
     """Form of another language, as a pattern of datums: ``?x`` is one datum, ``?x ...`` all that follow.
 
     ``instead`` is the same in this language; ``?x/2`` groups the datums in pairs. ``defines`` is the variable of the
@@ -57,38 +57,38 @@ class Spelling:
     is_sure: bool = True
 
 
-NAMES: Mapping[str, Name] = {
-    "True": Name("Python", "#t"), "False": Name("Python", "#f"), "None": Name("Python", "none"),
-    "true": Name("JavaScript", "#t"), "false": Name("JavaScript", "#f"), "null": Name("JavaScript", "none"),
-    "undefined": Name("JavaScript", "none"), "undef": Name("OpenSCAD", "none"), "nil": Name("Clojure", "none"),
-    "NIL": Name("Common Lisp", "none"), "t": Name("Common Lisp", "#t"), "T": Name("Common Lisp", "#t"),
-    "math.pi": Name("Python", "pi"), "np.pi": Name("Python", "pi"), "Math.PI": Name("JavaScript", "pi"),
-    "PI": Name("OpenSCAD", "pi"), "+inf.0": Name("Scheme", "inf"), "-inf.0": Name("Scheme", "(- inf)"),
-    "+nan.0": Name("Scheme", "nan"), "math.inf": Name("Python", "inf"), "math.tau": Name("Python", "tau"),
-    "len": Name("Python", "length"), "str": Name("Python", "string"), "ceil": Name("Python", "ceiling"),
-    "pow": Name("Python", "expt"), "float": Name("Python", "inexact"), "int": Name("Python", "truncate"),
-    "mod": Name("Common Lisp", "%"), "fmod": Name("Python", "%"), "mapcar": Name("Common Lisp", "map"),
-    "concat": Name("Clojure", "append"), "println": Name("Clojure", "print"), "echo": Name("OpenSCAD", "print"),
-    "displayln": Name("Scheme", "print"), "vec": Name("Clojure", "list->vector"),
-    "mapv": Name("Clojure", "map"), "filterv": Name("Clojure", "filter"),
-    "every?": Name("Clojure", "every"), "some": Name("Clojure", "any"),
-    "==": Name("Python", "="), "===": Name("JavaScript", "="), "&&": Name("JavaScript", "and"),
-    "||": Name("JavaScript", "or"), "!": Name("JavaScript", "not"), "**": Name("Python", "expt"),
-    "^": Name("OpenSCAD", "expt"), "progn": Name("Common Lisp", "begin"), "random.random": Name("Python", "random"),
-    "random.uniform": Name("Python", "uniform"), "random.randint": Name("Python", "py-randint"),
-    "vector-length": Name("Scheme", "length"), "string-length": Name("Scheme", "length"),
-    "difference": Name("OpenSCAD", hint="there is no subtraction of solids; build the shape from parts with `union`"),
-    "intersection": Name("OpenSCAD", hint="there is no intersection of solids; build the shape from parts"),
-    "hull": Name("OpenSCAD", hint="there is no convex hull; use a \"capsule\" or \"rounded-cube\", or several parts"),
-    "minkowski": Name("OpenSCAD", hint="there is no Minkowski sum; \"rounded-cube\" has rounded edges"),
-    "linear_extrude": Name("OpenSCAD", hint="there is no extrusion; use \"cube\" or \"cylinder\" of that height"),
-    "rotate_extrude": Name("OpenSCAD", hint="there is no revolution; use \"torus\", \"cylinder\" or \"cone\""),
-    "polygon": Name("OpenSCAD", hint="there are no flat shapes; use a thin \"cube\" or \"cylinder\""),
-    "circle": Name("OpenSCAD", hint="use a thin \"cylinder\""),
-    "nth": Name("Common Lisp", hint="an item is read by `(ref sequence index)`"),
-    "aref": Name("Common Lisp", "ref"), "get": Name("Clojure", "ref"), "elt": Name("Common Lisp", "ref"),
-    "conj": Name("Clojure", hint="lists are joined by `append`: `(append xs (list x))`"),
-    "math.radians": Name("Python", "radians"), "math.degrees": Name("Python", "degrees"),
+NAMES: Mapping[str, Term] = {
+    "True": Term("Python", "#t"), "False": Term("Python", "#f"), "None": Term("Python", "none"),
+    "true": Term("JavaScript", "#t"), "false": Term("JavaScript", "#f"), "null": Term("JavaScript", "none"),
+    "undefined": Term("JavaScript", "none"), "undef": Term("OpenSCAD", "none"), "nil": Term("Clojure", "none"),
+    "NIL": Term("Common Lisp", "none"), "t": Term("Common Lisp", "#t"), "T": Term("Common Lisp", "#t"),
+    "math.pi": Term("Python", "pi"), "np.pi": Term("Python", "pi"), "Math.PI": Term("JavaScript", "pi"),
+    "PI": Term("OpenSCAD", "pi"), "+inf.0": Term("Scheme", "inf"), "-inf.0": Term("Scheme", "(- inf)"),
+    "+nan.0": Term("Scheme", "nan"), "math.inf": Term("Python", "inf"), "math.tau": Term("Python", "tau"),
+    "len": Term("Python", "length"), "str": Term("Python", "string"), "ceil": Term("Python", "ceiling"),
+    "pow": Term("Python", "expt"), "float": Term("Python", "inexact"), "int": Term("Python", "truncate"),
+    "mod": Term("Common Lisp", "%"), "fmod": Term("Python", "%"), "mapcar": Term("Common Lisp", "map"),
+    "concat": Term("Clojure", "append"), "println": Term("Clojure", "print"), "echo": Term("OpenSCAD", "print"),
+    "displayln": Term("Scheme", "print"), "vec": Term("Clojure", "list->vector"),
+    "mapv": Term("Clojure", "map"), "filterv": Term("Clojure", "filter"),
+    "every?": Term("Clojure", "every"), "some": Term("Clojure", "any"),
+    "==": Term("Python", "="), "===": Term("JavaScript", "="), "&&": Term("JavaScript", "and"),
+    "||": Term("JavaScript", "or"), "!": Term("JavaScript", "not"), "**": Term("Python", "expt"),
+    "^": Term("OpenSCAD", "expt"), "progn": Term("Common Lisp", "begin"), "random.random": Term("Python", "random"),
+    "random.uniform": Term("Python", "uniform"), "random.randint": Term("Python", "py-randint"),
+    "vector-length": Term("Scheme", "length"), "string-length": Term("Scheme", "length"),
+    "difference": Term("OpenSCAD", hint="there is no subtraction of solids; build the shape from parts with `union`"),
+    "intersection": Term("OpenSCAD", hint="there is no intersection of solids; build the shape from parts"),
+    "hull": Term("OpenSCAD", hint="there is no convex hull; use a \"capsule\" or \"rounded-cube\", or several parts"),
+    "minkowski": Term("OpenSCAD", hint="there is no Minkowski sum; \"rounded-cube\" has rounded edges"),
+    "linear_extrude": Term("OpenSCAD", hint="there is no extrusion; use \"cube\" or \"cylinder\" of that height"),
+    "rotate_extrude": Term("OpenSCAD", hint="there is no revolution; use \"torus\", \"cylinder\" or \"cone\""),
+    "polygon": Term("OpenSCAD", hint="there are no flat shapes; use a thin \"cube\" or \"cylinder\""),
+    "circle": Term("OpenSCAD", hint="use a thin \"cylinder\""),
+    "nth": Term("Common Lisp", hint="an item is read by `(ref sequence index)`"),
+    "aref": Term("Common Lisp", "ref"), "get": Term("Clojure", "ref"), "elt": Term("Common Lisp", "ref"),
+    "conj": Term("Clojure", hint="lists are joined by `append`: `(append xs (list x))`"),
+    "math.radians": Term("Python", "radians"), "math.degrees": Term("Python", "degrees"),
 }  # fmt: skip
 
 # Functions of a module that are called the same here, or as the second name says.
@@ -98,99 +98,100 @@ _SAME = frozenset(("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "
                    "mean", "sum", "clip"))  # fmt: skip
 _OTHER = {"ceil": "ceiling", "pow": "expt", "atan2": "atan", "fabs": "abs", "power": "expt", "random": "random"}
 
-FORMS: Sequence[Form] = (
-    Form("Clojure", "(defn ?name [?args ...] ?body ...)", "(define (?name ?args ...) ?body ...)",
+FORMS: Sequence[Idiom] = (
+    Idiom("Clojure", "(defn ?name [?args ...] ?body ...)", "(define (?name ?args ...) ?body ...)",
          "functions are defined by `define`", "name"),
-    Form("Common Lisp", "(defun ?name (?args ...) ?body ...)", "(define (?name ?args ...) ?body ...)",
+    Idiom("Common Lisp", "(defun ?name (?args ...) ?body ...)", "(define (?name ?args ...) ?body ...)",
          "functions are defined by `define`", "name"),
-    Form("Python", "(def (?name ?args ...) ?body ...)", "(define (?name ?args ...) ?body ...)",
+    Idiom("Python", "(def (?name ?args ...) ?body ...)", "(define (?name ?args ...) ?body ...)",
          "functions are defined by `define`", "name"),
-    Form("Python", "(def ?name (?args ...) ?body ?more ...)", "(define (?name ?args ...) ?body ?more ...)",
+    Idiom("Python", "(def ?name (?args ...) ?body ?more ...)", "(define (?name ?args ...) ?body ?more ...)",
          "functions are defined by `define`", "name"),
-    Form("Clojure", "(def ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
-    Form("Common Lisp", "(defvar ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
-    Form("Common Lisp", "(defparameter ?name ?value)", "(define ?name ?value)",
+    Idiom("Clojure", "(def ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Idiom("Common Lisp", "(defvar ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Idiom("Common Lisp", "(defparameter ?name ?value)", "(define ?name ?value)",
          "names are defined by `define`", "name"),
-    Form("Common Lisp", "(defconstant ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
-    Form("JavaScript", "(const ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
-    Form("JavaScript", "(var ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
-    Form("JavaScript", "(let ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
-    Form("Common Lisp", "(setq ?name ?value)", "(define ?name ?value)",
+    Idiom("Common Lisp", "(defconstant ?name ?value)", "(define ?name ?value)",
+         "names are defined by `define`", "name"),
+    Idiom("JavaScript", "(const ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Idiom("JavaScript", "(var ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Idiom("JavaScript", "(let ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Idiom("Common Lisp", "(setq ?name ?value)", "(define ?name ?value)",
          "names are defined by `define`, and changed by `set!`", "name"),
-    Form("Common Lisp", "(setf ?name ?value)", "(set! ?name ?value)", "variables are changed by `set!`"),
-    Form("Clojure", "(fn [?args ...] ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
-    Form("Clojure", "(fn (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
-    Form("JavaScript", "(function (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)",
+    Idiom("Common Lisp", "(setf ?name ?value)", "(set! ?name ?value)", "variables are changed by `set!`"),
+    Idiom("Clojure", "(fn [?args ...] ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
+    Idiom("Clojure", "(fn (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
+    Idiom("JavaScript", "(function (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)",
          "functions are written `lambda`"),
-    Form("JavaScript", "((?args ...) => ?body ...)", "(lambda (?args ...) ?body ...)",
+    Idiom("JavaScript", "((?args ...) => ?body ...)", "(lambda (?args ...) ?body ...)",
          "functions are written `lambda`"),
-    Form("Python", "(lambda: ?body ...)", "(lambda () ?body ...)", "the parameters of `lambda` stand in parentheses"),
-    Form("Python", "(lambda ?x: ?body ...)", "(lambda (?x) ?body ...)",
+    Idiom("Python", "(lambda: ?body ...)", "(lambda () ?body ...)", "the parameters of `lambda` stand in parentheses"),
+    Idiom("Python", "(lambda ?x: ?body ...)", "(lambda (?x) ?body ...)",
          "the parameters of `lambda` stand in parentheses", "x"),
-    Form("Clojure", "(let [?pairs ...] ?body ...)", "(let* (?pairs/2 ...) ?body ...)",
+    Idiom("Clojure", "(let [?pairs ...] ?body ...)", "(let* (?pairs/2 ...) ?body ...)",
          "each binding of `let` stands in parentheses"),
-    Form("Clojure", "(when-let [?name ?value] ?body ...)", "(let ((?name ?value)) (when ?name ?body ...))",
+    Idiom("Clojure", "(when-let [?name ?value] ?body ...)", "(let ((?name ?value)) (when ?name ?body ...))",
          "use `let` and `when`"),
-    Form("Python", "(?name = ?value)", "(?name ?value)", "a binding is `(name value)`, without `=`"),
-    Form("Common Lisp", "(dotimes (?i ?n) ?body ...)", "(for/union ((?i ?n)) ?body ...)",
+    Idiom("Python", "(?name = ?value)", "(?name ?value)", "a binding is `(name value)`, without `=`"),
+    Idiom("Common Lisp", "(dotimes (?i ?n) ?body ...)", "(for/union ((?i ?n)) ?body ...)",
          "`for/union` collects the entities of a loop, `for/list` its values"),
-    Form("Clojure", "(dotimes [?i ?n] ?body ...)", "(for/union ((?i ?n)) ?body ...)",
+    Idiom("Clojure", "(dotimes [?i ?n] ?body ...)", "(for/union ((?i ?n)) ?body ...)",
          "`for/union` collects the entities of a loop, `for/list` its values"),
-    Form("Common Lisp", "(dolist (?x ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+    Idiom("Common Lisp", "(dolist (?x ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
          "`for/union` collects the entities of a loop, `for/list` its values"),
-    Form("Clojure", "(doseq [?x ?xs] ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+    Idiom("Clojure", "(doseq [?x ?xs] ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
          "`for/union` collects the entities of a loop, `for/list` its values"),
-    Form("Clojure", "(for [?x ?xs] ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+    Idiom("Clojure", "(for [?x ?xs] ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
          "`for/union` collects the entities of a loop, `for/list` its values"),
-    Form("Python", "(for ?x in range (?n) : ?body ...)", "(for/union ((?x ?n)) ?body ...)",
+    Idiom("Python", "(for ?x in range (?n) : ?body ...)", "(for/union ((?x ?n)) ?body ...)",
          "`for/union` collects the entities of a loop, `for/list` its values"),
-    Form("JavaScript", "(bind ?word {?body ...})", "(bind ?word (lambda () (?body ...)))",
+    Idiom("JavaScript", "(bind ?word {?body ...})", "(bind ?word (lambda () (?body ...)))",
          "a word is bound to a function"),
-    Form("Python", "(for ?x in ?xs ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+    Idiom("Python", "(for ?x in ?xs ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
          "`for/union` collects the entities of a loop, `for/list` its values"),
-    Form("JavaScript", "(for (?x in ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+    Idiom("JavaScript", "(for (?x in ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
          "`for/union` collects the entities of a loop, `for/list` its values"),
-    Form("JavaScript", "(for (?x of ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+    Idiom("JavaScript", "(for (?x of ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
          "`for/union` collects the entities of a loop, `for/list` its values"),
-    Form("Common Lisp", "(loop for ?x in ?xs collect ?body)", "(for/list ((?x ?xs)) ?body)",
+    Idiom("Common Lisp", "(loop for ?x in ?xs collect ?body)", "(for/list ((?x ?xs)) ?body)",
          "`for/list` collects the values of a loop"),
-    Form("Common Lisp", "(loop for ?x below ?n collect ?body)", "(for/list ((?x ?n)) ?body)",
+    Idiom("Common Lisp", "(loop for ?x below ?n collect ?body)", "(for/list ((?x ?n)) ?body)",
          "`for/list` collects the values of a loop"),
-    Form("Python", "(not= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
-    Form("Python", "(!= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
-    Form("Common Lisp", "(/= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
-    Form("Clojure", "(inc ?x)", "(+ ?x 1)", "add one with `+`"),
-    Form("Clojure", "(dec ?x)", "(- ?x 1)", "subtract one with `-`"),
-    Form("Common Lisp", "(1+ ?x)", "(+ ?x 1)", "add one with `+`"),
-    Form("Common Lisp", "(1- ?x)", "(- ?x 1)", "subtract one with `-`"),
-    Form("Common Lisp", "(incf ?x)", "(set! ?x (+ ?x 1))", "variables are changed by `set!`"),
-    Form("JavaScript", "(++ ?x)", "(set! ?x (+ ?x 1))", "variables are changed by `set!`"),
-    Form("Python", "(?x += ?y)", "(set! ?x (+ ?x ?y))", "variables are changed by `set!`"),
-    Form("Common Lisp", "(nth ?i ?xs)", "(ref ?xs ?i)", "an item is read by `(ref sequence index)`", is_sure=False),
-    Form("Python", "(if ?test ?a else ?b)", "(if ?test ?a ?b)", "`if` takes the second value without `else`"),
-    Form("Python", "(if ?test ?a elif ?other ?b)", "(cond (?test ?a) (?other ?b))", "several tests make a `cond`"),
-    Form("Python", "(if ?test ?a elif ?other ?b else ?c)", "(cond (?test ?a) (?other ?b) (else ?c))",
+    Idiom("Python", "(not= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
+    Idiom("Python", "(!= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
+    Idiom("Common Lisp", "(/= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
+    Idiom("Clojure", "(inc ?x)", "(+ ?x 1)", "add one with `+`"),
+    Idiom("Clojure", "(dec ?x)", "(- ?x 1)", "subtract one with `-`"),
+    Idiom("Common Lisp", "(1+ ?x)", "(+ ?x 1)", "add one with `+`"),
+    Idiom("Common Lisp", "(1- ?x)", "(- ?x 1)", "subtract one with `-`"),
+    Idiom("Common Lisp", "(incf ?x)", "(set! ?x (+ ?x 1))", "variables are changed by `set!`"),
+    Idiom("JavaScript", "(++ ?x)", "(set! ?x (+ ?x 1))", "variables are changed by `set!`"),
+    Idiom("Python", "(?x += ?y)", "(set! ?x (+ ?x ?y))", "variables are changed by `set!`"),
+    Idiom("Common Lisp", "(nth ?i ?xs)", "(ref ?xs ?i)", "an item is read by `(ref sequence index)`", is_sure=False),
+    Idiom("Python", "(if ?test ?a else ?b)", "(if ?test ?a ?b)", "`if` takes the second value without `else`"),
+    Idiom("Python", "(if ?test ?a elif ?other ?b)", "(cond (?test ?a) (?other ?b))", "several tests make a `cond`"),
+    Idiom("Python", "(if ?test ?a elif ?other ?b else ?c)", "(cond (?test ?a) (?other ?b) (else ?c))",
          "several tests make a `cond`"),
-    Form("Python", "(when ?test ?a else ?b)", "(if ?test ?a ?b)", "`if` takes the second value without `else`"),
-    Form("Python", "(return ?x)", "?x", "the last expression of a body is its value"),
-    Form("Clojure", "(-> ?x ?body ...)", "", "nest the calls: `(g (f x))`"),
-    Form("Common Lisp", "(#' ?name)", "?name", "a function is named without `#'`"),
-    Form("Clojure", "(call ?word {?pairs ...})", "(call ?word ?pairs ...)",
+    Idiom("Python", "(when ?test ?a else ?b)", "(if ?test ?a ?b)", "`if` takes the second value without `else`"),
+    Idiom("Python", "(return ?x)", "?x", "the last expression of a body is its value"),
+    Idiom("Clojure", "(-> ?x ?body ...)", "", "nest the calls: `(g (f x))`"),
+    Idiom("Common Lisp", "(#' ?name)", "?name", "a function is named without `#'`"),
+    Idiom("Clojure", "(call ?word {?pairs ...})", "(call ?word ?pairs ...)",
          "attributes are written one after another, without braces"),
-    Form("Clojure", "{?pairs ...}", "(table ?pairs ...)", "a table is written `(table key value ...)`", is_sure=False),
-    Form("OpenSCAD", "(translate ?v ?child)", "(transform ?child (translate ?v))",
+    Idiom("Clojure", "{?pairs ...}", "(table ?pairs ...)", "a table is written `(table key value ...)`", is_sure=False),
+    Idiom("OpenSCAD", "(translate ?v ?child)", "(transform ?child (translate ?v))",
          "`translate` makes a pose; `transform` applies it to an entity"),
-    Form("OpenSCAD", "(translate ?v ?child ?more ...)", "(transform (union ?child ?more ...) (translate ?v))",
+    Idiom("OpenSCAD", "(translate ?v ?child ?more ...)", "(transform (union ?child ?more ...) (translate ?v))",
          "`translate` makes a pose; `transform` applies it to an entity"),
-    Form("OpenSCAD", "(rotate ?a ?axis ?child)", "(transform ?child (rotate ?a ?axis))",
+    Idiom("OpenSCAD", "(rotate ?a ?axis ?child)", "(transform ?child (rotate ?a ?axis))",
          "`rotate` makes a pose; `transform` applies it to an entity"),
-    Form("OpenSCAD", "(scale ?s ?child)", "(transform ?child (scale ?s))",
+    Idiom("OpenSCAD", "(scale ?s ?child)", "(transform ?child (scale ?s))",
          "`scale` makes a pose; `transform` applies it to an entity"),
-    Form("OpenSCAD", "(color ?c ?child)", "", "the colour is an attribute of the call: `:color (color \"red\")`"),
-    *(Form("Python", f"(?a {op} ?b)", f"({name} ?a ?b)", "the operator comes first")
+    Idiom("OpenSCAD", "(color ?c ?child)", "", "the colour is an attribute of the call: `:color (color \"red\")`"),
+    *(Idiom("Python", f"(?a {op} ?b)", f"({name} ?a ?b)", "the operator comes first")
       for op, name in (("+", "+"), ("-", "-"), ("*", "*"), ("/", "/"), ("%", "%"), ("//", "//"), ("**", "expt"),
                        ("<", "<"), (">", ">"), ("<=", "<="), (">=", ">="), ("==", "="), ("and", "and"), ("or", "or"))),
-    *(Form("Python", f"(?a {op} ?b {op} ?c)", f"({name} ?a ?b ?c)", "the operator comes first")
+    *(Idiom("Python", f"(?a {op} ?b {op} ?c)", f"({name} ?a ?b ?c)", "the operator comes first")
       for op, name in (("+", "+"), ("*", "*"))),
 )  # fmt: skip
 
@@ -363,7 +364,7 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
         return False
     if not is_inside and not (diagnostic.name == "bad-atom" and span.start == habit.end):
         around = span.start <= habit.start and habit.end <= span.end
-        return around and isinstance(habit.row, Form) and diagnostic.name in _AROUND
+        return around and isinstance(habit.row, Idiom) and diagnostic.name in _AROUND
     if diagnostic.name in _STRUCTURE and (span.start, span.end) in habit.inner:
         return True
     return not any(start <= span.start and span.end <= end for start, end in habit.inner)
@@ -519,6 +520,8 @@ def _spellings(source: Source, first: int, last: int) -> Iterator[Habit]:
         for match in re.finditer(row.pattern, text, re.S):
             start, end = match.start() + first, match.end() + first
             written = source.text[start:end]
+            if written.startswith("//") and text[: match.start()].rstrip().endswith("("):
+                continue  # the function `//`
             if "comment" in row.hint and row.instead == "":
                 yield _comment(source, start, end, row)
                 continue
@@ -568,9 +571,9 @@ def _masked(text: str) -> str:
 
 
 @cache
-def _patterns() -> dict[str, list[tuple[Form, Tree]]]:
+def _patterns() -> dict[str, list[tuple[Idiom, Tree]]]:
     """The patterns by what they must begin with: the head, or for infix operators the second datum."""
-    found: dict[str, list[tuple[Form, Tree]]] = {}
+    found: dict[str, list[tuple[Idiom, Tree]]] = {}
     for form in FORMS:
         tree = trees(form.pattern).items[0]
         literal = next((item.text for item in tree.items[:2] if item.text and not item.text.startswith("?")), "")

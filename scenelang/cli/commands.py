@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from scenelang.cli.options import add_common, add_file, add_output
 
 
-class Kind(NamedTuple):
+class CommandKind(NamedTuple):
     """Properties shared by commands: a leading FILE argument, ``groups`` of options, and whether the command evaluates
     programs, which requires hard limits."""
 
@@ -19,20 +19,20 @@ class Kind(NamedTuple):
     evaluates: bool = True
 
 
-PROGRAM = Kind(True, add_common)
-EVALUATION = Kind(False, add_common)
-OUTPUT = Kind(False, add_output)
-TEXT = Kind(False, add_output, False)  # does not evaluate programs
-FILE = Kind(True)
-OWN = Kind()  # declares all of its arguments
-SERVER = Kind(evaluates=False)
+PROGRAM = CommandKind(True, add_common)
+EVALUATION = CommandKind(False, add_common)
+OUTPUT = CommandKind(False, add_output)
+TEXT = CommandKind(False, add_output, False)  # does not evaluate programs
+FILE = CommandKind(True)
+OWN = CommandKind()  # declares all of its arguments
+SERVER = CommandKind(evaluates=False)
 
 
 class Command(NamedTuple):
     """A command: ``run_NAME`` in ``module`` runs it, ``add_NAME`` (optional) declares its arguments, ``help`` is its
     one-line summary."""
 
-    kind: Kind
+    kind: CommandKind
     module: str
     help: str
 

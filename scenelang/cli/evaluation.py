@@ -9,8 +9,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.files import make_folder
-from scenelang.cli.options import UsageError, add_fields, add_models, fields_of, models_of, opened, session_limit
-from scenelang.cli.output import check_folder, done, print_result, progress, report, warnings
+from scenelang.cli.options import (
+    UsageError,
+    add_fields,
+    add_models,
+    check_folder,
+    done,
+    fields_of,
+    models_of,
+    opened,
+    print_result,
+    progress,
+    report,
+    session_limit,
+    warnings,
+)
 from scenelang.evaluation.running import entries_of
 from scenelang.evaluation.study import preferences
 from scenelang.evaluation.subjects import MetricOptions, measured, study_of, subjects_of

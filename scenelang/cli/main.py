@@ -11,8 +11,7 @@ import sys
 from collections.abc import Sequence
 
 from scenelang.cli.commands import COMMANDS, build_parser
-from scenelang.cli.options import ReportedError
-from scenelang.cli.output import report
+from scenelang.cli.options import ReportedError, report
 from scenelang.grammar.diagnostics import SceneError, UsageError, printable, suggest
 from scenelang.sandbox.supervision import INTERRUPTED, is_supported, supervise
 

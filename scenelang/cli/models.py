@@ -20,20 +20,22 @@ from scenelang.cli.options import (
     add_models,
     add_output,
     add_seed,
+    check_folder,
+    done,
     fields_of,
     given,
     limits_of,
+    print_result,
+    progress,
+    report,
+    report_run,
     scene_of,
     usage_errors,
+    use_color,
     whole,
     z_path,
 )
-from scenelang.cli.output import check_folder, done, print_result, progress, report, report_run, use_color
-from scenelang.embeddings import (
-    Embeddings,
-    check_program,
-    wording_table,
-)
+from scenelang.embeddings import Embeddings, check_program, wording_table
 from scenelang.grammar.diagnostics import SceneError, printable
 from scenelang.inference import generation
 from scenelang.inference.brief import Ablation, Notation, TaskKind

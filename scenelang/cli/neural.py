@@ -23,17 +23,21 @@ from scenelang.cli.options import (
     add_common,
     add_fields,
     add_models,
+    check_folder,
+    done,
     fields_of,
     given,
     models_of,
+    print_result,
+    progress,
     reader,
     scene_of,
     session_limit,
     usage_errors,
+    warnings,
     whole,
     z_path,
 )
-from scenelang.cli.output import check_folder, done, print_result, progress, warnings
 from scenelang.embeddings import (
     Embeddings,
     attribute_of,

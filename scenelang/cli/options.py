@@ -1,20 +1,24 @@
-"""Command-line options shared by several commands, and their conversion to a session."""
+"""Options and output that several commands share: sessions from options; diagnostics, JSON, logs and progress."""
 
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
-from scenelang.cli.output import report_run
+from scenelang.backends.files import check_folder as check_folder
 from scenelang.grammar import settings
+from scenelang.grammar.diagnostics import Diagnostic, capped, printable
 from scenelang.grammar.diagnostics import UsageError as UsageError
 from scenelang.grammar.diagnostics import usage_errors as usage_errors
 from scenelang.grammar.settings import Setting, settings_in
 from scenelang.interpreter.runtime.limits import Limits
+from scenelang.reports import once, print_diagnostics, print_json, progress_line, say
 
 if TYPE_CHECKING:
     from scenelang.backends.neural.weights import Models
@@ -23,6 +27,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.entity import Scene as EntityScene
     from scenelang.scene import Scene
     from scenelang.session import Evaluated, Session
+
 
 Fields = TypeVar("Fields")
 
@@ -248,3 +253,57 @@ def bounded(arguments: argparse.Namespace) -> AbstractContextManager[object]:
 def session_limit(arguments: argparse.Namespace) -> int:
     """Return the maximum number of primitives to expand."""
     return limits_of(arguments).primitives
+
+
+def use_color(arguments: argparse.Namespace, stream: TextIO) -> bool:
+    return stream.isatty() and not getattr(arguments, "no_color", False) and "NO_COLOR" not in os.environ
+
+
+def report(arguments: argparse.Namespace, diagnostics: Iterable[Diagnostic], stream: TextIO | None = None) -> None:
+    """Print diagnostics: errors always, warnings unless quiet; as one JSON list with ``--json``."""
+    quiet = getattr(arguments, "quiet", False)
+    shown = capped([d for d in diagnostics if d.is_error or not quiet])
+    if any(d.name == "interrupted" for d in shown):
+        arguments.was_interrupted = True
+    stream = stream or sys.stderr
+    hints = stream.isatty() and not quiet  # only for interactive use
+    print_diagnostics(shown, stream, getattr(arguments, "json", False), use_color(arguments, stream), hints)
+
+
+def report_run(arguments: argparse.Namespace, result: Evaluated) -> None:
+    """Print the log and the diagnostics of a run to standard error; standard output is for data."""
+    if not arguments.quiet:
+        for line in result.log:
+            print(printable(line) if sys.stderr.isatty() else line, file=sys.stderr)
+    if result.diagnostics:
+        report(arguments, result.diagnostics)
+    if arguments.verbose:
+        print(f"{result.steps:,} steps", file=sys.stderr)
+
+
+def print_result(arguments: argparse.Namespace, data: Any, text: object) -> int:
+    """Print a command's result as JSON or text, and return exit code 0."""
+    if arguments.json:
+        print_json(data)
+    else:
+        say(str(text))
+    return 0
+
+
+def warnings(arguments: argparse.Namespace) -> Callable[[Diagnostic], None]:
+    """Return a callback that reports warnings of backends, each message only once."""
+    return once(lambda diagnostic: report(arguments, [diagnostic]))
+
+
+def progress(arguments: argparse.Namespace, label: str) -> Callable[[float], None] | None:
+    """Return a callback for a progress line on standard error, or None without a terminal or when quiet."""
+    if arguments.quiet or not sys.stderr.isatty():
+        return None
+    return progress_line(sys.stderr, label)
+
+
+def done(arguments: argparse.Namespace, *written: Path) -> None:
+    """Report the files that were written."""
+    if not arguments.quiet:
+        for output in written:
+            say(f"wrote {output}")

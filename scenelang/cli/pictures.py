@@ -21,18 +21,22 @@ from scenelang.cli.options import (
     add_camera,
     add_fields,
     add_settings,
+    check_folder,
+    done,
     fields_of,
     given_settings,
     opened,
+    print_result,
+    progress,
     reader,
+    report,
     scene_of,
     session_limit,
     session_of,
     usage_errors,
     whole,
 )
-from scenelang.cli.output import check_folder, done, print_result, progress, report
-from scenelang.cli.output import warnings as warnings_of
+from scenelang.cli.options import warnings as warnings_of
 from scenelang.grammar.settings import port
 from scenelang.reports import deliver, table
 

@@ -16,15 +16,20 @@ from scenelang.cli.options import (
     add_limits,
     add_output,
     bounded,
+    check_folder,
+    done,
     evaluated,
     limits_of,
+    print_result,
     reader,
+    report,
+    report_run,
     session_limit,
     session_of,
     usage_errors,
+    use_color,
     whole,
 )
-from scenelang.cli.output import check_folder, done, print_result, report, report_run, use_color
 from scenelang.grammar.diagnostics import (
     Diagnostic,
     SceneError,

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenelang.backends.base import require
-from scenelang.cli.options import UsageError, add_limits, limits_of, session_of
-from scenelang.cli.output import use_color
+from scenelang.cli.options import UsageError, add_limits, limits_of, session_of, use_color
 
 if TYPE_CHECKING:
     from scenelang.repl.loop import ModelRequest

@@ -511,7 +511,7 @@ def is_local(address: str) -> bool:
 
 
 def _grammar() -> str:
-    from scenelang.grammar.export.gbnf import gbnf_text
+    from scenelang.grammar.export.notations import gbnf_text
     from scenelang.interpreter.expand.forms import full_grammar
 
     return gbnf_text(full_grammar())

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.files import atomic_write, read_regular
-from scenelang.backends.pictures.studio import from_srgb, to_srgb
+from scenelang.backends.pictures.appearance import from_srgb, to_srgb
 from scenelang.backends.viewer.packet import SplatsOf, packet_of
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Source, Span, Symbol, atom_text
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, capped, render_text

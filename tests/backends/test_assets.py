@@ -12,9 +12,9 @@ from PIL import Image
 import scenelang
 from scenelang.backends.geometry import assets
 from scenelang.backends.geometry.assets import load_asset
+from scenelang.backends.pictures.appearance import from_srgb
 from scenelang.backends.pictures.camera import PRESETS
 from scenelang.backends.pictures.film import PictureOptions, render
-from scenelang.backends.pictures.studio import from_srgb
 from scenelang.grammar.diagnostics import SceneError
 
 trimesh = later("trimesh")

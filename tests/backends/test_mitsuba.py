@@ -12,14 +12,13 @@ from support import evaluate, unchecked
 
 import scenelang
 from scenelang.backends.pictures import mitsuba
-from scenelang.backends.pictures.appearance import look_of
+from scenelang.backends.pictures.appearance import ENVIRONMENTS, GROUNDS, encode, look_of
 from scenelang.backends.pictures.camera import PRESETS, Viewpoint
 from scenelang.backends.pictures.draft import draw as draw_draft
 from scenelang.backends.pictures.film import Image, PictureOptions, draw, picture_backend
 from scenelang.backends.pictures.mitsuba import MITSUBA
 from scenelang.backends.pictures.mitsuba_scene import parts_of
 from scenelang.backends.pictures.stage import staging_of, still
-from scenelang.backends.pictures.studio import ENVIRONMENTS, GROUNDS, encode
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from scenelang.backends.base import BackendOptions
+from scenelang.backends.pictures.appearance import ENVIRONMENTS, encode, from_srgb, to_srgb, tone
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.draft import DRAFT, draw
 from scenelang.backends.pictures.film import (
@@ -23,7 +24,6 @@ from scenelang.backends.pictures.film import (
 )
 from scenelang.backends.pictures.film import draw as picture_draw
 from scenelang.backends.pictures.stage import Stage, staging_of, still
-from scenelang.backends.pictures.studio import ENVIRONMENTS, encode, from_srgb, to_srgb, tone
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.values import Matrix
 from scenelang.interpreter.scene import pose

@@ -14,8 +14,8 @@ from pygls.exceptions import JsonRpcException
 from pytest_lsp import LanguageClient
 
 from scenelang.cli.main import main
-from scenelang.lsp.decorations import inlay_hints
 from scenelang.lsp.references import Documents
+from scenelang.lsp.server import visible_inlays
 
 CHAIR = """\
 ; How high a seat is.
@@ -490,9 +490,9 @@ async def test_inlay_hints_name_the_parameters_of_literals(client: LanguageClien
 def test_inlay_hints_of_kinds_are_requested(tmp_path: Path) -> None:
     documents = Documents()
     document = documents.open(tmp_path / "a.scene", DECORATED)
-    labels = [hint.label for hint in inlay_hints(document, 0, 99, kinds=True)]
+    labels = [hint.label for hint in visible_inlays(document, 0, 99, kinds=True)]
     assert ": Vector of 3 numbers" in labels
-    assert len(labels) == len(inlay_hints(document, 0, 99)) + 1
+    assert len(labels) == len(visible_inlays(document, 0, 99)) + 1
 
 
 @pytest.mark.asyncio(loop_scope="module")

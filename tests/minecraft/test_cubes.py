@@ -18,8 +18,7 @@ from scenelang.backends.minecraft import models
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.minecraft.table import load_table
 from scenelang.backends.minecraft.voxels import voxelised
-from scenelang.backends.pictures.appearance import look_of
-from scenelang.backends.pictures.studio import from_srgb
+from scenelang.backends.pictures.appearance import from_srgb, look_of
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.bounds import entity_box

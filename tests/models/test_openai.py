@@ -25,7 +25,7 @@ from scenelang.backends.language_models.openai_chat import estimate_tokens, max_
 from scenelang.backends.language_models.provider import connect
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.grammar.export.gbnf import gbnf_text
+from scenelang.grammar.export.notations import gbnf_text
 from scenelang.inference.brief import Notation
 from scenelang.inference.records import InferenceSettings
 from scenelang.interpreter.expand.forms import full_grammar

@@ -169,7 +169,7 @@ def test_beginnings_and_misspellings_of_commands() -> None:
 COMMANDS = [
     (",doc twice", "function (twice x)|  Twice as much."),
     (",doc leg", '  A leg of the table.'),
-    (",doc grid", "(grid thing"),
+    (",doc grid", "(grid object"),
     (",doc if", "(if test then [else])"),
     (",doc double", "macro"),
     (',doc "cube"', '(call "cube" :scale :color :emission|  a box centred|  :scale  side lengths along x, y and z|  :ior  '),
@@ -177,7 +177,7 @@ COMMANDS = [
     (",doc :radius", ":radius|  radius in scene units|  read by sphere, cylinder, cone"),
     (",doc :opacity", "read by cube, sphere, cylinder, cone, capsule, torus, rounded-cube, asset,"),
     (",apropos twic", "twice"),
-    (",apropos mirror", "reflect"),
+    (",apropos mirror", "mirror  "),
     (",source twice", "; Twice as much.|(define (twice x) (double x))"),
     (",source leg", '(bind "leg"'),
     (",source row", "(define (row"),

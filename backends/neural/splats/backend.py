@@ -35,6 +35,7 @@ from scenelang.backends.neural.splats.initial import (
 )
 from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.backends.neural.weights import INSTALL
+from scenelang.backends.pictures.appearance import encode, tone_map
 from scenelang.backends.pictures.draft import draw
 from scenelang.backends.pictures.draft_light import (
     Shadow,
@@ -49,7 +50,6 @@ from scenelang.backends.pictures.film import (
     write_still,
 )
 from scenelang.backends.pictures.stage import Shot, Stage, Staging, box_of, check_size
-from scenelang.backends.pictures.studio import encode, tone_map
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import flatten_entity

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from scenelang.backends.geometry.solids import keeps_own_colors, own_mesh
 from scenelang.backends.neural.splats.gaussians import Gaussians, Splats, apply_pose, concatenate_splats
-from scenelang.backends.pictures.appearance import Look, look_of
+from scenelang.backends.pictures.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.pictures.draft_light import (
     GROUND,
     SKY,
@@ -30,7 +30,6 @@ from scenelang.backends.pictures.draft_light import (
 )
 from scenelang.backends.pictures.rays import camera_rays
 from scenelang.backends.pictures.stage import Stage
-from scenelang.backends.pictures.studio import BRIGHTEST
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene.entity import Entity, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity

@@ -48,7 +48,7 @@ _BUILTIN: Mapping[str, tuple[str, str]] = {
     "set-cuboid": ("blocks", "SetCuboid"),
     "delete-blocks": ("blocks", "DeleteBlocks"),
 }
-_SEMANTIC = ("semantic", "Semantic")
+_SEMANTIC = ("cube", "Semantic")
 
 
 def words() -> tuple[str, ...]:

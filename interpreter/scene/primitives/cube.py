@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from scenelang.interpreter.scene.primitives.lazy import np
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.forms import BoolArray, FloatArray, Interval
+
 
 _SQUARE = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 
@@ -108,3 +109,17 @@ class Cube(Primitive):
 
     def placed(self) -> Placed | None:
         return placed_block(self.size)
+
+
+@dataclass(frozen=True, slots=True)
+class Semantic(Cube):
+    """Box of ``size`` centred at the origin, with a default colour derived from its word."""
+
+    word = ""
+    doc = "a semantic primitive: a box of its `:scale`, centred at the origin"
+    is_solid = False
+    is_semantic = True
+    symmetry = Symmetry(unknown=True)
+
+    def color_seed(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
+        return word, 0.34, 0.93
