@@ -92,6 +92,20 @@ def test_scene_blocks_run(text: str) -> None:
         assert any(root.children for root in result.scene.frames)
 
 
+WRONG = [
+    pytest.param(codes.split(), text, id=f"{document}:{codes}")
+    for document in DOCUMENTS
+    for codes, text in re.findall(
+        r"^```scene wrong ([EW\d ]+)\n(.*?)^```$", (ROOT / document).read_text("utf-8"), re.M | re.S
+    )
+]
+
+
+@pytest.mark.parametrize(("codes", "text"), WRONG)
+def test_wrong_blocks_have_the_findings_they_claim(codes: list[str], text: str) -> None:
+    assert [d.code for d in Session().check(Source("<block>", text)).diagnostics] == codes
+
+
 @pytest.mark.parametrize("text", block_parameters("python"))
 def test_python_blocks_run(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)

@@ -191,8 +191,8 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
     """Return what the kinds of a program show to be wrong.
 
     An error in a form that ``root`` never reaches is a warning, since it is not evaluated. Of programs that were
-    translated from Python (``is_written`` False), only errors, values out of range and infinite recursion are reported: the rest may be due
-    to the translation.
+    translated from Python (``is_written`` False), only errors, values out of range and infinite recursion are reported:
+    the rest may be due to the translation.
     """
     results = program.kinds.of(program)
     reached = reached_forms(program.facts, root) if root is not None else None
