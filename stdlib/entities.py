@@ -283,7 +283,7 @@ def embedding(rt: Runtime, *arguments: Any) -> Embedding:
 
 
 @define(
-    "embedding-text", "z::Embedding", "String", "Return the text of an embedding, or `none`.",
+    "embedding-text", "z::Embedding", "Any", "Return the text of an embedding, or `none`.",
     ('(embedding-text (embedding "ivory"))', '"ivory"'),
 )  # fmt: skip
 def embedding_text(rt: Runtime, z: Embedding) -> Any:
@@ -291,7 +291,7 @@ def embedding_text(rt: Runtime, z: Embedding) -> Any:
 
 
 @define(
-    "embedding-handle", "z::Embedding", "String", "Return the name of the handle of an embedding, or `none`.",
+    "embedding-handle", "z::Embedding", "Any", "Return the name of the handle of an embedding, or `none`.",
     ("(embedding-handle <z3>)", '"z3"'),
 )  # fmt: skip
 def embedding_handle(rt: Runtime, z: Embedding) -> Any:
