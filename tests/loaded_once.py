@@ -16,7 +16,7 @@ def loaded_once() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(diffusion_loading, "_from_folder", _once(diffusion_loading._from_folder))
-        patch.setattr(sampling, "_loaded", _once(sampling._loaded))
+        patch.setattr(sampling, "_load", _once(sampling._load))
         yield
 
 

@@ -213,15 +213,19 @@ def _unreached(finding: Diagnostic) -> Diagnostic:
     return replace(finding, name="conditional-failure") if finding.is_error else finding
 
 
+def _is_function(form: Any) -> bool:
+    return type(form) is ast.Define and type(form.value) is ast.Lambda
+
+
 def reached_forms(facts: Sequence[FormFacts], root: str) -> set[int] | None:
-    """Return the ids of the facts of all forms that may be evaluated: those that the root's function mentions, and so
-    on, apart from words that are computed. None if no form binds the root."""
+    """Return the ids of the facts of all forms that may be evaluated: all expressions of the top level, the root's
+    function, and the functions that these mention, apart from words that are computed. None without the root."""
     by_word = {each.word: each for each in facts if each.word is not None}
     if root not in by_word:
         return None
     by_name = {variable: each for each in facts for variable in each.defined}
     seen: set[int] = set()
-    stack = [each for each in facts if each.word is None and not each.defined] + [by_word[root]]
+    stack = [each for each in facts if each.word is None and not _is_function(each.form)] + [by_word[root]]
     while stack:
         each = stack.pop()
         if id(each) not in seen:

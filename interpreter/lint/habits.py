@@ -552,7 +552,7 @@ def _comment(source: Source, start: int, end: int, row: Spelling) -> Habit:
     return Habit(begin, end, (), frozenset(), _diagnostic(source, begin, begin + length, message, row.hint, fix))
 
 
-_HIDDEN = re.compile(r'"(?:[^"\\]|\\.)*"|;[^\n]*(?=\n|$)', re.S)
+_HIDDEN = re.compile(r'"(?:[^"\\]|\\.)*"|(?<!#);[^\n]*(?=\n|$)', re.S)
 
 
 def _masked(text: str) -> str:

@@ -409,7 +409,7 @@ def primitive_attributes(entity: Entity) -> dict[str, Any]:
 
 
 def _unnormalised(found: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
-    """Return the given attributes that the geometry does not normalise (``fill`` is always the given one)."""
+    """Return the attributes that the geometry leaves as given; ``fill`` is always among them."""
     return {name: value for name, value in found.items() if name not in defaults or name == "fill"}
 
 

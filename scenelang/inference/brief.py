@@ -280,7 +280,7 @@ class Brief:
 
     @cached_property
     def renamed(self) -> Renamed | None:
-        """Program to edit with random names; None if its words are kept."""
+        """The program to edit, with random names for its words; None if the words are kept."""
         task = self.task
         if task.program is None or task.ablation is not Ablation.W:
             return None

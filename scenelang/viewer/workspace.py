@@ -462,7 +462,7 @@ def _param_data(control: ParamControl, values: Mapping[str, Any], is_live: bool)
 
 
 def saved_page(workspace: Workspace, report: Callable[[Sequence[Diagnostic]], None]) -> str | None:
-    """Return a self-contained page with the scenes of all files, or None if one has errors. ``told`` is called with the
+    """Return a self-contained page with the scenes of all files, or None if one has errors. ``report`` receives the
     diagnostics."""
     from scenelang.backends.viewer.page import SavedScene, self_contained_page
 
