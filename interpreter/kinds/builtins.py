@@ -138,6 +138,8 @@ def _listed(arguments: Sequence[Kind]) -> Kind:
 
 def _listed_then(arguments: Sequence[Kind]) -> Kind:
     tail = arguments[-1]
+    if tail.tag == "MutableList":
+        return list_with(ANY)
     if tail.tag != "List" or len(arguments) > 32:
         return ANY if tail is ANY else CONS if len(arguments) > 1 else tail
     if tail.items is not None:

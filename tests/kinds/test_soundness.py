@@ -75,6 +75,11 @@ def around(call: str) -> str:
     return f'(define-record rec p q)\n(define result {call})\n(bind "a" (lambda () (call "cube")))'
 
 
+@pytest.mark.parametrize("call", ['(embedding-handle "12")', "(embedding-text <z4>)", "(list* (mutable-list 1 2))"])
+def test_calls_that_were_not_sound(call: str) -> None:
+    assert_sound(trace(Source("<call>", around(call)), session()), call)
+
+
 def test_random_calls_of_builtins() -> None:
     random, here = Random(20), session()
     failed = found = 0
