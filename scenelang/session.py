@@ -20,7 +20,6 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang.backends.files import read_regular, rewrite
-from scenelang.grammar import ast, reader
 from scenelang.grammar.ast import check_strict
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, UsageError, error_of
@@ -157,9 +156,6 @@ def run_with_room(
     access to ``folders`` and no other access to the file system.
     """
     watched = link()
-    if watched is not None:
-        reader.prepare()
-        ast.prepare()
     outcome: list[Any] = []
     done = threading.Event()  # Thread.join cannot be used: in Python 3.11 Ctrl-C marks the thread as ended
 
