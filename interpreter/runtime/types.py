@@ -9,8 +9,7 @@ from functools import cache, cached_property, partial
 from itertools import islice
 from typing import Any, Protocol
 
-import numpy as np
-
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.runtime.values import (
     NIL,
     Array,

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import platform
 import struct
 import sys
 from collections.abc import Iterable
@@ -83,7 +82,7 @@ def landlock_version() -> int:
 
 def has_seccomp() -> bool:
     """Return whether seccomp is supported on this machine."""
-    if not sys.platform.startswith("linux") or platform.machine() not in _ARCHITECTURES:
+    if not sys.platform.startswith("linux") or os.uname().machine not in _ARCHITECTURES:
         return False
     try:
         return "Seccomp:" in Path("/proc/self/status").read_text("ascii", "replace")
@@ -151,7 +150,7 @@ class _Program(ctypes.Structure):
 
 
 def _restrict_calls() -> None:
-    architecture = _ARCHITECTURES.get(platform.machine())
+    architecture = _ARCHITECTURES.get(os.uname().machine)
     if architecture is None:
         return
     code = b"".join(struct.pack("=HBBI", *line) for line in _filter(architecture))
