@@ -104,7 +104,7 @@ class _Version(argparse.Action):
 
 
 def build_parser(only: str | None = None) -> argparse.ArgumentParser:
-    """Create the argument parser; with ``only``, it has that command only, or commands without arguments, which saves imports."""
+    """Create the argument parser; with ``only``, it has that command alone, or no arguments of commands."""
     parser = argparse.ArgumentParser(
         prog="scenelang",
         usage="scenelang [-h] [--version] COMMAND ...",
