@@ -6,11 +6,10 @@ Identifiers and builtins are opaque here: ``Reference.target`` is the expander's
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeAlias
 
-from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Span, Symbol
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Span, Symbol, dataclass
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.lalr import END, Builders, Misfit, Tables, load_tables
 

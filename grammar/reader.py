@@ -8,12 +8,23 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from functools import cache, cached_property
 from typing import Any, NamedTuple, TypeAlias
 
-from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Source, Span, Symbol
+from scenelang.grammar.datum import (
+    PREFIXES,
+    ArrayDatum,
+    Atom,
+    Datum,
+    Handle,
+    Keyword,
+    ListDatum,
+    Source,
+    Span,
+    Symbol,
+    dataclass,
+)
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
 from scenelang.grammar.lalr import END, Misfit, Tables, load_tables
 

@@ -14,14 +14,13 @@ from codecs import BOM_UTF8
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang.backends.files import read_regular, rewrite
 from scenelang.grammar.ast import check_strict
-from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, walk
+from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, dataclass, field, replace, walk
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, UsageError, error_of
 from scenelang.grammar.reader import read
 from scenelang.interpreter.kinds.book import findings

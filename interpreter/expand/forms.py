@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING
+
+from scenelang.grammar.datum import dataclass
 
 if TYPE_CHECKING:
     from scenelang.grammar.export.model import Expression, Grammar

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Datum, ListDatum, Source, Span, subdatums
+from scenelang.grammar.datum import Datum, ListDatum, Source, Span, dataclass, subdatums
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.compile.analyse import children, pattern_variables, walk

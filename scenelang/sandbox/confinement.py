@@ -11,10 +11,11 @@ import os
 import struct
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+from scenelang.grammar.datum import dataclass
 
 _LANDLOCK_CREATE, _LANDLOCK_ADD, _LANDLOCK_RESTRICT = 444, 445, 446  # the same on every architecture
 _PR_SET_SECCOMP, _PR_SET_NO_NEW_PRIVS = 22, 38

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
+from scenelang.grammar.datum import dataclass, fields, replace
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.lazy import np
 from scenelang.interpreter.runtime.values import Array, MutableArray, MutableList, Pair, Vector, list_items
