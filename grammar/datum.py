@@ -42,7 +42,7 @@ def field(
 
 @dataclass_transform(field_specifiers=(field,))
 def dataclass(
-    *, frozen: bool = False, slots: bool = False, eq: bool = True, kw_only: bool = False
+    *, frozen: bool = False, slots: bool = False, eq: bool = True, kw_only: bool = False, repr: bool = True
 ) -> Callable[[type[T]], type[T]]:
     """Return a decorator that makes a data class, as ``dataclasses.dataclass`` does.
 
@@ -58,10 +58,11 @@ def dataclass(
             "__match_args__": () if kw_only else tuple(name for name, each in known.items() if each.init),
             "__init__": _first_constructor(made, frozen, kw_only),
             "__signature__": _Signature(made, frozen, kw_only),
-            "__repr__": _repr,
             "__dataclass_fields__": _Standard("__dataclass_fields__", made, frozen, eq),
             "__dataclass_params__": _Standard("__dataclass_params__", made, frozen, eq),
         }
+        if repr:
+            methods["__repr__"] = _repr
         if eq:
             methods |= {"__eq__": _is_equal, "__hash__": _hash if frozen else None}
         if frozen:
@@ -225,13 +226,20 @@ if TYPE_CHECKING:
 else:
 
     def fields(kind):
-        """Return the fields of a data class made here, as ``dataclasses.fields`` does."""
-        return kind.__record__
+        """Return the fields of a data class, as ``dataclasses.fields`` does."""
+        return kind.__record__ if hasattr(kind, "__record__") else _standard("fields")(kind)
 
     def replace(record, /, **changes):
-        """Return a copy of a data class made here with changes, as ``dataclasses.replace`` does."""
+        """Return a copy of a data class with changes, as ``dataclasses.replace`` does."""
+        if not hasattr(record, "__record__"):
+            return _standard("replace")(record, **changes)
         kept = {each.name: getattr(record, each.name) for each in record.__record__ if each.init}
         return type(record)(**kept | changes)
+
+    def _standard(name):
+        import dataclasses
+
+        return getattr(dataclasses, name)
 
 
 # Source files and locations. Spans are character offsets; line and column are computed only on demand.
