@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo dev check types test test-blender lint install bench eval-recorded gallery docs site viewer build-page blocks editors chromium wheel test-gpu test-hostile test-faults test-python fuzz test-grammar test-minecraft test-slow test-nightly test-browser train-toy clean
+.PHONY: demo dev check types test test-blender lint install bench eval-recorded gallery docs site viewer build-page blocks tables editors chromium wheel test-gpu test-hostile test-faults test-python fuzz test-grammar test-minecraft test-slow test-nightly test-browser train-toy clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -18,7 +18,7 @@ $(VENV)/.dev: $(VENV)/.run
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[dev]"
 	touch $@
 
-SOURCES := $(shell find $(ROOMS) -name node_modules -prune -o \( -name '*.py' -o -name '*.lark' -o -name '*.scene' \
+SOURCES := $(shell find $(ROOMS) -name node_modules -prune -o \( -name '*.py' -o -name '*.lark' -o -path 'grammar/*.json' -o -name '*.scene' \
   -o -name 'py.typed' -o -name 'catalogue.toml' -o -name '*.tsv.gz' -o -path '*/inference/prompts/*' -o -path '*/viewer/static/*' -o -path '*/deepslate/static/*' \) -print)
 
 # The list of these files, which changes when one is deleted or moved too.
@@ -92,7 +92,7 @@ NEURAL := clip diffusion distillation grounding imagine inversion metrics splats
 $(OTHER)/.ready: pyproject.toml constraints.txt
 	$(PY) -m venv $(OTHER)
 	$(OTHER)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[minecraft,usd,lm,lsp,mcp,notebook,video,site]" \
-	  pytest pytest-xdist hypothesis pexpect pytest-lsp nbclient ipykernel pycocotools build setuptools nbtlib mcschematic llguidance
+	  lark pytest pytest-xdist hypothesis pexpect pytest-lsp nbclient ipykernel pycocotools build setuptools nbtlib mcschematic llguidance
 	touch $@
 
 test-python: $(OTHER)/.ready
@@ -120,7 +120,7 @@ $(VENV)/.textmate: $(VENV)/.run
 GRAMMAR := $(VENV)/grammar
 $(GRAMMAR)/.ready: $(VENV)/.run
 	$(PYTHON) -m venv $(GRAMMAR)
-	$(GRAMMAR)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt pytest llguidance "xgrammar>=0.2" .
+	$(GRAMMAR)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt lark pytest llguidance "xgrammar>=0.2" .
 	touch $@
 
 test-grammar: $(GRAMMAR)/.ready
@@ -232,6 +232,10 @@ blocks: install
 # The small diffusion model that the tests distil from, from synthetic pictures; committed, ten minutes on one core.
 train-toy: $(VENV)/.dev $(VENV)/.package
 	PYTHONPATH=tests $(BIN)/python -m toy.train
+
+# The parser's tables from the grammars; committed, so that only a change of a grammar needs it.
+tables: $(VENV)/.dev install
+	$(BIN)/python -P -m scenelang.grammar.lalr grammar
 
 # What the extension for VS Code takes from the language; committed, so that its folder packages by itself.
 editors: install

@@ -14,11 +14,11 @@ Backends are discovered through the entry-point group ``scenelang.backends``: an
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.grammar.settings import Setting, setting, whole
 from scenelang.interpreter.plugins import entry_points_of

@@ -5,10 +5,8 @@ from __future__ import annotations
 import errno
 import json
 import os
-import shutil
 import stat
 import sys
-import tempfile
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -117,6 +115,8 @@ def atomic_write(path: Path | str, mode: int | None = None) -> Iterator[Path]:
     target = Path(path)
     try:
         _sweep(target.parent)
+        import tempfile
+
         handle, name = tempfile.mkstemp(suffix=target.suffix, prefix=_temporary_prefix(), dir=target.parent)
     except OSError as error:
         raise SceneError("file", f"cannot write `{target}`: {error.strerror or error}") from error
@@ -152,6 +152,8 @@ def _sweep(folder: Path) -> None:
         if not process.isdecimal() or _is_running(int(process)):
             continue
         if path.is_dir():
+            import shutil
+
             shutil.rmtree(path, ignore_errors=True)
         else:
             with suppress(OSError):
@@ -212,6 +214,8 @@ def atomic_write_all(folder: Path) -> Iterator[Path]:
     """
     try:
         _sweep(folder)
+        import tempfile
+
         temporary = Path(tempfile.mkdtemp(prefix=_temporary_prefix(), dir=folder))
     except OSError as error:
         raise SceneError("file", f"cannot write to `{folder}`: {error.strerror or error}") from error
@@ -224,6 +228,8 @@ def atomic_write_all(folder: Path) -> Iterator[Path]:
         name = Path(error.filename).name if error.filename else folder
         raise SceneError("file", f"cannot write `{name}`: {error.strerror or error}") from error
     finally:
+        import shutil
+
         shutil.rmtree(temporary, ignore_errors=True)
 
 
@@ -260,4 +266,6 @@ def _back_up(target: Path, copy: Path) -> None:
     try:
         os.link(target, copy)
     except OSError:
+        import shutil
+
         shutil.copy2(target, copy)

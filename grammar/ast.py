@@ -5,18 +5,13 @@ Identifiers and builtins are opaque here: ``Reference.target`` is the expander's
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from typing import Any, TypeAlias
 
-from lark import Lark, Transformer, v_args
-from lark.exceptions import UnexpectedToken
-from lark.lexer import Lexer
-
-from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Span, Symbol
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Span, Symbol, dataclass
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.grammar.reader import build_parser
+from scenelang.grammar.lalr import END, Builders, Misfit, Tables, load_tables
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -279,125 +274,108 @@ class Opaque:
         self.value = value
 
 
-class CoreToken:
-    """Token of a datum: ``type`` is the terminal, ``form`` the list that contains the datum."""
-
-    __slots__ = ("datum", "form", "type")
-    start_pos = line = column = end_line = end_column = end_pos = 0  # Lark copies these to its end token
-
-    def __init__(self, kind: str, datum: Any, form: Datum | None) -> None:
-        self.type = kind
-        self.datum = datum
-        self.form = form
+_TERMINALS: dict[type, str] = {
+    Handle: "HANDLE", int: "CONSTANT", float: "CONSTANT", str: "CONSTANT", bool: "CONSTANT", type(None): "CONSTANT",
+    Keyword: "CONSTANT",
+}  # fmt: skip
 
 
-def _atom_terminal(value: Any) -> str:
+def _terminal(value: Any) -> str:
     kind = type(value)
     if kind is Head:
         return str(value)
-    if kind is Opaque:
-        return str(value.terminal)
-    if kind is Handle:
-        return "HANDLE"
-    if kind in (int, float, str, bool, type(None), Keyword):
-        return "CONSTANT"
-    return "IDENTIFIER"
+    return str(value.terminal) if kind is Opaque else _TERMINALS.get(kind, "IDENTIFIER")
 
 
-def _tokens(datums: Sequence[Datum], terminal: Any) -> Iterator[CoreToken]:
-    """Convert datums to tokens in depth-first order, without recursion; closing brackets are tokens too."""
-    stack: list[Any] = [(datum, None) for datum in reversed(datums)]
+_Stack: TypeAlias = list[tuple[ListDatum | ArrayDatum | None, Iterator[Datum]]]
+
+
+def _tokens(datums: Sequence[Datum], terminal: Callable[[Any], str], stack: _Stack) -> Iterator[tuple[str, Any]]:
+    """Iterate over the terminals of datums in depth-first order, without recursion; the value of an atom and of an
+    opening bracket is its datum, that of a closing bracket the list. ``stack`` has the forms that are open."""
+    stack.append((None, iter(datums)))
     while stack:
-        item = stack.pop()
-        if type(item) is CoreToken:
-            yield item
-            continue
-        datum, form = item
-        if isinstance(datum, Atom):
-            yield CoreToken(terminal(datum.value), datum, form)
-            continue
-        square = isinstance(datum, ArrayDatum)
-        yield CoreToken("LSQB" if square else "LPAR", datum, form)
-        stack.append(CoreToken("RSQB" if square else "RPAR", datum, datum))
-        stack.extend((part, datum) for part in reversed(datum.items))
+        form, parts = stack[-1]
+        for datum in parts:
+            if type(datum) is Atom:
+                yield terminal(datum.value), datum
+            else:
+                assert not isinstance(datum, Atom)
+                yield "LSQB" if type(datum) is ArrayDatum else "LPAR", datum
+                stack.append((datum, iter(datum.items)))
+                break
+        else:
+            if form is not None:
+                yield "RSQB" if type(form) is ArrayDatum else "RPAR", form
+            stack.pop()
+    yield END, None
 
 
-class _CoreLexer(Lexer):
-    def __init__(self, conf: Any) -> None:
-        pass
-
-    def lex(self, lexer_state: Any, parser_state: Any = None) -> Iterator[Any]:
-        yield from lexer_state
-
-
-@v_args(inline=True)
-class _Builder(Transformer[Any, Any]):
+class _Builder:
     """Builds the AST bottom-up. The span of a form is that of the datum of its opening bracket."""
 
     def start(self, *forms: Any) -> tuple[Any, ...]:
         return forms
 
-    def constant(self, token: CoreToken) -> Constant:
-        return Constant(token.datum.value, token.datum.span)
+    def constant(self, atom: Atom) -> Constant:
+        return Constant(atom.value, atom.span)
 
-    def quotation(self, opener: CoreToken, _quote: Any, token: CoreToken, _close: Any) -> Constant:
-        return Constant(token.datum.value.value, opener.datum.span)
+    def quotation(self, opener: Datum, _quote: Any, atom: Atom, _close: Any) -> Constant:
+        return Constant(atom.value.value, opener.span)
 
-    def handle(self, token: CoreToken) -> HandleLiteral:
-        return HandleLiteral(str(token.datum.value), token.datum.span)
+    def handle(self, atom: Atom) -> HandleLiteral:
+        return HandleLiteral(str(atom.value), atom.span)
 
-    def reference(self, token: CoreToken) -> Reference:
-        return Reference(token.datum.value, token.datum.span)
+    def reference(self, atom: Atom) -> Reference:
+        return Reference(atom.value, atom.span)
 
-    def target(self, token: CoreToken) -> Any:
-        value = token.datum.value
+    def target(self, atom: Atom) -> Any:
+        value = atom.value
         return value.value if type(value) is Opaque else value
 
-    def assignment(self, opener: CoreToken, _set: Any, name: CoreToken, value: Any, _close: Any) -> Assignment:
-        return Assignment(name.datum.value, value, opener.datum.span)
+    def assignment(self, opener: Datum, _set: Any, name: Atom, value: Any, _close: Any) -> Assignment:
+        return Assignment(name.value, value, opener.span)
 
-    def conditional(self, opener: CoreToken, _if: Any, test: Any, then: Any, *rest: Any) -> If:
+    def conditional(self, opener: Datum, _if: Any, test: Any, then: Any, *rest: Any) -> If:
         otherwise = rest[0] if len(rest) == 2 else None
-        return If(test, then, otherwise, opener.datum.span)
+        return If(test, then, otherwise, opener.span)
 
-    def conjunction(self, opener: CoreToken, _and: Any, *items: Any) -> And:
-        return And(items[:-1], opener.datum.span)
+    def conjunction(self, opener: Datum, _and: Any, *items: Any) -> And:
+        return And(items[:-1], opener.span)
 
-    def disjunction(self, opener: CoreToken, _or: Any, *items: Any) -> Or:
-        return Or(items[:-1], opener.datum.span)
+    def disjunction(self, opener: Datum, _or: Any, *items: Any) -> Or:
+        return Or(items[:-1], opener.span)
 
     def defaults(self, _open: Any, *items: Any) -> tuple[Any, ...]:
         return items[:-1]
 
-    def function(
-        self, opener: CoreToken, _lambda: Any, parameters: CoreToken, defaults: Any, body: Any, _close: Any
-    ) -> Lambda:
-        name, plain, usage = parameters.datum.value.value
+    def function(self, opener: Datum, _lambda: Any, parameters: Atom, defaults: Any, body: Any, _close: Any) -> Lambda:
+        name, plain, usage = parameters.value.value
         pending = iter(defaults)
         filled = tuple(
             Parameter(p.target, p.name, p.kind, p.type, next(pending)) if p.default is not None else p for p in plain
         )
-        return Lambda(name, filled, usage, body, opener.datum.span)
+        return Lambda(name, filled, usage, body, opener.span)
 
-    def definition(self, opener: CoreToken, _define: Any, target: Any, value: Any, _close: Any) -> Define:
-        return Define(target, value, opener.datum.span)
+    def definition(self, opener: Datum, _define: Any, target: Any, value: Any, _close: Any) -> Define:
+        return Define(target, value, opener.span)
 
-    def body(self, opener: CoreToken, _body: Any, *items: Any) -> Any:
+    def body(self, opener: Datum, _body: Any, *items: Any) -> Any:
         if len(items) == 2 and not isinstance(items[0], Define):
             return items[0]
-        return Body(items[:-1], opener.datum.span)
+        return Body(items[:-1], opener.span)
 
-    def first(self, opener: CoreToken, _first: Any, *items: Any) -> First:
-        return First(items[:-1], opener.datum.span)
+    def first(self, opener: Datum, _first: Any, *items: Any) -> First:
+        return First(items[:-1], opener.span)
 
-    def application(self, opener: CoreToken, function: Any, *rest: Any) -> Application:
-        return Application(function, rest[:-1], opener.datum.span)
+    def application(self, opener: Datum, function: Any, *rest: Any) -> Application:
+        return Application(function, rest[:-1], opener.span)
 
-    def array(self, opener: CoreToken, *items: Any) -> ArrayLiteral:
-        return ArrayLiteral(items[:-1], opener.datum.span)
+    def array(self, opener: Datum, *items: Any) -> ArrayLiteral:
+        return ArrayLiteral(items[:-1], opener.span)
 
-    def while_loop(self, opener: CoreToken, _while: Any, test: Any, body: Any, _close: Any) -> While:
-        return While(test, body, opener.datum.span)
+    def while_loop(self, opener: Datum, _while: Any, test: Any, body: Any, _close: Any) -> While:
+        return While(test, body, opener.span)
 
     def accumulators(self, _open: Any, *items: Any) -> tuple[Any, ...]:
         return items[:-1]
@@ -409,44 +387,40 @@ class _Builder(Transformer[Any, Any]):
         pairs = rest[:-1]
         return Clause("each", tuple(pairs[::2]), tuple(pairs[1::2]))
 
-    def condition_clause(self, _left: Any, clause: CoreToken, test: Any, _close: Any) -> Clause:
-        return Clause(clause.datum.value.value, (), (test,))
+    def condition_clause(self, _left: Any, clause: Atom, test: Any, _close: Any) -> Clause:
+        return Clause(clause.value.value, (), (test,))
 
     def for_loop(
-        self, opener: CoreToken, _for: Any, kind: CoreToken, accumulators: Any, clauses: Any, body: Any, _close: Any
+        self, opener: Datum, _for: Any, kind: Atom, accumulators: Any, clauses: Any, body: Any, _close: Any
     ) -> For:
-        return For(kind.datum.value.value, accumulators, clauses, body, opener.datum.span)
+        return For(kind.value.value, accumulators, clauses, body, opener.span)
 
-    def let_escape(self, opener: CoreToken, _head: Any, name: CoreToken, body: Any, _close: Any) -> LetEscape:
-        return LetEscape(name.datum.value, str(name.datum.value), body, opener.datum.span)
+    def let_escape(self, opener: Datum, _head: Any, name: Atom, body: Any, _close: Any) -> LetEscape:
+        return LetEscape(name.value, str(name.value), body, opener.span)
 
-    def guard(self, opener: CoreToken, _head: Any, name: CoreToken, body: Any, handler: Any, _close: Any) -> Guard:
-        return Guard(name.datum.value, body, handler, opener.datum.span)
+    def guard(self, opener: Datum, _head: Any, name: Atom, body: Any, handler: Any, _close: Any) -> Guard:
+        return Guard(name.value, body, handler, opener.span)
 
-    def bind_expr(self, opener: CoreToken, head: CoreToken, word: Any, function: Any, _close: Any) -> Bind:
-        return Bind(word, function, opener.datum.span)
+    def bind_expr(self, opener: Datum, head: Atom, word: Any, function: Any, _close: Any) -> Bind:
+        return Bind(word, function, opener.span)
 
-    def union(self, opener: CoreToken, _union: Any, *members: Any) -> Union:
-        return Union(members[:-1], opener.datum.span)
+    def union(self, opener: Datum, _union: Any, *members: Any) -> Union:
+        return Union(members[:-1], opener.span)
 
-    def union_loop(self, opener: CoreToken, _head: Any, count: Any, function: Any, _close: Any) -> UnionLoop:
-        return UnionLoop(count, function, opener.datum.span)
+    def union_loop(self, opener: Datum, _head: Any, count: Any, function: Any, _close: Any) -> UnionLoop:
+        return UnionLoop(count, function, opener.span)
 
-    def entity_transform(self, opener: CoreToken, _head: Any, part: Any, matrix: Any, _close: Any) -> Transform:
-        return Transform(part, matrix, opener.datum.span)
+    def entity_transform(self, opener: Datum, _head: Any, part: Any, matrix: Any, _close: Any) -> Transform:
+        return Transform(part, matrix, opener.span)
 
-    def entity(self, opener: CoreToken, _call: Any, word: Any, *rest: Any) -> Call:
-        return Call(word, rest[:-1], opener.datum.span)
+    def entity(self, opener: Datum, _call: Any, word: Any, *rest: Any) -> Call:
+        return Call(word, rest[:-1], opener.span)
 
 
 @cache
-def _core_parser() -> Lark:
-    return build_parser("core.lark", "start", _CoreLexer, _Builder())
-
-
-def prepare() -> None:
-    """Load the parser tables now, on behalf of sandboxed threads that cannot write the cache."""
-    _core_parser()
+def _core() -> tuple[Tables, Builders]:
+    tables = load_tables("core")
+    return tables, tables.builders(_Builder())
 
 
 @dataclass(eq=False)
@@ -458,22 +432,22 @@ class FormError(SceneError):
 
 def parse_core(datums: Sequence[Datum]) -> tuple[Any, ...]:
     """Parse expanded top-level forms into the core AST; raise ``SceneError`` at a datum that does not fit its form."""
-    try:
-        forms: tuple[Any, ...] = _core_parser().parse(_tokens(datums, _atom_terminal))  # type: ignore[assignment]
-        return forms
-    except UnexpectedToken as unexpected:
-        raise _misfit(unexpected) from None
+    tables, build = _core()
+    stack: _Stack = []
+    forms: tuple[Any, ...] | Misfit = tables.parse(_tokens(datums, _terminal, stack), build)
+    if isinstance(forms, Misfit):
+        raise _misfit(forms, stack)
+    return forms
 
 
-def _misfit(unexpected: UnexpectedToken) -> SceneError:
-    token: Any = unexpected.token
-    if not isinstance(token, CoreToken):
+def _misfit(misfit: Misfit, stack: _Stack) -> SceneError:
+    if misfit.terminal == END:
         return SceneError("syntax", "unexpected end of the program inside a form")
-    form, datum = token.form, token.datum
+    form, datum = stack[-1][0], misfit.value
     span = form.span if form is not None else datum.span
     head = form.items[0] if isinstance(form, ListDatum) and form.items else None
     name = _spelling(head, span)
-    if token.type in ("RPAR", "RSQB"):
+    if misfit.terminal in ("RPAR", "RSQB"):
         if name is None:
             hint = "write the empty list as `'()` or `(list)`"
             return FormError("empty-application", "`()` cannot be evaluated", hint, span, form=form)
@@ -532,30 +506,31 @@ def _strict_terminal(value: Any) -> str:
 
 
 @cache
-def _strict_parser() -> Lark:
-    return build_parser("core.lark", "strict_start", _CoreLexer)
+def _strict_tables() -> Tables:
+    return load_tables("strict")
 
 
 def check_strict(datums: Sequence[Datum]) -> None:
     """Check that ``datums`` are a program of the paper's grammar; raise ``SceneError`` naming the rule that fails."""
-    try:
-        _strict_parser().parse(_tokens(datums, _strict_terminal))
-    except UnexpectedToken as unexpected:
-        raise _strict_misfit(unexpected) from None
+    tables = _strict_tables()
+    stack: _Stack = []
+    misfit = tables.parse(_tokens(datums, _strict_terminal, stack), [lambda *_: None] * len(tables.rules))
+    if isinstance(misfit, Misfit):
+        raise _strict_misfit(misfit, stack)
 
 
-def _strict_misfit(unexpected: UnexpectedToken) -> SceneError:
-    token: Any = unexpected.token
-    expected = frozenset(unexpected.expected)
+def _strict_misfit(misfit: Misfit, stack: _Stack) -> SceneError:
+    expected = misfit.expected
     hint = "expected " + " or ".join(sorted(_READABLE.get(name, f"`{_spelled(name)}`") for name in expected))
-    if not isinstance(token, CoreToken):
+    if misfit.terminal == END:
         return SceneError("strict", "not in the paper's grammar: <START> must be one or more <bind-expr>", hint)
-    head = token.form.items[0] if isinstance(token.form, ListDatum) and token.form.items else None
+    form = stack[-1][0]
+    head = form.items[0] if isinstance(form, ListDatum) and form.items else None
     by_head = _RULE_OF_HEAD.get(head.value, "<value>") if isinstance(head, Atom) else "<START>"
     rule = _RULE_OF_TERMINALS.get(expected, by_head)
-    closing = token.type in ("RPAR", "RSQB")
-    what = "incomplete form" if closing else f"unexpected `{_clip(token.datum.span.text)}`"
-    return SceneError("strict", f"not in the paper's grammar: {what} in {rule}", hint, token.datum.span)
+    closing = misfit.terminal in ("RPAR", "RSQB")
+    what = "incomplete form" if closing else f"unexpected `{_clip(misfit.value.span.text)}`"
+    return SceneError("strict", f"not in the paper's grammar: {what} in {rule}", hint, misfit.value.span)
 
 
 _READABLE = {

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import NamedTuple
 
 from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, ListDatum, Source, Span, Symbol
@@ -33,11 +34,17 @@ class Token(NamedTuple):
     end: int
 
 
+@cache
+def _terminals() -> re.Pattern[str]:
+    """Return a pattern with the grammar's terminals as named groups."""
+    return re.compile("|".join(f"(?P<{name}>{pattern})" for name, pattern in terminals()))
+
+
 def tokens(text: str) -> Iterator[Token]:
     """Iterate over the tokens and comments of a valid text, in order."""
     places = block_comments(text)
     position, upcoming = 0, 0
-    for match in terminals().finditer(without_comments(text, places)):
+    for match in _terminals().finditer(without_comments(text, places)):
         start, end = match.span()
         kind = str(match.lastgroup)
         if kind.startswith("__"):

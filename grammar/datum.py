@@ -1,13 +1,246 @@
-"""Datums, the syntax tree that the reader produces from text; every datum carries its source span."""
+"""Datums, the syntax tree that the reader produces from text; every datum carries its source span. Also the data
+classes that the rest is made of."""
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Mapping, Set
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Set
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar, cast, dataclass_transform
+
+# Data classes. Those of the standard library write and compile up to eight methods of each class when it is defined,
+# which was half of what a command took to start. Here the constructor is written for the first instance, and the other
+# methods are shared. They are data classes to type checkers, and to the functions of ``dataclasses``.
+
+T = TypeVar("T")
+_MISSING: Any = object()
+_NO_METADATA: Mapping[str, Any] = MappingProxyType({})
+
+
+class Field:
+    """Field of a data class; the arguments are those of ``dataclasses.field``."""
+
+    __slots__ = ("compare", "default", "factory", "init", "metadata", "name", "repr")
+
+    def __init__(
+        self, default: Any, factory: Any = _MISSING, init: bool = True, repr: bool = True, compare: bool = True,
+        metadata: Mapping[str, Any] = _NO_METADATA,
+    ) -> None:  # fmt: skip
+        self.name = ""
+        self.default, self.factory, self.init, self.repr, self.compare = default, factory, init, repr, compare
+        self.metadata = metadata
+
+
+def field(
+    *, default: Any = _MISSING, default_factory: Any = _MISSING, init: bool = True, repr: bool = True,
+    compare: bool = True, metadata: Mapping[str, Any] = _NO_METADATA,
+) -> Any:  # fmt: skip
+    """Declare a field of a data class, as ``dataclasses.field`` does."""
+    return Field(default, default_factory, init, repr, compare, metadata)
+
+
+@dataclass_transform(field_specifiers=(field,))
+def dataclass(
+    *, frozen: bool = False, slots: bool = False, eq: bool = True, kw_only: bool = False, repr: bool = True
+) -> Callable[[type[T]], type[T]]:
+    """Return a decorator that makes a data class, as ``dataclasses.dataclass`` does.
+
+    Methods that the class defines are kept.
+    """
+
+    def decorate(kind: type[T]) -> type[T]:
+        own = _own_fields(kind)
+        made = _with_slots(kind, own) if slots else kind
+        known = {each.name: each for each in getattr(kind, "__record__", ())} | {each.name: each for each in own}
+        methods: dict[str, Any] = {
+            "__record__": tuple(known.values()),
+            "__match_args__": () if kw_only else tuple(name for name, each in known.items() if each.init),
+            "__init__": _first_constructor(made, frozen, kw_only),
+            "__signature__": _Signature(made, frozen, kw_only),
+            "__dataclass_fields__": _Standard("__dataclass_fields__", made, frozen, eq),
+            "__dataclass_params__": _Standard("__dataclass_params__", made, frozen, eq),
+        }
+        if repr:
+            methods["__repr__"] = _repr
+        if eq:
+            methods |= {"__eq__": _is_equal, "__hash__": _hash if frozen else None}
+        if frozen:
+            methods |= {"__setattr__": _refuse_to_set, "__delattr__": _refuse_to_delete}
+        if frozen and slots:
+            methods |= {"__getstate__": _state, "__setstate__": _set_state}
+        for name, method in methods.items():
+            if name not in kind.__dict__ or (name == "__hash__" and kind.__dict__[name] is None):
+                setattr(made, name, method)
+        return made
+
+    return decorate
+
+
+def _own_fields(kind: type) -> list[Field]:
+    """Return the fields that a class declares, and leave only their defaults in it."""
+    found = []
+    for name, annotation in kind.__annotations__.items():
+        if str(annotation).startswith("ClassVar"):
+            continue
+        default = kind.__dict__.get(name, _MISSING)
+        each = default if isinstance(default, Field) else Field(default)
+        each.name = name
+        if each is default:
+            if each.default is _MISSING:
+                delattr(kind, name)
+            else:
+                setattr(kind, name, each.default)
+        found.append(each)
+    return found
+
+
+def _with_slots(kind: type[T], own: list[Field]) -> type[T]:
+    names = tuple(each.name for each in own)
+    space = {name: value for name, value in kind.__dict__.items() if name not in (*names, "__dict__", "__weakref__")}
+    make: Any = type(kind)
+    made = make(kind.__name__, kind.__bases__, {**space, "__slots__": names})
+    made.__qualname__ = kind.__qualname__
+    return cast("type[T]", made)
+
+
+def _first_constructor(kind: type, frozen: bool, kw_only: bool) -> Callable[..., None]:
+    """Return a constructor that puts the real one in its place."""
+
+    def __init__(self: Any, *values: Any, **named: Any) -> None:
+        _complete(kind, frozen, kw_only)
+        kind.__init__(self, *values, **named)  # type: ignore[misc]
+
+    return __init__
+
+
+def _complete(kind: type, frozen: bool, kw_only: bool) -> None:
+    """Write and compile the constructor of a data class."""
+    fields: tuple[Field, ...] = kind.__record__  # type: ignore[attr-defined]
+    space: dict[str, Any] = {"_missing": _MISSING, "_set": object.__setattr__}
+    parameters, lines = ["self", *(["*"] if kw_only else [])], []
+    for each in fields:
+        value = name = each.name
+        if each.factory is not _MISSING:
+            space[f"_make_{name}"] = each.factory
+            value = f"_make_{name}() if {name} is _missing else {name}" if each.init else f"_make_{name}()"
+        if each.default is not _MISSING:
+            space[f"_default_{name}"] = each.default
+        default = "_missing" if each.factory is not _MISSING else f"_default_{name}"
+        if each.init:
+            parameters.append(name if each.factory is each.default else f"{name}={default}")
+        elif each.factory is _MISSING:
+            continue
+        lines.append(f" _set(self, {name!r}, {value})" if frozen else f" self.{name} = {value}")
+    if hasattr(kind, "__post_init__"):
+        lines.append(" self.__post_init__()")
+    exec(f"def __init__({', '.join(parameters)}):\n" + "\n".join([*lines, " return None"]), space)  # noqa: S102  # nosec
+    constructor = space["__init__"]
+    constructor.__qualname__ = f"{kind.__qualname__}.__init__"
+    types = {each.name: _annotation(kind, each.name) for each in fields if each.init}
+    constructor.__annotations__ = types | {"return": None}
+    kind.__init__ = constructor  # type: ignore[misc]
+
+
+class _Standard:
+    """Attribute by which ``dataclasses`` knows its classes; it is made when somebody asks."""
+
+    def __init__(self, name: str, kind: type, frozen: bool, eq: bool) -> None:
+        self._name, self._kind, self._frozen, self._eq = name, kind, frozen, eq
+
+    def __get__(self, instance: object, owner: type) -> Any:
+        import dataclasses
+
+        space: dict[str, Any] = {"__annotations__": {}}
+        for each in self._kind.__record__:  # type: ignore[attr-defined]
+            options: dict[str, Any] = {"init": each.init, "repr": each.repr, "compare": each.compare}
+            options |= {} if each.default is _MISSING else {"default": each.default}
+            options |= {} if each.factory is _MISSING else {"default_factory": each.factory}
+            space[each.name] = dataclasses.field(metadata=each.metadata, kw_only=True, **options)
+            space["__annotations__"][each.name] = _annotation(self._kind, each.name)
+        made: Any = type(self._kind.__name__, (), space)
+        made = dataclasses.dataclass(frozen=self._frozen, eq=self._eq)(made)
+        value = getattr(made, self._name)
+        setattr(self._kind, self._name, value)
+        return value
+
+
+class _Signature:
+    """Attribute that ``inspect`` asks for before it looks at the constructor, which must be the real one then."""
+
+    def __init__(self, kind: type, frozen: bool, kw_only: bool) -> None:
+        self._options = kind, frozen, kw_only
+
+    def __get__(self, instance: object, owner: type) -> Any:
+        _complete(*self._options)
+        raise AttributeError("__signature__")
+
+
+def _annotation(kind: type, name: str) -> Any:
+    return next(types[name] for base in kind.__mro__ if name in (types := getattr(base, "__annotations__", {})))
+
+
+def _key(record: Any) -> tuple[Any, ...]:
+    return tuple(getattr(record, each.name) for each in record.__record__ if each.compare)
+
+
+def _repr(self: Any) -> str:
+    parts = (f"{each.name}={getattr(self, each.name)!r}" for each in self.__record__ if each.repr)
+    return f"{type(self).__qualname__}({', '.join(parts)})"
+
+
+def _is_equal(self: Any, other: object) -> Any:
+    return _key(self) == _key(other) if type(other) is type(self) else NotImplemented
+
+
+def _hash(self: Any) -> int:
+    return hash(_key(self))
+
+
+def _refuse_to_set(self: Any, name: str, value: Any) -> None:
+    from dataclasses import FrozenInstanceError
+
+    if "__record__" in type(self).__dict__ or name in self.__match_args__:
+        raise FrozenInstanceError(f"cannot assign to field {name!r}")
+    object.__setattr__(self, name, value)
+
+
+def _refuse_to_delete(self: Any, name: str) -> None:
+    from dataclasses import FrozenInstanceError
+
+    raise FrozenInstanceError(f"cannot delete field {name!r}")
+
+
+def _state(self: Any) -> list[Any]:
+    return [getattr(self, each.name) for each in self.__record__]
+
+
+def _set_state(self: Any, state: list[Any]) -> None:
+    for each, value in zip(self.__record__, state):
+        object.__setattr__(self, each.name, value)
+
+
+if TYPE_CHECKING:
+    from dataclasses import fields as fields
+    from dataclasses import replace as replace
+else:
+
+    def fields(kind):
+        """Return the fields of a data class, as ``dataclasses.fields`` does."""
+        return kind.__record__ if hasattr(kind, "__record__") else _standard("fields")(kind)
+
+    def replace(record, /, **changes):
+        """Return a copy of a data class with changes, as ``dataclasses.replace`` does."""
+        if not hasattr(record, "__record__"):
+            return _standard("replace")(record, **changes)
+        kept = {each.name: getattr(record, each.name) for each in record.__record__ if each.init}
+        return type(record)(**kept | changes)
+
+    def _standard(name):
+        import dataclasses
+
+        return getattr(dataclasses, name)
+
 
 # Source files and locations. Spans are character offsets; line and column are computed only on demand.
 

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from difflib import get_close_matches
 from typing import Any, NamedTuple
 
-from scenelang.grammar.datum import Span
+from scenelang.grammar.datum import Span, dataclass, field
 
 # The table of diagnostic codes. Programs test errors by name, ``(error-is? e "index")``; people quote the code.
 
@@ -364,6 +362,8 @@ def near_names(name: str, candidates: Iterable[str]) -> list[str]:
     if anagrams:
         return anagrams[:2]
     cutoff = 0.72 if len(name) > 3 else 0.8  # in a short name, two matching letters of three are a coincidence
+    from difflib import get_close_matches
+
     return [lowered[match] for match in get_close_matches(name.lower(), lowered, n=2, cutoff=cutoff)]
 
 

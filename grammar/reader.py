@@ -5,51 +5,28 @@ Text is classified as complete, incomplete or wrong, so that the REPL knows when
 
 from __future__ import annotations
 
-import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from enum import Enum
 from functools import cache, cached_property
-from pathlib import Path
-from threading import Lock
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
-from lark import Lark, Token, Transformer, v_args
-from lark.exceptions import UnexpectedCharacters, UnexpectedToken
-from lark.lexer import BasicLexer, LexerState
-
-from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Source, Span, Symbol
+from scenelang.grammar.datum import (
+    PREFIXES,
+    ArrayDatum,
+    Atom,
+    Datum,
+    Handle,
+    Keyword,
+    ListDatum,
+    Source,
+    Span,
+    Symbol,
+    dataclass,
+)
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
-
-# Building Lark parsers. Their tables are cached in the user's cache folder because building them is slow.
-
-
-def build_parser(grammar: str, start: str, lexer: Any, transformer: Any = None) -> Lark:
-    """Build the LALR parser for a grammar file of this package, or load its cached tables.
-
-    Lark rebuilds the tables if they do not match the text of the grammar.
-    """
-    text = Path(__file__).with_name(grammar).read_text("utf-8")
-    options: dict[str, Any] = {"parser": "lalr", "lexer": lexer, "start": start, "transformer": transformer}
-    folder = _cache_folder()
-    if folder is not None:
-        version = f"{sys.version_info.major}.{sys.version_info.minor}"
-        options["cache"] = str(folder / f"{Path(grammar).stem}-{start}-{version}.tables")
-    return Lark(text, **options)
-
-
-def _cache_folder() -> Path | None:
-    """Return the folder for cached tables, or None if it is not writable."""
-    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    folder = Path(base) / "scenelang"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return None
-    return folder if os.access(folder, os.W_OK) else None
-
+from scenelang.grammar.lalr import END, Misfit, Tables, load_tables
 
 # Splitting a text into top-level chunks, so that an edited chunk can be read again without the others.
 #
@@ -324,140 +301,213 @@ class ReadResult:
     completeness: Completeness
 
 
+# --- tokens ----------------------------------------------------------------------------------------------------
+
+
+Place: TypeAlias = tuple[int, int]  # offsets of a token
+_WRONG = "WRONG"
+
+
+@cache
+def _tables() -> Tables:
+    return load_tables("reader")
+
+
+def terminals() -> list[tuple[str, str]]:
+    """Return the names and regular expressions of the grammar's terminals, in the order in which they are tried; names
+    of ignored terminals start with ``__``."""
+    return list(_tables().terminals)
+
+
+@cache
+def _token_pattern() -> re.Pattern[str]:
+    """Return a pattern of one token with what is ignored before it, or of the end; it matches everywhere."""
+    ignored = "|".join(pattern for name, pattern in terminals() if name.startswith("__"))
+    named = "|".join(f"(?P<{name}>{pattern})" for name, pattern in terminals() if not name.startswith("__"))
+    return re.compile(rf"(?:{ignored})*+(?:{named}|(?P<END>\Z)|(?P<{_WRONG}>.))", re.S)
+
+
+def _tokens(text: str) -> Iterator[tuple[str, Place]]:
+    """Iterate over the terminals of a text and their places, up to the end or the first that is none."""
+    for match in _token_pattern().finditer(text):
+        terminal = match.lastgroup or ""
+        if terminal == "END":
+            break
+        yield terminal, match.span(terminal)
+    yield END, (len(text), len(text))
+
+
 # --- brackets --------------------------------------------------------------------------------------------------
+#
+# The tables tell where a text is wrong. Why is worked out by a second look at the brackets, from the start: it knows
+# the opener that is not closed, and where the indentation contradicts the nesting.
 
 _OPENER = {"RPAR": "LPAR", "RSQB": "LSQB"}
 _CLOSING = {"LPAR": ")", "LSQB": "]"}
-
-
-class _BracketLexer(BasicLexer):
-    """Lexer that checks brackets, dots and nesting before the parser, while the offending opener is still known."""
-
-    __future_interface__ = 1
-
-    def lex(self, lexer_state: LexerState, parser_state: Any) -> Iterator[Token]:
-        brackets = _Brackets()
-        for token in super().lex(lexer_state, parser_state):
-            brackets.check(token)
-            yield token
-        brackets.check_end()
-
-
-class _Brackets:
-    """Stack of open brackets, with the places where indentation contradicts the nesting."""
-
-    def __init__(self) -> None:
-        self.openers: list[Token] = []
-        self.depths: list[int] = [0]  # nesting at each opener, including prefixes such as `'`
-        self.prefixes = 0  # prefixes just before this point
-        self.last: Token | None = None
-        self.suspect: Token | None = None  # first unclosed opener that a later line is not indented beyond
-        self.early_close: Token | None = None  # last top-level closer that is followed by an indented line
-
-    def check(self, token: Token) -> None:
-        kind, last, openers = token.type, self.last, self.openers
-        if last is not None:
-            if token.line != last.end_line:
-                self._note_indentation(token, last)
-            _check_neighbours(token, last)
-        elif kind == "DOT":
-            raise _bad_dot(token)
-        if kind in _OPEN_ENDED:
-            self.prefixes += 1
-            self._check_depth(self.depths[-1] + self.prefixes, token)
-        elif kind == "LPAR" or kind == "LSQB":
-            openers.append(token)
-            self.depths.append(self.depths[-1] + self.prefixes + 1)
-            self._check_depth(self.depths[-1], token)
-            self.prefixes = 0
-        else:
-            self.prefixes = 0
-        if kind == "RPAR" or kind == "RSQB":
-            self._close(kind, token)
-        elif kind == "DOT" and (not openers or openers[-1].type == "LSQB"):
-            raise _bad_dot(token)
-        self.last = token
-
-    @staticmethod
-    def _check_depth(depth: int, token: Token) -> None:
-        if depth > MAX_NESTING:
-            raise _wrong("nesting", f"parentheses are nested too deeply (more than {MAX_NESTING:,} levels)", token)
-
-    def _note_indentation(self, token: Token, last: Token) -> None:
-        column = token.column or 1
-        if self.openers and self.suspect is None and column <= (self.openers[-1].column or 1):
-            self.suspect = self.openers[-1]
-        if not self.openers and column > 1 and last.type == "RPAR":
-            self.early_close = last
-
-    def _close(self, kind: str, token: Token) -> None:
-        if not self.openers:
-            error = _wrong("extra-close", f"unmatched closing `{token}`", token, "remove it, or add the missing `(`")
-            if self.early_close is not None:
-                error.note("the previous form ends here, although the next line is indented", self.early_close)
-            raise error
-        opener = self.openers[-1]
-        if opener.type != _OPENER[kind]:
-            closing = _CLOSING[opener.type]
-            message = f"mismatched closing `{token}`: expected `{closing}` to close `{opener}`"
-            error = _wrong("extra-close", message, token)
-            error.note("opened here", opener)
-            raise error
-        self.openers.pop()
-        self.depths.pop()
-
-    def check_end(self) -> None:
-        last = self.last
-        if self.openers:
-            opener = self.suspect or self.openers[-1]
-            raise _problem("unclosed", f"unclosed `{opener}`", opener, 1, Completeness.INCOMPLETE)
-        if last is not None and last.type in _OPEN_ENDED:
-            raise _problem("unclosed", f"expected a datum after `{last}`", last, len(last), Completeness.INCOMPLETE)
-
-
 _OPEN_ENDED = ("PREFIX", "DATUM_COMMENT")
+_INDEXED = re.compile(r"""[^\s()\[\]";'`,]\[""")  # where there may be an atom just before an array
 
 
-def _check_neighbours(token: Token, last: Token) -> None:
-    kind = token.type
-    if kind == "LSQB" and last.type == "ATOM" and last.end_pos == token.start_pos and "::" not in last:
-        hint = f"write `(ref {_short(last)} 0)`, or leave a space before `[`"
-        raise _wrong("bad-atom", f"invalid indexing syntax `{_short(last)}[`", token, hint)
-    if kind in ("RPAR", "RSQB"):
-        if last.type in _OPEN_ENDED:
-            raise _wrong("syntax", f"expected a datum after `{last}`", last)
-        if last.type == "DOT":
-            raise _bad_dot(last)
-    elif kind == "DOT" and last.type in ("LPAR", "LSQB", "DOT", *_OPEN_ENDED):
-        raise _bad_dot(token)
+class _Token(NamedTuple):
+    type: str
+    text: str
+    start: int
+    end: int
+    line: int
+    column: int
+    end_line: int
 
 
-class _ReadProblem(Exception):
-    """Unmatched brackets. Locations are offsets because the lexer does not know the source."""
+def _located_tokens(text: str) -> Iterator[_Token]:
+    source = Source("", text)
+    for terminal, (start, end) in _tokens(text):
+        line, column = source.position(start)
+        yield _Token(terminal, text[start:end], start, end, line, column, source.position(end)[0])
 
-    def __init__(self, name: str, message: str, start: int, end: int, state: Completeness, hint: str | None) -> None:
-        super().__init__(message)
-        self.name, self.message, self.start, self.end, self.state, self.hint = name, message, start, end, state, hint
-        self.notes: list[tuple[str, int]] = []
 
-    def note(self, message: str, token: Token) -> None:
-        self.notes.append((message, token.start_pos or 0))
+class _ReadProblem(NamedTuple):
+    """What is wrong with the brackets of a text; ``before`` is the last offset of what was read."""
+
+    name: str
+    message: str
+    start: int
+    end: int
+    state: Completeness
+    hint: str | None = None
+    notes: tuple[tuple[str, int], ...] = ()
 
     def diagnostic(self, source: Source) -> Diagnostic:
         notes = tuple(Note(message, Span(source, start, start + 1)) for message, start in self.notes)
         return Diagnostic(self.name, self.message, Span(source, self.start, self.end), self.hint, notes)
 
 
-def _problem(name: str, message: str, token: Token, width: int, state: Completeness, hint: str = "") -> _ReadProblem:
-    start = token.start_pos or 0
-    return _ReadProblem(name, message, start, start + width, state, hint or None)
+class _Found(NamedTuple):
+    """Problem, the token at which it shows, and the start of the token before."""
+
+    problem: _ReadProblem
+    at: int
+    previous: int
 
 
-def _wrong(name: str, message: str, token: Token, hint: str = "") -> _ReadProblem:
-    return _problem(name, message, token, len(token), Completeness.WRONG, hint)
+def _bracket_problem(text: str) -> _Found | None:
+    """Return the first problem of brackets, dots and nesting."""
+    brackets = _Brackets()
+    for token in _located_tokens(text):
+        problem = brackets.problem(token)
+        if problem is not None:
+            return _Found(problem, token.start, brackets.last.start if brackets.last is not None else 0)
+        brackets.last = token
+    return None
 
 
-def _bad_dot(token: Token) -> _ReadProblem:
+class _Brackets:
+    """Stack of open brackets, with the places where indentation contradicts the nesting."""
+
+    def __init__(self) -> None:
+        self.openers: list[_Token] = []
+        self.depths: list[int] = [0]  # nesting at each opener, including prefixes such as `'`
+        self.prefixes = 0  # prefixes just before this point
+        self.last: _Token | None = None
+        self.suspect: _Token | None = None  # first unclosed opener that a later line is not indented beyond
+        self.early_close: _Token | None = None  # last top-level closer that is followed by an indented line
+
+    def problem(self, token: _Token) -> _ReadProblem | None:
+        """Take the next token, and return what is wrong with it."""
+        kind, last, openers = token.type, self.last, self.openers
+        if kind == END:
+            return self._problem_at_end()
+        if kind == _WRONG:
+            return _problem("unclosed", "unclosed string", token, 1, Completeness.INCOMPLETE)
+        if last is not None:
+            if token.line != last.end_line:
+                self._note_indentation(token, last)
+            wrong = _wrong_neighbours(token, last)
+            if wrong is not None:
+                return wrong
+        elif kind == "DOT":
+            return _bad_dot(token)
+        if kind in ("RPAR", "RSQB"):
+            self.prefixes = 0
+            return self._close(kind, token)
+        if kind == "DOT" and (not openers or openers[-1].type == "LSQB"):
+            return _bad_dot(token)
+        return self._open(kind, token)
+
+    def _open(self, kind: str, token: _Token) -> _ReadProblem | None:
+        depth = 0
+        if kind in _OPEN_ENDED:
+            self.prefixes += 1
+            depth = self.depths[-1] + self.prefixes
+        elif kind == "LPAR" or kind == "LSQB":
+            depth = self.depths[-1] + self.prefixes + 1
+            self.openers.append(token)
+            self.depths.append(depth)
+            self.prefixes = 0
+        else:
+            self.prefixes = 0
+        if depth <= MAX_NESTING:
+            return None
+        return _wrong("nesting", f"parentheses are nested too deeply (more than {MAX_NESTING:,} levels)", token)
+
+    def _note_indentation(self, token: _Token, last: _Token) -> None:
+        if self.openers and self.suspect is None and token.column <= self.openers[-1].column:
+            self.suspect = self.openers[-1]
+        if not self.openers and token.column > 1 and last.type == "RPAR":
+            self.early_close = last
+
+    def _close(self, kind: str, token: _Token) -> _ReadProblem | None:
+        if not self.openers:
+            wrong = _wrong(
+                "extra-close", f"unmatched closing `{token.text}`", token, "remove it, or add the missing `(`"
+            )
+            if self.early_close is None:
+                return wrong
+            note = "the previous form ends here, although the next line is indented", self.early_close.start
+            return wrong._replace(notes=(note,))
+        opener = self.openers[-1]
+        if opener.type != _OPENER[kind]:
+            closing = _CLOSING[opener.type]
+            message = f"mismatched closing `{token.text}`: expected `{closing}` to close `{opener.text}`"
+            return _wrong("extra-close", message, token)._replace(notes=(("opened here", opener.start),))
+        self.openers.pop()
+        self.depths.pop()
+        return None
+
+    def _problem_at_end(self) -> _ReadProblem | None:
+        last = self.last
+        if self.openers:
+            opener = self.suspect or self.openers[-1]
+            return _problem("unclosed", f"unclosed `{opener.text}`", opener, 1, Completeness.INCOMPLETE)
+        if last is not None and last.type in _OPEN_ENDED:
+            message = f"expected a datum after `{last.text}`"
+            return _problem("unclosed", message, last, len(last.text), Completeness.INCOMPLETE)
+        return None
+
+
+def _wrong_neighbours(token: _Token, last: _Token) -> _ReadProblem | None:
+    kind = token.type
+    if kind == "LSQB" and last.type == "ATOM" and last.end == token.start and "::" not in last.text:
+        hint = f"write `(ref {_short(last.text)} 0)`, or leave a space before `[`"
+        return _wrong("bad-atom", f"invalid indexing syntax `{_short(last.text)}[`", token, hint)
+    if kind in ("RPAR", "RSQB"):
+        if last.type in _OPEN_ENDED:
+            return _wrong("syntax", f"expected a datum after `{last.text}`", last)
+        if last.type == "DOT":
+            return _bad_dot(last)
+    elif kind == "DOT" and last.type in ("LPAR", "LSQB", "DOT", *_OPEN_ENDED):
+        return _bad_dot(token)
+    return None
+
+
+def _problem(name: str, message: str, token: _Token, width: int, state: Completeness, hint: str = "") -> _ReadProblem:
+    return _ReadProblem(name, message, token.start, token.start + width, state, hint or None)
+
+
+def _wrong(name: str, message: str, token: _Token, hint: str = "") -> _ReadProblem:
+    return _problem(name, message, token, len(token.text), Completeness.WRONG, hint)
+
+
+def _bad_dot(token: _Token) -> _ReadProblem:
     hint = "write a pair as `(a . b)`, with exactly one datum after the dot"
     return _wrong("bad-dot", "unexpected dot outside a pair", token, hint)
 
@@ -556,54 +606,64 @@ def _unescape(body: str) -> str:
 _SKIPPED = object()
 
 
-@v_args(inline=True)
-class _Builder(Transformer[Token, Any]):
+class _Builder:
     """Builds datums bottom-up during parsing; problems of malformed atoms are collected rather than raised."""
 
-    def begin(self, source: Source, problems: list[Diagnostic]) -> None:
+    def __init__(self, source: Source, text: str) -> None:
         self._source = source
-        self._problems = problems
+        self._text = text
+        self._values: dict[str, Any] = {}  # of the atoms that were read, by their texts
+        self.problems: list[Diagnostic] = []
 
-    def _span(self, first: Token, last: Token) -> Span:
-        return Span(self._source, first.start_pos or 0, last.end_pos or 0)
-
-    def _leaf(self, token: Token, parse: Callable[[str], Any], text: str) -> Atom:
-        span = self._span(token, token)
+    def atom(self, place: Place) -> Atom:
+        start, end = place
+        text = self._text[start:end]
+        span = Span(self._source, start, end)
+        values = self._values
+        if text in values:
+            return Atom(values[text], span)
         try:
-            return Atom(parse(text), span)
+            value = values[text] = atom_value(text)
+            return Atom(value, span)
         except SceneError as error:
-            at = error.value if type(error.value) is int else None  # offset of the error within the text
-            error.span = span if at is None else Span(self._source, span.start + at, min(span.start + at + 2, span.end))
-            self._problems.append(error.diagnostic)
-            return Atom(None, span)
+            return self._malformed(error, span)
 
-    def atom(self, token: Token) -> Atom:
-        return self._leaf(token, atom_value, str(token))
+    def string(self, place: Place) -> Atom:
+        start, end = place
+        span = Span(self._source, start, end)
+        try:
+            return Atom(_unescape(self._text[start + 1 : end - 1]), span)
+        except SceneError as error:
+            return self._malformed(error, span)
 
-    def string(self, token: Token) -> Atom:
-        return self._leaf(token, _unescape, token[1:-1])
+    def _malformed(self, error: SceneError, span: Span) -> Atom:
+        at = error.value if type(error.value) is int else None  # offset of the error within the text
+        error.span = span if at is None else Span(self._source, span.start + at, min(span.start + at + 2, span.end))
+        self.problems.append(error.diagnostic)
+        return Atom(None, span)
 
-    def proper_list(self, opener: Token, *rest: Any) -> ListDatum:
-        return ListDatum(_without_skipped(rest[:-1]), None, self._span(opener, rest[-1]))
+    def proper_list(self, opener: Place, *rest: Any) -> ListDatum:
+        return ListDatum(_without_skipped(rest[:-1]), None, Span(self._source, opener[0], rest[-1][1]))
 
-    def dotted_list(self, opener: Token, *rest: Any) -> ListDatum:
-        dot = next(i for i, item in enumerate(rest) if isinstance(item, Token) and item.type == "DOT")
+    def dotted_list(self, opener: Place, *rest: Any) -> ListDatum:
+        dot = next(i for i, item in enumerate(rest) if type(item) is tuple)
         before, after = _without_skipped(rest[:dot]), _without_skipped(rest[dot + 1 : -1])
-        span = self._span(opener, rest[-1])
+        span = Span(self._source, opener[0], rest[-1][1])
         if len(after) != 1 or not before:
             hint = "write a pair as `(a . b)`, with exactly one datum after the dot"
-            self._problems.append(Diagnostic("bad-dot", "unexpected dot outside a pair", span, hint))
+            self.problems.append(Diagnostic("bad-dot", "unexpected dot outside a pair", span, hint))
             return ListDatum(before + after, None, span)
         if isinstance(after[0], ListDatum):
             return ListDatum(before + after[0].items, after[0].tail, span)
         return ListDatum(before, after[0], span)
 
-    def array(self, opener: Token, *rest: Any) -> ArrayDatum:
-        return ArrayDatum(_without_skipped(rest[:-1]), self._span(opener, rest[-1]))
+    def array(self, opener: Place, *rest: Any) -> ArrayDatum:
+        return ArrayDatum(_without_skipped(rest[:-1]), Span(self._source, opener[0], rest[-1][1]))
 
-    def prefixed(self, prefix: Token, *rest: Any) -> ListDatum:
-        head = Atom(Symbol(PREFIXES[str(prefix)]), self._span(prefix, prefix))
-        return ListDatum((head, rest[-1]), None, Span(self._source, prefix.start_pos or 0, rest[-1].span.end))
+    def prefixed(self, prefix: Place, *rest: Any) -> ListDatum:
+        start, end = prefix
+        head = Atom(Symbol(PREFIXES[self._text[start:end]]), Span(self._source, start, end))
+        return ListDatum((head, rest[-1]), None, Span(self._source, start, rest[-1].span.end))
 
     def skipped(self, *_: Any) -> Any:
         return _SKIPPED
@@ -612,57 +672,21 @@ class _Builder(Transformer[Token, Any]):
         return _without_skipped(rest)
 
 
-def _without_skipped(items: Sequence[Any]) -> tuple[Any, ...]:
-    return tuple(item for item in items if item is not _SKIPPED) if _SKIPPED in items else tuple(items)
-
-
-class _Parser:
-    """The Lark parser and its transformer. Lark couples the two, so a lock admits one text at a time."""
-
-    def __init__(self) -> None:
-        self._builder = _Builder()
-        self._lark = build_parser("reader.lark", "start", _BracketLexer, self._builder)
-        self._lock = Lock()
-
-    def parse(self, text: str, source: Source, problems: list[Diagnostic]) -> tuple[Datum, ...]:
-        with self._lock:
-            self._builder.begin(source, problems)
-            forms: tuple[Datum, ...] = self._lark.parse(text)  # type: ignore[assignment]
-            return forms
-
-    def terminals(self) -> list[tuple[str, str]]:
-        """Return the names and regular expressions of the grammar's terminals, in the order the lexer tries them."""
-        order = lambda t: (-t.priority, -t.pattern.max_width, -len(t.pattern.value), t.name)
-        return [(t.name, t.pattern.to_regexp()) for t in sorted(self._lark.terminals, key=order)]
-
-
-@cache
-def _parser() -> _Parser:
-    return _Parser()
-
-
-def prepare() -> None:
-    """Load the parser tables now, on behalf of sandboxed threads that cannot write the cache."""
-    _parser()
-
-
-@cache
-def terminals() -> re.Pattern[str]:
-    """Return a pattern with the grammar's terminals as named groups; names of ignored terminals start with ``__``."""
-    return re.compile("|".join(f"(?P<{name}>{pattern})" for name, pattern in _parser().terminals()))
+def _without_skipped(items: tuple[Any, ...]) -> tuple[Any, ...]:
+    return tuple(item for item in items if item is not _SKIPPED) if _SKIPPED in items else items
 
 
 _BLOCK = re.compile(r'"(?:[^"\\]|\\.)*"|#;|;[^\n]*|#\||\|#', re.S)
 
 
 def block_comments(text: str) -> list[tuple[int, int]]:
-    """Return the ranges of the outermost ``#| |#`` comments; raise ``_ReadProblem`` for an unclosed one."""
+    """Return the ranges of the outermost ``#| |#`` comments; the last one ends with the text if it is not closed."""
     found: list[tuple[int, int]] = []
     search = 0 if "#|" in text else len(text)
     while (match := _BLOCK.search(text, search)) is not None:
         search = match.end()
         if match[0] == "#|":
-            search = _block_end(text, match.start())
+            search = _block_comment_end(text, match.start()) or len(text)
             found.append((match.start(), search))
     return found
 
@@ -677,15 +701,6 @@ def without_comments(text: str, places: Sequence[tuple[int, int]]) -> str:
     return "".join([*pieces, text[position:]]) if places else text
 
 
-def _block_end(text: str, start: int) -> int:
-    end = _block_comment_end(text, start)
-    if end is not None:
-        return end
-    message = "unclosed `#|` comment"
-    hint = "block comments nest: close every `#|` with its own `|#`"
-    raise _ReadProblem("unclosed", message, start, start + 2, Completeness.INCOMPLETE, hint)
-
-
 def read_comments(source: Source) -> tuple[Span, ...]:
     """Return the comments of a text in order: ``; line``, ``#| block |#``, and the ``#;`` of a datum comment."""
     found: list[Span] = []
@@ -693,10 +708,7 @@ def read_comments(source: Source) -> tuple[Span, ...]:
     while (match := _BLOCK.search(source.text, search)) is not None:
         start, search = match.span()
         if match[0] == "#|":
-            try:
-                search = _block_end(source.text, start)
-            except _ReadProblem:
-                search = len(source.text)
+            search = _block_comment_end(source.text, start) or len(source.text)
         if match[0][0] in "#;" and match[0] != "|#":
             found.append(Span(source, start, search))
     return tuple(found)
@@ -750,23 +762,39 @@ def _blank(text: str) -> str:
 
 def _read(source: Source, text: str) -> ReadResult:
     """Read ``text``, which is the text of ``source``, possibly with parts replaced by blanks."""
-    problems: list[Diagnostic] = []
-    try:
-        forms = _parser().parse(without_comments(text, block_comments(text)), source, problems)
-    except _ReadProblem as problem:
-        return ReadResult(source, (), (*problems, problem.diagnostic(source)), problem.state)
-    except UnexpectedCharacters as unexpected:  # only an unclosed string leaves no token
-        start = unexpected.pos_in_stream or 0
-        diagnostic = Diagnostic("unclosed", "unclosed string", Span(source, start, start + 1))
-        return ReadResult(source, (), (*problems, diagnostic), Completeness.INCOMPLETE)
-    except UnexpectedToken as unexpected:  # such as a prefix with only a comment after it
-        if unexpected.token.type == "$END":
-            last = len(text.rstrip())
-            span = Span(source, last - 1, last)
-            diagnostic = Diagnostic("unclosed", "unexpected end of input, expected a datum", span)
-            return ReadResult(source, (), (*problems, diagnostic), Completeness.INCOMPLETE)
-        start = unexpected.token.start_pos or 0
-        diagnostic = Diagnostic("syntax", "expected a datum before this", Span(source, start, start + 1))
-        return ReadResult(source, (), (*problems, diagnostic), Completeness.WRONG)
-    state = Completeness.WRONG if problems else Completeness.COMPLETE
-    return ReadResult(source, forms, tuple(problems), state)
+    comments = block_comments(text)
+    if comments and _block_comment_end(text, comments[-1][0]) is None:
+        start = comments[-1][0]
+        hint = "block comments nest: close every `#|` with its own `|#`"
+        diagnostic = Diagnostic("unclosed", "unclosed `#|` comment", Span(source, start, start + 2), hint)
+        return ReadResult(source, (), (diagnostic,), Completeness.INCOMPLETE)
+    clean = without_comments(text, comments)
+    result, problems = _parsed(source, clean, MAX_NESTING)
+    if isinstance(result, Misfit) or _INDEXED.search(clean):
+        found = _bracket_problem(clean)
+        if isinstance(result, Misfit) and not result.expected:  # the stack is high, whether or not the nesting is deep
+            result, problems = _parsed(source, clean if found is None else clean[: found.at])
+        if found is not None and not (isinstance(result, Misfit) and result.value[0] < found.at):
+            read_before = [each for each in problems if each.span is not None and each.span.end <= found.previous]
+            return ReadResult(source, (), (*read_before, found.problem.diagnostic(source)), found.problem.state)
+    if isinstance(result, Misfit):
+        diagnostic, state = _misfit(source, text, result)
+        return ReadResult(source, (), (*problems, diagnostic), state)
+    return ReadResult(source, result, tuple(problems), Completeness.WRONG if problems else Completeness.COMPLETE)
+
+
+def _parsed(source: Source, text: str, max_height: int = sys.maxsize) -> tuple[Any, list[Diagnostic]]:
+    """Parse a text without block comments; return its datums or the ``Misfit``, and the malformed atoms."""
+    builder = _Builder(source, text)
+    tables = _tables()
+    return tables.parse(_tokens(text), tables.builders(builder), max_height), builder.problems
+
+
+def _misfit(source: Source, text: str, misfit: Misfit) -> tuple[Diagnostic, Completeness]:
+    """Return what is wrong with a token where all brackets are right, such as a prefix with only a comment after it."""
+    if misfit.terminal == END:
+        last = len(text.rstrip())
+        message = "unexpected end of input, expected a datum"
+        return Diagnostic("unclosed", message, Span(source, last - 1, last)), Completeness.INCOMPLETE
+    start = misfit.value[0]
+    return Diagnostic("syntax", "expected a datum before this", Span(source, start, start + 1)), Completeness.WRONG

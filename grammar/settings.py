@@ -7,18 +7,20 @@ for users.
 
 from __future__ import annotations
 
-import ast
-import inspect
 import math
 import numbers
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
 from functools import wraps
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
+from scenelang.grammar.datum import dataclass, field, fields, replace
 from scenelang.grammar.diagnostics import SceneError
+
+if TYPE_CHECKING:
+    import inspect
+
 
 _SUFFIXES = {"k": 10**3, "m": 10**6, "g": 10**9}
 _MAX_SIDE = 16_384
@@ -173,6 +175,8 @@ def typed(function: _Function) -> _Function:
     @wraps(function)
     def checked(*arguments: Any, **named: Any) -> Any:
         if not found:  # at the first call: inspection is slow
+            import inspect
+
             signature = inspect.signature(function)
             found.append((signature, {p.name: str(p.annotation) for p in signature.parameters.values()}))
         signature, annotations = found[0]
@@ -229,6 +233,8 @@ def fits(value: Any, annotation: str) -> bool:
         case "Scene" | "Limits" | "Options":
             return annotation in _classes(value)
     if annotation.startswith("Literal["):
+        import ast
+
         return value in ast.literal_eval(annotation.removeprefix("Literal"))
     return True
 

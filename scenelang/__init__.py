@@ -8,11 +8,12 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+import os
 
+TYPE_CHECKING = False  # as in ``typing``, whose import takes as long as the rest of this file
 if TYPE_CHECKING:
+    from typing import Any
+
     from scenelang.api import check as check
     from scenelang.api import check_installation as check_installation
     from scenelang.api import diff as diff
@@ -74,8 +75,8 @@ if TYPE_CHECKING:
     from scenelang.session import Session as Session
 
 # In a checkout the other packages are siblings of this folder; extend the path to import them from here.
-if not (Path(__file__).parent / "grammar").is_dir():
-    __path__.append(str(Path(__file__).parent.parent))
+if not os.path.isdir(os.path.join(os.path.dirname(__file__), "grammar")):
+    __path__.append(os.path.dirname(os.path.dirname(__file__)))
 
 # Module of each public name, imported lazily on first access to keep startup fast.
 _HOMES = {
@@ -104,6 +105,8 @@ __all__ = sorted(_HOMES)
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'scenelang' has no attribute {name!r}")
+    from importlib import import_module
+
     return getattr(import_module(f"scenelang.{_HOMES[name]}"), name)
 
 

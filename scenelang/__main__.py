@@ -6,6 +6,7 @@ Importing the commands takes a while and may be interrupted by Ctrl-C; standard 
 from __future__ import annotations
 
 import atexit
+import gc
 import os
 import sys
 import threading
@@ -20,6 +21,7 @@ def entry() -> NoReturn:
     if handles_sigint:
         signal(SIGINT, _leave)
     _open_streams()
+    gc.set_threshold(50_000, 20, 50)  # what is imported stays
     if "_ARGCOMPLETE" in os.environ:  # called by the shell's completion
         from scenelang.cli.commands import build_parser
         from scenelang.shell_completion import complete

@@ -6,7 +6,6 @@ The method is described in docs/inversion.md (Gal et al., "An Image is Worth One
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +14,7 @@ from scenelang import zfile
 from scenelang.backends.base import Progress, require
 from scenelang.backends.neural.weights import INSTALL, Models
 from scenelang.embeddings import Embeddings
+from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import setting
 from scenelang.scene import Scene

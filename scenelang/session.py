@@ -14,15 +14,13 @@ from codecs import BOM_UTF8
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang.backends.files import read_regular, rewrite
-from scenelang.grammar import ast, reader
 from scenelang.grammar.ast import check_strict
-from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, walk
+from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, dataclass, field, replace, walk
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, UsageError, error_of
 from scenelang.grammar.reader import read
 from scenelang.interpreter.kinds.book import findings
@@ -37,22 +35,18 @@ from scenelang.interpreter.lint.lint import (
     without_suppressed,
     word_warnings,
 )
-from scenelang.interpreter.program.interactive import JournaledRuntime, TopLevel, Version, Versions
 from scenelang.interpreter.program.program import Program, load_program, prelude_of
-from scenelang.interpreter.runtime.evaluate import ProgramRun, macro_runner
 from scenelang.interpreter.runtime.limits import Limits, fork_safe_lock, recursion_room
-from scenelang.interpreter.runtime.procedures import Closure
-from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
-from scenelang.interpreter.runtime.types import STD
-from scenelang.interpreter.scene.entity import Scene
-from scenelang.interpreter.scene.numbering import apply_overrides, overrides_by_path, serials_at
+from scenelang.interpreter.runtime.types import STD, Library
 from scenelang.sandbox.supervision import limited, link
-from scenelang.sandbox.worker import trial
 from scenelang.stdlib.library import build_library
 
 if TYPE_CHECKING:
     from scenelang.backends.geometry.assets import AssetFiles
-    from scenelang.interpreter.program.interactive import TopLevel
+    from scenelang.interpreter.expand.expand import RunMacro
+    from scenelang.interpreter.program.interactive import TopLevel, Version, Versions
+    from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
+    from scenelang.interpreter.scene.entity import Scene
     from scenelang.interpreter.transpile.translate import Translation
 
 
@@ -157,9 +151,6 @@ def run_with_room(
     access to ``folders`` and no other access to the file system.
     """
     watched = link()
-    if watched is not None:
-        reader.prepare()
-        ast.prepare()
     outcome: list[Any] = []
     done = threading.Event()  # Thread.join cannot be used: in Python 3.11 Ctrl-C marks the thread as ended
 
@@ -193,6 +184,25 @@ def run_with_room(
         result: T = value
         return result
     raise value
+
+
+def _macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], None] | None = None) -> RunMacro:
+    """Return a function that runs the bodies of macros; the evaluator is imported when there is one to run."""
+    runners: list[RunMacro] = []
+
+    def run(function: Datum, arguments: list[Any]) -> tuple[Any, bool]:
+        if not runners:
+            from scenelang.interpreter.runtime.evaluate import macro_runner
+
+            runners.append(macro_runner(library, limits, started))
+        return runners[0](function, arguments)
+
+    return run
+
+
+def _import_evaluator() -> None:
+    """Import what every evaluation needs, before the thread that evaluates is confined and its time runs."""
+    import numpy  # noqa: F401
 
 
 class Session:
@@ -352,7 +362,7 @@ class Session:
             source,
             self.library,
             self.importer(source),
-            macro_runner(self.library, self._macro_limits),
+            _macro_runner(self.library, self._macro_limits),
             overrides,
             datums,
         )
@@ -367,7 +377,7 @@ class Session:
 
     def _partial_findings(self, source: Source, translation: Translation) -> list[Diagnostic]:
         """Return the mistakes in the parts of a Python program that were translated, though others were not."""
-        runner = macro_runner(self.library, self._macro_limits)
+        runner = _macro_runner(self.library, self._macro_limits)
         program = load_program(source, self.library, self.importer(source), runner, {}, translation.partial)
         known = [d.span for d in translation.diagnostics if d.is_error and d.span is not None]
         from scenelang.interpreter.transpile.translate import in_python
@@ -436,6 +446,7 @@ class Session:
         if not checked.ok or checked.program is None:
             return Evaluated(checked.program, None, checked.diagnostics)
         program = checked.program
+        _import_evaluator()
         runtime = self._runtime(source)
         runtime.meter.reset(started)
         run = lambda: self._run(program, runtime)
@@ -481,11 +492,13 @@ class Session:
     def top_level(self, main: Source, started: Callable[[Runtime], None]) -> TopLevel:
         """Create an interactive top level in the context of the file ``main``. ``started`` is called with each runtime
         in which macros run, to make it cancellable. Raises SceneError for a malformed ``--define``."""
+        from scenelang.interpreter.program.interactive import JournaledRuntime, TopLevel
+
         options, library = self.options, self.library
         overrides = {name: _value_datum(name, text) for name, text in options.defines.items()}
         assets = self._assets(main)
         runtime = JournaledRuntime(library, options.limits, options.seed, options.z_entries, asset=assets.measure)
-        new_macros = lambda: macro_runner(library, self._macro_limits, started)
+        new_macros = lambda: _macro_runner(library, self._macro_limits, started)
         return TopLevel(library, runtime, main, self.importer(main), new_macros, overrides)
 
     def problem_of(self, error: BaseException) -> Diagnostic | None:
@@ -510,6 +523,8 @@ class Session:
         return Evaluated(None, scene, ())
 
     def _run(self, program: Program, runtime: Runtime) -> Scene:
+        from scenelang.interpreter.runtime.evaluate import ProgramRun
+
         thresholds = gc.get_threshold()
         gc.set_threshold(200_000, 50, 100)
         try:
@@ -524,6 +539,8 @@ class Session:
             gc.set_threshold(*thresholds)
 
     def _runtime(self, main: Source, snapshots: frozenset[int] = frozenset()) -> Runtime:
+        from scenelang.interpreter.runtime.runtime import Runtime
+
         options = self.options
         assets = self._assets(main)
         return Runtime(
@@ -531,6 +548,8 @@ class Session:
         )
 
     def _run_once(self, program: Program, runtime: Runtime, word: str) -> Scene:
+        from scenelang.interpreter.runtime.evaluate import ProgramRun
+
         run = ProgramRun(self.library, runtime)
         watched = link()
         for form in program.forms:
@@ -544,6 +563,8 @@ class Session:
     def _with_entries(self, program: Program, runtime: Runtime, word: str, scene: Scene) -> Scene:
         """Apply embeddings to entities with automatic handles; the program runs again to restore the states of the
         random streams."""
+        from scenelang.interpreter.scene.numbering import apply_overrides, overrides_by_path, serials_at
+
         entries, unused = overrides_by_path(scene, self.options.z_entries)
         for name in unused:
             runtime.warn("unused-entry", f"the embedding `<{name}>` matches no entity of the scene")
@@ -597,6 +618,8 @@ def _outside_library(diagnostic: Diagnostic) -> Diagnostic:
 
 def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
     """Create the diagnostic of a stack overflow; the innermost calls are read from Python's traceback."""
+    from scenelang.interpreter.runtime.procedures import Closure
+
     innermost: deque[FrameType] = deque(maxlen=_MAX_FRAMES)
     traceback = error.__traceback__
     while traceback is not None:
@@ -732,21 +755,28 @@ class Editing:
     def __init__(self, session: Session, texts: dict[Path, str] | None = None) -> None:
         self.session = session
         self.texts = texts if texts is not None else {}
-        self._versions = Versions(prelude_of(session.library))
+        self._versions = self._no_versions()
         self._imported: tuple[str, ...] | None = None  # texts of imported files, None if unknown
 
     def check(self, source: Source) -> VersionAnalysis:
         """Analyze the next version; errors are never raised. Procedural macros are first run in a forked process, which
         can be killed if they do not terminate."""
+        from scenelang.sandbox.worker import trial
+
         problem = trial(lambda: self._try(source)) if self._may_run_macros(source) else None
         if problem is not None:
             return VersionAnalysis(source, None, (_in_source(problem, source),))
         try:
             return run_with_room(lambda: self._check(source), EXPANSION_DEPTH)
         except RecursionError:
-            self._versions = Versions(prelude_of(self.session.library))
+            self._versions = self._no_versions()
             problem = Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1))
             return VersionAnalysis(source, None, (problem,))
+
+    def _no_versions(self) -> Versions:
+        from scenelang.interpreter.program.interactive import Versions
+
+        return Versions(prelude_of(self.session.library))
 
     def _may_run_macros(self, source: Source) -> bool:
         """Return whether the text or a file that it imports may define procedural macros."""
@@ -761,7 +791,7 @@ class Editing:
             run_with_room(lambda: self._check(source), EXPANSION_DEPTH, folders=self.session.folders(source))
 
     def _check(self, source: Source) -> VersionAnalysis:
-        runner = macro_runner(self.session.library, _MACRO_LIMITS)
+        runner = _macro_runner(self.session.library, _MACRO_LIMITS)
         version = self._versions.analyse(source, self.session.importer(source, self.texts), runner)
         program = version.program
         found = [*program.diagnostics, *self.session.warnings(program)]

@@ -11,21 +11,21 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scenelang.backends.files import atomic_write, lock_folder, read_regular
+from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.runtime import ZEntry
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from scenelang.backends.neural.prompts import Encodings
     from scenelang.backends.neural.wording import Wording
+    from scenelang.interpreter.runtime.runtime import ZEntry
 
 _SUFFIX = ".z.safetensors"
 _KEY = "scenelang"
@@ -34,7 +34,7 @@ _MADE = "scenelang-made"
 _ENCODINGS = "scenelang-encodings"
 _MATRIX = "/encodings"  # not a valid handle name
 _MAX_HEADER_SIZE = 4_000_000  # bytes
-Vectors = Mapping[str, npt.NDArray[Any]]
+Vectors: TypeAlias = "Mapping[str, npt.NDArray[Any]]"
 
 
 def beside(program: str) -> Path:
@@ -45,6 +45,8 @@ def beside(program: str) -> Path:
 
 def read_z(path: Path) -> tuple[dict[str, ZEntry], dict[str, npt.NDArray[Any]]]:
     """Read entries and vectors by handle name; raises SceneError if the file is missing or malformed."""
+    from scenelang.interpreter.runtime.runtime import ZEntry
+
     with _read_errors(path):
         header, vectors = _contents(path)
         entries = {str(name): _named_entry(name, fields) for name, fields in _parsed(header, _KEY).items()}
@@ -57,6 +59,8 @@ def read_z(path: Path) -> tuple[dict[str, ZEntry], dict[str, npt.NDArray[Any]]]:
 def read_entries(path: Path) -> dict[str, ZEntry]:
     """Read only the entries by handle name, without the potentially large vectors; raises SceneError."""
     from safetensors import safe_open
+
+    from scenelang.interpreter.runtime.runtime import ZEntry
 
     with _read_errors(path):
         _check_header(path)
@@ -87,6 +91,8 @@ def set_entry(path: Path, name: str, text: str | None, attributes: Mapping[str, 
     clear : bool
         First remove the existing text, attributes and vectors.
     """
+    from scenelang.interpreter.runtime.runtime import ZEntry
+
     with lock_folder(path.parent):
         entries, vectors = read_z(path) if path.exists() else ({}, {})
         old = ZEntry() if clear else entries.get(name, ZEntry())
@@ -161,6 +167,8 @@ def write_vectors(path: Path, vectors: Vectors, made: Mapping[str, Made]) -> Non
     """Add or replace learned vectors atomically, creating the file if necessary."""
     with lock_folder(path.parent):
         header, old = _old(path)
+        from dataclasses import asdict
+
         provenance = _table(path, header, _MADE) | {name: asdict(each) for name, each in made.items()}
         _write(path, {**header, _MADE: json.dumps(provenance)}, {**old, **vectors})
 
@@ -281,6 +289,8 @@ def _named_entry(name: str, fields: Any) -> ZEntry:
 
 
 def _entry(fields: Mapping[str, Any]) -> ZEntry:
+    from scenelang.interpreter.runtime.runtime import ZEntry
+
     text = fields.get("text")
     if text is not None and not isinstance(text, str):
         raise ValueError("`text` must be a string")

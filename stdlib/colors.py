@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError, near_names
-from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import Vector
 from scenelang.stdlib.operands import wrong_type
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
 
 registry = Registry("colors")
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import Symbol
 from scenelang.grammar.diagnostics import CODES, SceneError, suggest
 from scenelang.interpreter.runtime.procedures import Condition
-from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import MAX_LENGTH, show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import make_list
 from scenelang.stdlib.operands import is_true, items, iterate, wrong_type
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
 
 # Higher-order functions: map, filter, fold and related ones (R7RS, section 6.10; SRFI 1).
 calling = Registry("sequences")

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.procedures import items_of
-from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Mismatch, Registry, numbers_of, type_name, vector_of
 from scenelang.interpreter.runtime.values import NIL, Embedding, Keyword, Matrix, Pair, Procedure, Vector, make_list
 from scenelang.interpreter.scene import parts, pose
 from scenelang.interpreter.scene.bounds import UNIT_BOX, parts_box
 from scenelang.interpreter.scene.entity import Entity, Frames, contains_blocks
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
 
 # Poses: the matrices of the paper's table (docs/language.md, chapter "Geometry"): right-handed, +y up, in radians.
 

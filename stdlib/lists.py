@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.types import Builtin, Registry
 from scenelang.interpreter.runtime.values import (
     NIL,
@@ -34,6 +33,9 @@ from scenelang.stdlib.operands import (
     wrong_type,
 )
 from scenelang.stdlib.predicates import equal
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
 
 registry = Registry("lists")
 
@@ -312,7 +314,7 @@ def list_ref(rt: Runtime, xs: Any, index: int) -> Any:
 
 # --- search ----------------------------------------------------------------------------------------------------
 
-Same = Callable[[Runtime, Any, Any], bool]
+Same: TypeAlias = "Callable[[Runtime, Any, Any], bool]"
 
 
 def _equality(same: Any) -> Same:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry, type_name
 from scenelang.interpreter.runtime.values import (
@@ -43,6 +42,9 @@ from scenelang.stdlib.sequences import (
     sorted_items,
     to_index,
 )
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
 
 registry = Registry("changes")
 

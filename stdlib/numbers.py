@@ -8,13 +8,11 @@ import re
 from collections.abc import Callable
 from functools import reduce
 from itertools import pairwise
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import number_text
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry, vector_of
 from scenelang.interpreter.runtime.values import NIL, MutableList, Pair, Vector, make_list
@@ -31,6 +29,9 @@ from scenelang.stdlib.operands import (
     to_numpy,
     wrong_type,
 )
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
 
 registry = Registry("numbers")
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import numpy as np
-
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.runtime import values
 from scenelang.interpreter.runtime.procedures import array_rows, warn_set_order
-from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import from_numpy as from_numpy
 from scenelang.interpreter.runtime.show import numbers_to_numpy as numbers_to_numpy
 from scenelang.interpreter.runtime.show import show
@@ -39,6 +37,8 @@ from scenelang.interpreter.scene.entity import Entity
 
 if TYPE_CHECKING:
     import numpy.typing as npt
+
+    from scenelang.interpreter.runtime.runtime import Runtime
 
 
 Numpy: TypeAlias = "npt.NDArray[Any]"

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenelang.interpreter.runtime import values
-from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import (
     NIL,
@@ -29,6 +28,9 @@ from scenelang.interpreter.runtime.values import (
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib.operands import identical, is_array, record_read
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
 
 registry = Registry("tests")
 

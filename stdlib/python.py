@@ -12,13 +12,11 @@ from __future__ import annotations
 import operator
 import re
 from collections.abc import Callable, Iterator
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.runtime import values
-from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry, type_name, vector_of
 from scenelang.interpreter.runtime.values import (
@@ -52,6 +50,9 @@ from scenelang.stdlib.operands import (
     to_numpy,
     wrong_type,
 )
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
 
 # Equality, order and membership as in Python. Tuples and lists are both lists here, and a tuple may have become an
 # array, so lists, mutable lists and arrays with equal items are equal. As in Python's containers, an item is equal to

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import accumulate
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import NIL, Stream, Vector, make_list
@@ -26,6 +24,9 @@ from scenelang.stdlib.operands import (
     wrong_type,
 )
 from scenelang.stdlib.sequences import plain_kind
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
 
 registry = Registry("random")
 

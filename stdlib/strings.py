@@ -7,15 +7,17 @@ import re
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 from string import Formatter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import Symbol, make_list
 from scenelang.stdlib.numbers import charge_digits
 from scenelang.stdlib.operands import bad_index, items, wrong_type
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
 
 registry = Registry("strings")
 

@@ -97,7 +97,12 @@ def test_the_wheel_has_every_module_and_data_file_and_no_other(built: Built) -> 
         f"scenelang/evaluation/study.{kind}": (ROOT / f"scenelang/evaluation/study.{kind}").read_bytes()
         for kind in ("js", "css")
     }
-    wanted = _sources(".py", ".lark", ".scene", ".toml", ".md", ".gz") | static | study | {"scenelang/py.typed": b""}
+    wanted = (
+        _sources(".py", ".lark", ".json", ".scene", ".toml", ".md", ".gz")
+        | static
+        | study
+        | {"scenelang/py.typed": b""}
+    )
     inside = {name: text for name, text in built.wheel.items() if ".dist-info/" not in name}
     assert set(inside) == set(wanted)
     assert inside == wanted

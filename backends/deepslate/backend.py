@@ -14,7 +14,6 @@ import threading
 import weakref
 from collections.abc import Coroutine, Mapping, Sequence
 from concurrent.futures import TimeoutError as FutureTimeout
-from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -40,6 +39,7 @@ from scenelang.backends.pictures.film import (
 )
 from scenelang.backends.pictures.stage import BELOW, Shot, Staging, box_of, unit_size
 from scenelang.backends.viewer.page import inline_page
+from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.primitives import block_words

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from scenelang.backends.exports.items import ExportItem, ExportPlan, distinct, p
 from scenelang.backends.exports.surfaces import MAX_VERTICES, ExportSurface, merged, segments_for, solid_of, surface_of
 from scenelang.backends.files import atomic_write_all
 from scenelang.backends.pictures.appearance import Look, look_of, to_srgb
+from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.show import plain_attributes
 from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY, Matrix, Pair

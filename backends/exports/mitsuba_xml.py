@@ -8,7 +8,6 @@ no emitters and no singular poses in instances: these become meshes in world coo
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr  # writes only  # nosec B406
@@ -37,6 +36,7 @@ from scenelang.backends.pictures.mitsuba import MITSUBA, use
 from scenelang.backends.pictures.mitsuba_scene import UNIT_SEGMENTS, dissolves, surroundings, unit_parts
 from scenelang.backends.pictures.mitsuba_scene import surface as bsdf_of
 from scenelang.backends.pictures.stage import Staging, box_of, still, unit_size
+from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import printable
 from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix
 from scenelang.interpreter.scene import pose

@@ -10,7 +10,6 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +37,7 @@ from scenelang.backends.pictures.appearance import encode, tint
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json
 from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOptions, painters, save_picture, write_exr
 from scenelang.backends.pictures.stage import Shot, box_of, still, unit_size
+from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import setting, whole
 from scenelang.interpreter.scene.entity import Entity, Scene

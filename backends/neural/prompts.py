@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from scenelang.backends.neural.wording import (
     plain_text,
     unpack_handles,
 )
+from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.grammar.settings import setting, whole
 from scenelang.interpreter.scene.bounds import entity_box

@@ -7,13 +7,13 @@ import os
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from textwrap import shorten
 from typing import TypeVar
 from urllib.parse import urlsplit
 
 from scenelang.backends.base import require
+from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import setting
 

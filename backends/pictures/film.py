@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Protocol
@@ -32,6 +31,7 @@ from scenelang.backends.pictures.appearance import ENVIRONMENTS, GROUNDS
 from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
 from scenelang.backends.pictures.stage import Shot, Staging, staging_of, still
 from scenelang.backends.pictures.stage import film as shots_of
+from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.settings import setting, whole
 from scenelang.interpreter.scene.entity import Scene

@@ -8,11 +8,10 @@ iteration then needs new variables; otherwise its variables are stored in the en
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Span
+from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import UNDEFINED, Frame, Node

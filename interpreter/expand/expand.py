@@ -7,12 +7,11 @@ forms are in ``derived``, macros in ``macros``; this module handles names, bodie
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
 from typing import Any, TypeGuard
 
 from scenelang.grammar import ast
 from scenelang.grammar.ast import Head, Opaque
-from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Span, Symbol
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Span, Symbol, dataclass, replace
 from scenelang.grammar.diagnostics import (
     Diagnostic,
     Edit,

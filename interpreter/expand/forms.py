@@ -7,24 +7,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
-from scenelang.grammar.export.model import (
-    Expression,
-    Grammar,
-    Literal,
-    Ref,
-    choice,
-    literals,
-    parse_expression,
-    parse_rules,
-    sequence,
-    strict_rules,
-    tokens,
-    used_terminals,
-)
+from scenelang.grammar.datum import dataclass
+
+if TYPE_CHECKING:
+    from scenelang.grammar.export.model import Expression, Grammar
 
 
 @dataclass(frozen=True, slots=True)
@@ -484,6 +474,8 @@ _GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType({
 @cache
 def full_grammar() -> Grammar:
     """Return the grammar of all syntactically valid programs."""
+    from scenelang.grammar.export.model import literals, parse_rules
+
     rules = parse_rules(RULES)
     for group, shapes in _GROUPS.items():
         rules |= _forms(group, shapes)
@@ -493,6 +485,8 @@ def full_grammar() -> Grammar:
 @cache
 def strict_grammar() -> Grammar:
     """Return the grammar of the paper, as checked by ``check --strict``."""
+    from scenelang.grammar.export.model import literals, strict_rules
+
     full = full_grammar().rules
     rules = {
         **strict_rules(),
@@ -503,6 +497,8 @@ def strict_grammar() -> Grammar:
 
 
 def _grammar(rules: Mapping[str, Expression], reserved: frozenset[str], title: str) -> Grammar:
+    from scenelang.grammar.export.model import Grammar, tokens, used_terminals
+
     used = used_terminals(rules)
     known = {name: token for name, token in tokens(reserved).items() if name in used}
     return Grammar("start", MappingProxyType(dict(rules)), MappingProxyType(known), title)
@@ -510,6 +506,8 @@ def _grammar(rules: Mapping[str, Expression], reserved: frozenset[str], title: s
 
 def _forms(group: str, shapes: Mapping[str, str]) -> dict[str, Expression]:
     """Return a rule for each syntax, named after the first form that has it, and the rule ``group`` of all of them."""
+    from scenelang.grammar.export.model import Literal, Ref, choice, parse_expression, sequence
+
     heads: dict[str, list[str]] = {}
     for head, shape in shapes.items():
         heads.setdefault(shape, []).append(head)

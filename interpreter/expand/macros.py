@@ -7,10 +7,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Expansion, Handle, Keyword, ListDatum, Span, Symbol
+from scenelang.grammar.datum import (
+    ArrayDatum,
+    Atom,
+    Datum,
+    Expansion,
+    Handle,
+    Keyword,
+    ListDatum,
+    Span,
+    Symbol,
+    dataclass,
+    replace,
+)
 from scenelang.grammar.diagnostics import LimitError, Note, SceneError
 from scenelang.interpreter.expand.scope import (
     Alias,

@@ -8,10 +8,9 @@ to the binding of its symbol where the macro was defined.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from scenelang.grammar.datum import Keyword, Span, Symbol
+from scenelang.grammar.datum import Keyword, Span, Symbol, dataclass
 
 
 class Alias(Symbol):

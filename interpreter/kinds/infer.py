@@ -13,11 +13,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Span
+from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, Fix
 from scenelang.interpreter.compile.analyse import pattern_variables, walk
 from scenelang.interpreter.expand.scope import Variable

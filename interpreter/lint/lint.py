@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from functools import cached_property
 from typing import Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Source, Span
+from scenelang.grammar.datum import Source, Span, dataclass, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import piece_at, read_comments
 from scenelang.interpreter.compile.analyse import walk
@@ -100,6 +98,8 @@ def _early_calls(program: Program, facts: FormFacts, bound: set[str]) -> Iterato
 
 
 def _near_word(word: str, known: Sequence[str]) -> str | None:
+    from difflib import get_close_matches
+
     near = [other for other in known if sorted(other) == sorted(word)] or get_close_matches(word, known, 1, _SIMILARITY)
     return near[0] if near else None
 
@@ -226,6 +226,8 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
 
 def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
     """The name that a form with a misspelled head, such as ``(defien x 1)``, was meant to define."""
+    from difflib import get_close_matches
+
     span = diagnostic.span
     assert span is not None
     match = _DEFINES.match(span.source.text, max(0, span.start - 1))

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from difflib import SequenceMatcher, get_close_matches
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Datum, ListDatum, Source, Span, subdatums
+from scenelang.grammar.datum import Datum, ListDatum, Source, Span, dataclass, subdatums
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.compile.analyse import children, pattern_variables, walk
@@ -626,6 +624,8 @@ def near_attribute(word: str, name: str) -> str | None:
     for attribute in known:
         if name.lower() in attribute.aliases and name != "transparency":
             return attribute.name
+    from difflib import get_close_matches
+
     near = get_close_matches(name.lower(), [attribute.name for attribute in known], n=1, cutoff=_NEAR)
     return near[0] if near else None
 
@@ -652,6 +652,8 @@ def _semantic_hint(word: str, name: str) -> str | None:
     if is_word(word):
         return None  # blocks and mesh files check their own
     near = near_attribute(word, name)
+    from difflib import SequenceMatcher
+
     is_typo = near is not None and near != name and SequenceMatcher(None, near, name).ratio() >= _TYPO
     return f"did you mean `:{near}`?" if is_typo else None
 

@@ -14,8 +14,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Atom, Datum, Expansion, ListDatum, Source, Span, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, error_of
@@ -23,6 +21,7 @@ from scenelang.grammar.reader import Chunk, read, split_again
 from scenelang.interpreter.expand.expand import RunMacro
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
 from scenelang.interpreter.kinds.book import KindBook
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.lint.lint import WHOLE_FILE, new_form_warnings
 from scenelang.interpreter.lint.rules import FactCache
 from scenelang.interpreter.program.program import (
@@ -163,7 +162,6 @@ def _piece(name: str, text: str) -> Piece:
 
 
 _EXCLUDED = ("birth", "observed")
-_CONTAINERS = (list, dict, np.ndarray)
 
 
 class JournaledRuntime(Runtime):
@@ -213,7 +211,10 @@ def _state(target: Mutable) -> dict[str, Any]:
     state = {name: getattr(target, name) for name in type(target).__slots__ if name not in _EXCLUDED}
     if isinstance(target, Stream):
         return {name: copy.deepcopy(value) for name, value in state.items()}
-    return {name: copy.copy(value) if isinstance(value, _CONTAINERS) else value for name, value in state.items()}
+    return {
+        name: copy.copy(value) if isinstance(value, (list, dict, np.ndarray)) else value
+        for name, value in state.items()
+    }
 
 
 # REPL history variables: the last values ``*1 *2 *3`` and the last error ``*e``.

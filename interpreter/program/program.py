@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.ast import FormError, parse_core
-from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol
+from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.grammar.reader import read_pieces
 from scenelang.interpreter.expand.expand import (

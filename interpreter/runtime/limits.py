@@ -7,11 +7,11 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import chain, repeat
 from operator import length_hint
 from typing import Any, ClassVar
 
+from scenelang.grammar.datum import dataclass, fields
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.grammar.settings import amount, setting, whole_amount
 
@@ -65,8 +65,8 @@ class Limits:
     log: int = 100_000
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
+        for each in fields(self):
+            name, value = each.name, getattr(self, each.name)
             if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
                 raise SceneError("value", f"`{name}`: expected a limit of at least 0, got {value!r}")
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
 from scenelang.interpreter.runtime.show import from_numpy, show
 from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter, Mismatch, Type, type_name

@@ -7,10 +7,9 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from scenelang.grammar.datum import atom_text, number_text, string_text
 from scenelang.grammar.diagnostics import CODES, SceneError
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.runtime.types import TypeReader, numbers_of, type_name
 from scenelang.interpreter.runtime.values import (
     NIL,

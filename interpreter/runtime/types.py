@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from functools import cache, cached_property, partial
 from itertools import islice
 from typing import Any, Protocol
 
-import numpy as np
-
+from scenelang.grammar.datum import dataclass, field
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.runtime.values import (
     NIL,
     Array,

@@ -7,13 +7,13 @@ memoised calls remain sound (see ``runtime``).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from math import isfinite
 from struct import Struct, pack
 from typing import TYPE_CHECKING, Any, Protocol
 
 from scenelang.grammar.datum import Keyword as Keyword
 from scenelang.grammar.datum import Symbol as Symbol
+from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError
 
 if TYPE_CHECKING:

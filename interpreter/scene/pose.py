@@ -10,8 +10,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.runtime.values import Matrix
 
 if TYPE_CHECKING:

@@ -104,7 +104,7 @@ class _Version(argparse.Action):
 
 
 def build_parser(only: str | None = None) -> argparse.ArgumentParser:
-    """Create the argument parser; with ``only``, commands other than that one get no arguments, which saves imports."""
+    """Create the argument parser; with ``only``, it has that command alone, or no arguments of commands."""
     parser = argparse.ArgumentParser(
         prog="scenelang",
         usage="scenelang [-h] [--version] COMMAND ...",
@@ -114,10 +114,10 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", help=argparse.SUPPRESS)
-    for name, command in COMMANDS.items():
-        mine = subparsers.add_parser(name, help=command.help)
-        if only is None or name == only:
-            _add_arguments(mine, name, command)
+    for name in [only] if only in COMMANDS else COMMANDS:
+        mine = subparsers.add_parser(name, help=COMMANDS[name].help)
+        if only in (None, name):
+            _add_arguments(mine, name, COMMANDS[name])
     return parser
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,6 +31,7 @@ from scenelang.evaluation.running import (
 )
 from scenelang.evaluation.study import Preferences, StudyQuestion, StudyResult, preferences, questions_of, study_page
 from scenelang.evaluation.tables import ResultTable, tables_of
+from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, suggest, usage_errors
 from scenelang.grammar.settings import names, picture_size, setting, whole
 from scenelang.interpreter.scene.entity import Scene

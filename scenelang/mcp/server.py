@@ -96,11 +96,8 @@ def _import_ahead() -> None:
     """Load modules and tables needed by every request, before worker processes are forked."""
     from scenelang.backends.base import all_backends
     from scenelang.backends.pictures import film  # noqa: F401
-    from scenelang.grammar import ast, reader
     from scenelang.stdlib.library import build_library
 
-    reader.prepare()
-    ast.prepare()
     build_library()
     all_backends()
 

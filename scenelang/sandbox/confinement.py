@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import ctypes
 import os
-import platform
 import struct
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+from scenelang.grammar.datum import dataclass
 
 _LANDLOCK_CREATE, _LANDLOCK_ADD, _LANDLOCK_RESTRICT = 444, 445, 446  # the same on every architecture
 _PR_SET_SECCOMP, _PR_SET_NO_NEW_PRIVS = 22, 38
@@ -83,7 +83,7 @@ def landlock_version() -> int:
 
 def has_seccomp() -> bool:
     """Return whether seccomp is supported on this machine."""
-    if not sys.platform.startswith("linux") or platform.machine() not in _ARCHITECTURES:
+    if not sys.platform.startswith("linux") or os.uname().machine not in _ARCHITECTURES:
         return False
     try:
         return "Seccomp:" in Path("/proc/self/status").read_text("ascii", "replace")
@@ -151,7 +151,7 @@ class _Program(ctypes.Structure):
 
 
 def _restrict_calls() -> None:
-    architecture = _ARCHITECTURES.get(platform.machine())
+    architecture = _ARCHITECTURES.get(os.uname().machine)
     if architecture is None:
         return
     code = b"".join(struct.pack("=HBBI", *line) for line in _filter(architecture))

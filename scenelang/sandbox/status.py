@@ -9,12 +9,11 @@ import struct
 import sys
 import threading
 import time
-from dataclasses import dataclass
 from types import FrameType
 from typing import Any, get_args
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import ArrayDatum, Atom, ListDatum, Source, Span
+from scenelang.grammar.datum import ArrayDatum, Atom, ListDatum, Source, Span, dataclass
 from scenelang.grammar.diagnostics import Diagnostic, Note
 from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.types import STD

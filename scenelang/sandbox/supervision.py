@@ -18,11 +18,10 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from types import FrameType
 from typing import Any, NoReturn
 
-from scenelang.grammar.datum import Span
+from scenelang.grammar.datum import Span, dataclass
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.runtime.limits import Limits, memory_error, resident_bytes, time_error
 from scenelang.sandbox.confinement import confine

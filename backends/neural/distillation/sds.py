@@ -7,9 +7,9 @@ model predicts the noise with and without the prompt. (The paper prints alpha in
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scenelang.grammar.datum import dataclass
 from scenelang.grammar.settings import setting
 
 if TYPE_CHECKING:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,6 +35,7 @@ from scenelang.backends.neural.splats.gaussians import Splats, apply_pose, conca
 from scenelang.backends.neural.splats.initial import gaussians_of
 from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.backends.pictures.camera import Camera, Viewpoint, axes_of, camera_at, place
+from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import setting, whole
 from scenelang.interpreter.scene.entity import Entity

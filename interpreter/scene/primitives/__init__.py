@@ -3,7 +3,7 @@
 Other packages can add a primitive with the entry-point group ``scenelang.primitives``: the name of the entry is the
 word, its value is a subclass of ``Primitive``. Entry points are only loaded for words that the language itself does not
 define. ``base`` defines the protocol, ``forms`` the canonical forms, ``mesh`` the fallback for every method. Nothing
-here imports a backend; numpy is imported lazily (``lazy``).
+here imports a backend; numpy is imported lazily.
 """
 
 from __future__ import annotations

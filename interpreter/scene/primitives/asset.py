@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
+from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.primitives.base import Attribute, Box, Primitive, Support, Symmetry, color_of
 

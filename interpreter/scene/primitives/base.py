@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
+from scenelang.grammar.datum import dataclass, fields, replace
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.runtime.values import Array, MutableArray, MutableList, Pair, Vector, list_items
-from scenelang.interpreter.scene.primitives.lazy import np
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Rows

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.scene.primitives import forms
 from scenelang.interpreter.scene.primitives.base import (
     SCALE,
@@ -21,7 +22,6 @@ from scenelang.interpreter.scene.primitives.base import (
 )
 from scenelang.interpreter.scene.primitives.cube import placed_block
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Chart, Mesh, Ratios, Triple
-from scenelang.interpreter.scene.primitives.lazy import np
 from scenelang.interpreter.scene.primitives.mesh import areas_of
 from scenelang.interpreter.scene.primitives.sphere import placed_ball
 

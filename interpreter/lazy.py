@@ -1,4 +1,4 @@
-"""Lazy import of numpy for the geometry of primitives: checking a program does not need it."""
+"""Lazy import of numpy: checking a program does not need it."""
 
 from __future__ import annotations
 
