@@ -181,9 +181,7 @@ def nested() -> Entity:
     parts = []
     for i in range(30):
         row = [
-            transform(
-                call("cube", color=[1.0, 0.0, 0.0]), compose(translate([i, 0, j]), rotate(0.1 * j, [0, 1, 0]))
-            )
+            transform(call("cube", color=[1.0, 0.0, 0.0]), compose(translate([i, 0, j]), rotate(0.1 * j, [0, 1, 0])))
             for j in range(1000)
         ]
         parts.extend(Part(part.entity, compose(translate([0, i, 0]), part.pose)) for part in row)

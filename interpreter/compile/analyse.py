@@ -304,7 +304,12 @@ class FrameLayout:
         self.size = 1
 
     def add(self, variable: Variable | None) -> int:
-        """Allocate a slot for ``variable``, or an anonymous one, and return its index."""
+        """Allocate a slot for ``variable``, or an anonymous one, and return its index.
+
+        A variable that has a slot keeps it, because code may be compiled again.
+        """
+        if variable in self.slots:
+            return self.slots[variable]  # type: ignore[index]
         index = self.size
         self.size += 1
         if variable is not None:

@@ -120,7 +120,8 @@ class Meter:
         self._block = repeat(None, _CHUNK_STEPS)
         self._memory_interval = _CHUNKS_PER_MEMORY_CHECK // (4 if limits.memory < _SMALL_MEMORY_LIMIT else 1)
         self.reset()
-        self.tick: Callable[[], Any] = chain.from_iterable(self._refill()).__next__
+        self.ticks = chain.from_iterable(self._refill())  # generated code counts a step by ``next(ticks)``
+        self.tick: Callable[[], Any] = self.ticks.__next__
 
     def reset(self, started: float | None = None) -> None:
         """Reset all counters to the full limits; ``tick`` remains valid, also after an error.
