@@ -47,9 +47,6 @@ from scenelang.interpreter.runtime.show import array_literal
 from scenelang.interpreter.runtime.types import Builtin
 from scenelang.interpreter.runtime.values import Pair, make_list
 
-HOT = 100  # calls of a function, or turns of a loop, after which generated code repays what it costs
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopPlan:
     """Compiled loop: the marker that its body returns to continue with the next iteration, and its variables.
@@ -413,10 +410,10 @@ class Compiler:
         body = self.compile(function.body, inner)
         if region.has_frame:
             return calls.framed_loop(self.rt, plan.mark, starts, binders, body, layout)
-        if not self.rt.generates:
+        if self.rt.hot is None:
             return calls.plain_loop(self.rt, plan.mark, starts, binders, body)
         generated = lambda: generate.loop_function(self, loop, layout, context.tail)
-        return calls.counted_loop(self.rt, plan.mark, starts, binders, body, HOT, generated)
+        return calls.counted_loop(self.rt, plan.mark, starts, binders, body, self.rt.hot, generated)
 
     def while_loop(self, node: ast.While, context: Context) -> Node:
         region = self.analysis.regions[id(node)]
@@ -518,13 +515,13 @@ class Compiler:
             if code.body is first:
                 body = self.compile(node.body, Context(layout, tail=True))
                 body = calls.with_locals(body, layout.size - 1 - len(code.parameters))
-                code.body = self._counting(node, code, layout, body) if self.rt.generates else body
+                code.body = body if self.rt.hot is None else self._counting(node, code, layout, body, self.rt.hot)
             return code.body(f)
 
         return first
 
-    def _counting(self, node: ast.Lambda, code: ClosureCode, layout: FrameLayout, body: Node) -> Node:
-        left = HOT
+    def _counting(self, node: ast.Lambda, code: ClosureCode, layout: FrameLayout, body: Node, hot: int) -> Node:
+        left = hot
 
         def counted(f: Frame) -> Any:
             nonlocal left

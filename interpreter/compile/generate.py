@@ -213,6 +213,10 @@ class _Writer:
                 raise Unsupported
             if type(node) is ast.Lambda:
                 continue  # its variables are captured
+            loop = self.compiler.analysis.loops.get(id(node))
+            if loop is not None:
+                stack += [loop.function.body, *loop.start.arguments]
+                continue
             if self.is_embedded(node):
                 self._survey_embedded(node)
             else:
@@ -397,6 +401,10 @@ class _Writer:
         self.line(f"{name} = {code.text}")
         self.kinds[name] = code.kind
         return Code(name, code.kind)
+
+    def named(self, code: Code) -> Code:
+        """Return a variable: CPython warns of ``is`` with a literal."""
+        return self.temporary(code) if not code.atomic or code.text in self.literals else code
 
     def atom(self, code: Code) -> Code:
         return code if code.atomic else self.temporary(code)
@@ -647,6 +655,8 @@ class _Writer:
         kind = self.kind_of(code)
         if kind.type == "b":
             return code.text
+        if code.text in self.literals:
+            return repr(code.text != "None")
         if kind.type in "ifnst":
             if not code.pure:
                 self.temporary(code)
@@ -1147,6 +1157,8 @@ class _Writer:
     def _checked(self, expected: str, check: Any, value: Code) -> str:
         """Return the Python expression for the converted argument of a builtin."""
         test, text = _FITTING.get(expected), f"{self.constant(check)}({value.text})"
+        if value.text in self.literals:
+            return text
         return f"{value.text} if {test.format(value.text)} else {text}" if test is not None else text
 
     def _operand(self, text: str) -> Any:
@@ -1198,7 +1210,7 @@ class _Writer:
     def _unary(self, builtin: Builtin, name: str, node: ast.Application) -> Code:
         if name == "not":
             return Code(f"(not {self.test(node.arguments[0])})", BOOLEAN, True, False)
-        x = self.atom(self.value(node.arguments[0])).text
+        x = self.named(self.value(node.arguments[0])).text
         call = calls.slow_call(self.rt, builtin, node.span)
         slow = self.constant(lambda value: call([value]))
         if name == "null?":

@@ -90,7 +90,7 @@ def site_of(traceback: TracebackType) -> tuple[Any, Span] | None:
     """Return the function and the span of the call at which an entry of a traceback is, if its function is generated."""
     frame = traceback.tb_frame
     sites = frame.f_globals.get(SITES)
-    site = sites.get(traceback.tb_lineno) if sites is not None else None
+    site = sites.get(traceback.tb_lineno) if type(sites) is dict else None
     if type(site) is not CallSite:
         return None
     return _called(site, traceback), site.span

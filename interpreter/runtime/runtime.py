@@ -102,6 +102,7 @@ class Streams:
             self.python.setstate(python_state)
 
 
+HOT = 100  # calls or turns after which generated code repays what it costs
 _NEVER = 1 << 62
 _MAX_CALL_SITES = 16
 _MIN_CHARGED = 32  # keys with more items are charged
@@ -161,8 +162,9 @@ class Runtime:
         Serial numbers of calls at whose start the state of the random streams is saved; None for all calls.
     asset
         Function ``asset(file, charge)`` that measures a mesh file.
-    generates
-        Whether hot procedures are compiled to Python functions; if not, all code runs as closures.
+    hot
+        Number of calls of a procedure, or of turns of a loop, after which it is compiled to a Python function; None to
+        run all code as closures.
     """
 
     def __init__(
@@ -174,9 +176,9 @@ class Runtime:
         memoise: bool = True,
         snapshots: frozenset[int] | None = frozenset(),
         asset: Callable[[str, Callable[[int], None]], Asset] | None = None,
-        generates: bool = True,
+        hot: int | None = HOT,
     ) -> None:
-        self.generates = generates
+        self.hot = hot
         self.units: list[dict[str, Any]] = []  # namespaces of generated functions
         self.library = library
         self.asset = asset
