@@ -163,7 +163,9 @@ class HotPrograms:
                 name = self.fresh()
                 if pick.random() < 0.3:
                     arguments = [self.fresh() for _ in range(pick.choice((0, 1, 2)))]
-                    forms.append(f"(define ({name} {' '.join(arguments)}) {self._body([*names, *arguments], depth - 1)})")
+                    forms.append(
+                        f"(define ({name} {' '.join(arguments)}) {self._body([*names, *arguments], depth - 1)})"
+                    )
                 else:
                     forms.append(f"(define {name} {self._value(names, depth - 1)})")
                 names.append(name)
@@ -230,16 +232,22 @@ class HotPrograms:
             lambda: self._loop(names, depth),
             lambda: self._loop(names, depth),
             lambda: self._nested_loop(names, depth),
-            lambda: f"(do (({inner} 0 (+ {inner} 1)) ({other} {down()} {down()})) ((> {inner} 3) {other}) "
-            f"{self._effect([*names, inner, other], depth - 1)})",
+            lambda: (
+                f"(do (({inner} 0 (+ {inner} 1)) ({other} {down()} {down()})) ((> {inner} 3) {other}) "
+                f"{self._effect([*names, inner, other], depth - 1)})"
+            ),
             lambda: f"(let (({inner} 0)) (while (< {inner} 3) (set! {inner} (+ {inner} 1)) {down()}) {inner})",
-            lambda: f"({pick.choice(('for/list', 'for/sum', 'for/and', 'for/first', 'for'))} (({inner} {pick.choice(('3', down()))})) "
-            f"{self._value([*names, inner], depth - 1)})",
+            lambda: (
+                f"({pick.choice(('for/list', 'for/sum', 'for/and', 'for/first', 'for'))} (({inner} {pick.choice(('3', down()))})) "
+                f"{self._value([*names, inner], depth - 1)})"
+            ),
             lambda: f"(for/fold (({other} {down()})) (({inner} 3)) {self._value([*names, inner, other], depth - 1)})",
             lambda: f"(let/ec {inner} (begin (if {test()} ({inner} {down()}) 1) {down()}))",
             lambda: f"(guard (e (#t (list 'caught {down()}))) {down()})",
             lambda: f'(begin (if {test()} (error "no" {down()}) 1) {down()})',
-            lambda: f"(let-values ((({inner} {other}) (list {down()} {down()}))) {self._value([*names, inner, other], depth - 1)})",
+            lambda: (
+                f"(let-values ((({inner} {other}) (list {down()} {down()}))) {self._value([*names, inner, other], depth - 1)})"
+            ),
             lambda: f"((lambda ({inner}) {self._body([*names, inner], depth - 1)}) {down()})",
             lambda: f"(map (lambda ({inner}) {self._value([*names, inner], depth - 1)}) (list 1 2.5 {down()}))",
             lambda: "(random)",

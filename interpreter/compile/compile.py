@@ -47,6 +47,7 @@ from scenelang.interpreter.runtime.show import array_literal
 from scenelang.interpreter.runtime.types import Builtin
 from scenelang.interpreter.runtime.values import Pair, make_list
 
+
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopPlan:
     """Compiled loop: the marker that its body returns to continue with the next iteration, and its variables.

@@ -182,7 +182,7 @@ class _Writer:
             "ticks": self.rt.meter.ticks, "charge": self.rt.charge, "spend": self.rt.meter.spend, "TAIL": TAIL, "U": UNDEFINED,
             "NIL": NIL, "Pair": Pair, "Closure": Closure, "Vector": Vector, "Matrix": Matrix, "Entity": Entity,
             "MutableList": MutableList, "Table": Table, "Cell": Cell, "BLOCK": range(1, _BLOCK + 1),
-            "bounce": compiler.bounce, "bind_cell": compiler.bind_cell, "compose": compose, "IDENTITY": IDENTITY,
+            "bounce": compiler.bounce, "bind_cell": compiler.bind_cell, "compose": compose, "isfinite": isfinite, "IDENTITY": IDENTITY,
         }  # fmt: skip
         self.numbered: dict[int, str] = {}  # names of constants by id
         self.count = 0
@@ -616,8 +616,8 @@ class _Writer:
         kinds = [self.kind_of(v) for v in values]
         if all(k.type == "f" for k in kinds) or all(k.type == "i" for k in kinds):
             return self.temporary(Code(f"Vector(({', '.join(texts)}))", TRUE))
-        run = self.constant(calls.array_node(self.rt, [itemgetter(i) for i in range(3)], node.span))
-        return self.temporary(Code(f"{run}(({', '.join(texts)}))"))
+        run = self.constant(generated.vector_maker(self.rt, node.span))
+        return self.temporary(Code(f"{run}({', '.join(texts)})"))
 
     def _first(self, node: ast.First) -> Code:
         first = self.temporary(self.value(node.items[0]))
@@ -628,7 +628,9 @@ class _Writer:
     def _transform(self, node: ast.Transform) -> Code:
         part, matrix = self.operands((node.part, node.matrix))
         slow = self.constant(calls.transform_node(self.rt, itemgetter(0), itemgetter(1), node.span))
-        return self.temporary(Code(f"{slow}(({part.text}, {matrix.text}))", TRUE))
+        test = f"type({part.text}) is Entity and type({matrix.text}) is Matrix and isfinite(sum({matrix.text}))"
+        text = f"Pair({part.text}, {matrix.text}) if {test} else {slow}(({part.text}, {matrix.text}))"
+        return self.temporary(Code(text, TRUE))
 
     def _union(self, node: ast.Union) -> Code:
         return self.by_values(lambda nodes: calls.union_node(self.rt, nodes, node), node.members)
@@ -1021,54 +1023,40 @@ class _Writer:
         """Write a call that is not in tail position."""
         head, cell, known = self._head(node)
         values = self.operands(node.arguments, atomic=False)
-        function, result = self.fresh("p"), self.fresh("t")
-        found = f"{cell}.value" if head is None else head.text
-        site = CallSite(Local(function), node.span)
-        arguments = "".join(f", {v.text}" for v in values)
+        result = self.fresh("t")
+        texts = [v.text for v in values]
         if known is not None and known.arity == len(values):
-            self.line(f"if {found} is {self.constant(known)}:")
-            self.indent += 1
-            self._known_call(result, known, arguments, CallSite(known, node.span))
-            self.indent -= 1
-            self.line("else:")
-            self.indent += 1
-            self.line(f"{function} = {found}")
-        else:
-            self.line(f"{function} = {found}")
-            self.line(f"if type({function}) is Closure and {function}.arity == {len(values)}:")
-            self.indent += 1
-            self.line("next(ticks)", site)
-            self.line(f"{result} = {function}.code.entry({function}.env{arguments})", site)
-            self.line(f"if {result} is TAIL: {result} = bounce()", site)
-            self.indent -= 1
-            self.line("else:")
-            self.indent += 1
-        self._other_call(result, function, node, values, site)
-        self.indent -= 1
+            self._known_call(result, cell, known, texts, node)
+            return Code(result)
+        function = self.fresh("p")
+        self.line(f"{function} = {cell}.value" if head is None else f"{function} = {head.text}")
+        site = CallSite(Local(function), node.span)
+        call = ", ".join([f"{function}.code.entry({function}.env", *texts])
+        test = f"type({function}) is Closure and {function}.arity == {len(values)} and next(ticks) is None"
+        other = self.constant(generated.caller(self.rt, self._global_head(node), node.span))
+        arguments = "".join(f"{text}, " for text in texts)
+        self.line(f"{result} = {call}) if {test} else {other}({function}, ({arguments}))", site)
+        self.line(f"if {result} is TAIL: {result} = bounce()", site)
         return Code(result)
 
-    def _other_call(
-        self, result: str, function: str, node: ast.Application, values: Sequence[Code], site: CallSite
-    ) -> None:
-        other = self.constant(generated.caller(self.rt, self._global_head(node), node.span))
-        self.line(f"{result} = {other}({function}, ({''.join(f'{v.text}, ' for v in values)}))", site)
-
-    def _known_call(self, result: str, known: Closure, arguments: str, site: CallSite) -> None:
-        """Write a call of a closure that is known."""
-        env, code = self.constant(known.env), known.code
+    def _known_call(self, result: str, cell: str, known: Closure, texts: Sequence[str], node: ast.Application) -> None:
+        """Write a call of a global function that is known, unless it is defined again."""
+        code = known.code
         itself = self.direct is not None and known is self.direct[0]
-        if itself:
-            text = f"g({env}{arguments})"
-        elif code.direct is not None:
-            text = f"{self.constant(code.direct)}({env}{arguments})"
-        else:
-            text = f"{self.constant(code)}.entry({env}{arguments})"
-        self.line("next(ticks)", site)
-        self.line(f"{result} = {text}", site)
+        callee = "g" if itself else self.constant(code.direct) if code.direct else f"{self.constant(code)}.entry"
+        site = CallSite(self.constants[cell], node.span)
+        call = ", ".join([f"{callee}({self.constant(known.env)}", *texts])
+        other = self._other(cell, node)
+        test = f"{cell}.value is {self.constant(known)} and next(ticks) is None"
+        self.line(f"{result} = {call}) if {test} else {other}({', '.join(texts)})", site)
         if itself:
             self.own_checks.append(len(self.lines))
         if itself or code.direct is None or code.returns_tail:
             self.line(f"if {result} is TAIL: {result} = bounce()", site)
+
+    def _other(self, cell: str, node: ast.Application) -> str:
+        """Return the constant that calls whatever a global variable is when it is called."""
+        return self.constant(generated.global_caller(self.rt, self.constants[cell], self._global_head(node), node.span))
 
     def _tail_call(self, node: ast.Application, dest: Dest) -> None:
         head, cell, known = self._head(node)
@@ -1083,10 +1071,9 @@ class _Writer:
             self.line("next(ticks)")
             self.line("continue")
             self.indent -= 1
-            self.line(f"{function} = {found}")
-            result = self.fresh("t")  # the function is defined again: a single call that is not a tail call
-            self._other_call(result, function, node, values, CallSite(Local(function), node.span))
-            self.line(f"return {result}")
+            # The function is defined again: a single call that is not a tail call.
+            site = CallSite(self.constants[cell], node.span)
+            self.line(f"return {self._other(cell, node)}({', '.join(v.text for v in values)})", site)
             return
         self.returns_tail = True
         self.line(f"{function} = {found}")

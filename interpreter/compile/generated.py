@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
@@ -43,9 +44,9 @@ class Local:
 
 @dataclass(frozen=True, slots=True)
 class CallSite:
-    """Call of a procedure: ``function``, or the local variable that holds it."""
+    """Call of a procedure; ``function`` is the local or global variable that holds it."""
 
-    function: Any
+    function: Local | Cell
     span: Span
 
 
@@ -98,7 +99,7 @@ def site_of(traceback: TracebackType) -> tuple[Any, Span] | None:
 
 def _called(site: CallSite, traceback: TracebackType) -> Any:
     function = site.function
-    return traceback.tb_frame.f_locals.get(function.name) if type(function) is Local else function
+    return traceback.tb_frame.f_locals.get(function.name) if type(function) is Local else function.value
 
 
 def forget(rt: Runtime, function: Closure) -> None:
@@ -144,6 +145,12 @@ def caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[Any]],
     return call
 
 
+def global_caller(rt: Runtime, cell: Cell, head: Any, span: Span) -> Callable[..., Any]:
+    """Return a function that calls the value of a global variable, which was another one when code was generated."""
+    call = caller(rt, head, span)
+    return lambda *values: call(cell.value, values)
+
+
 def tail_caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[Any]], Any]:
     """Return a function that performs a tail call that is not direct."""
 
@@ -187,6 +194,19 @@ def cell_storer(rt: Runtime, name: str, span: Span) -> Callable[[Any, Any], None
         cell.value = value
 
     return store
+
+
+def vector_maker(rt: Runtime, span: Span) -> Callable[[Any, Any, Any], Any]:
+    """Return a function that creates the array ``[x y z]``."""
+    general = calls.array_node(rt, [itemgetter(0), itemgetter(1), itemgetter(2)], span)
+
+    def make(x: Any, y: Any, z: Any) -> Any:
+        s = type(x)
+        if s is type(y) is type(z) and (s is float or s is int):
+            return Vector((x, y, z))
+        return general((x, y, z))  # type: ignore[arg-type]
+
+    return make
 
 
 Slow = Callable[[Any, Any], Any]
