@@ -25,7 +25,7 @@ from scenelang.interpreter.runtime.procedures import (
     type_error,
 )
 from scenelang.interpreter.runtime.show import array_literal, show
-from scenelang.interpreter.runtime.types import Builtin, Mismatch, type_name
+from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter, Mismatch, type_name
 from scenelang.interpreter.runtime.values import (
     ANONYMOUS,
     IDENTITY,
@@ -512,12 +512,20 @@ def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span:
     if not keywords and (count < len(signature.required) or (count > len(parameters) and signature.rest is None)):
         error_hint = builtin_arity_error(builtin, count)
         return _raiser(arguments, error_hint.name, error_hint.message, error_hint.hint, span)
-    if keywords or count > 3 or (signature.rest is not None and count > len(parameters)):
+    if keywords or count > 3:
         slow = slow_call(rt, builtin, span)
         return lambda f: slow([argument(f) for argument in arguments])
-    checked = [not builtin.checks_arguments and p.type.is_checked for p in parameters[:count]]
-    checks = tuple([p.type.checker(rt) if is_checked else None for p, is_checked in zip(parameters, checked)])
+    given = parameters_of(builtin, count)
+    checked = [not builtin.checks_arguments and p.type.is_checked for p in given]
+    checks = tuple([p.type.checker(rt) if is_checked else None for p, is_checked in zip(given, checked)])
     return _FIXED[count](rt, builtin, arguments, checks, span)
+
+
+def parameters_of(builtin: Builtin, count: int) -> Sequence[BuiltinParameter]:
+    """Return the parameters that take ``count`` positional arguments of a builtin."""
+    signature = builtin.signature
+    found = (*signature.required, *signature.optional)[:count]
+    return found if signature.rest is None else (*found, *[signature.rest] * (count - len(found)))
 
 
 def _raiser(arguments: Sequence[Node], name: str, message: str, hint: str | None, span: Span) -> Node:
@@ -601,9 +609,8 @@ _FIXED: dict[int, Callable[..., Node]] = {0: _builtin0, 1: _builtin1, 2: _builti
 
 def mismatch(builtin: Builtin, checks: Sequence[Any], values: Sequence[Any], span: Span) -> SceneError:
     """Return the error for the first argument of the wrong type."""
-    signature = builtin.signature
     error: SceneError | None = None
-    for parameter, check, value in zip((*signature.required, *signature.optional), checks, values):
+    for parameter, check, value in zip(parameters_of(builtin, len(values)), checks, values):
         try:
             if check is not None:
                 check(value)
