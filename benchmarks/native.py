@@ -87,7 +87,7 @@ def chessboard() -> Entity:
 
 
 def safe(row: int, placed: list[int]) -> bool:
-    for distance, other in enumerate(placed, 1):
+    for distance, other in enumerate(placed, 1):  # noqa: SIM110
         if other in (row, row + distance, row - distance):
             return False
     return True

@@ -1,9 +1,9 @@
 """Generator of Python functions for hot code: one function per ``lambda`` or loop of the core AST.
 
-Variables are Python's local variables; those that closures capture are also stored in the frame, with the addresses that
-the closures of ``compile`` use, so that code of both tiers shares frames. Statements are written one per line: the line
-number of a call in a traceback is the key of its *site* (see ``generated``), so that no call needs a ``try``. No text of
-a program enters the source: variables are numbered, and values are constants of the function's namespace.
+Variables are Python's local variables; those that closures capture are also stored in the frame, with the addresses
+that the closures of ``compile`` use, so that code of both tiers shares frames. Statements are written one per line: the
+line number of a call in a traceback is the key of its *site* (see ``generated``), so that no call needs a ``try``. No
+text of a program enters the source: variables are numbered, and values are constants of the function's namespace.
 
 What has no translation here is compiled to a closure and called with the frame (``_embed``). Code that is too deep or
 too long for CPython stays with the closures.
@@ -12,85 +12,53 @@ too long for CPython stays with the closures.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import isfinite
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.compile import calls, generated
+from scenelang.interpreter.compile import calls, generated, intrinsics
 from scenelang.interpreter.compile.analyse import (
+    ANY,
+    BOOLEAN,
+    TRUE,
     FrameLayout,
+    Kind,
     Loop,
+    LoopKinds,
     children,
+    joined,
     pattern_variables,
+    tail_nodes,
     walk,
 )
-from scenelang.interpreter.compile.generated import BuiltinSite, CallSite, Local
+from scenelang.interpreter.compile.generated import (
+    BLOCK,
+    COMPARISONS,
+    OPERATORS,
+    CallSite,
+    Code,
+    Local,
+    Text,
+    Unsupported,
+)
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.runtime.procedures import TAIL, UNDEFINED, Cell, Closure, ClosureCode, Frame, Node
+from scenelang.interpreter.runtime.procedures import UNDEFINED, Closure, ClosureCode, Frame, Node
 from scenelang.interpreter.runtime.show import array_literal
 from scenelang.interpreter.runtime.types import Builtin
-from scenelang.interpreter.runtime.values import IDENTITY, NIL, Matrix, MutableList, Pair, Table, Vector
-from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.pose import compose
 
 if TYPE_CHECKING:
     from scenelang.interpreter.compile.compile import Compiler
 
 _MAX_NODES = 3_000  # longer code stays with the closures
-_MAX_LINES = 20_000  # written, including those that are taken back
-_MAX_INDENT = 60  # CPython allows 100
-_MAX_BLOCKS = 16  # CPython allows 20 nested loops and handlers
 _MAX_ARITY = 8
-_BLOCK = 2048  # turns of a loop between two charges
 _MIN_CHARGED = 32  # builtins with more arguments are charged by their call
-_SMALL = (1 << 30) - 1  # comparisons with numbers of one digit are the fast ones of CPython
-_MAX_BITS = 1_000  # Integers of fewer bits are added and multiplied without a check of their size
+MAX_BITS = 1_000  # Integers of fewer bits are added and multiplied without a check of their size
 
 
 _FRAME = re.compile(r"\bF\b")
-
-
-class Unsupported(Exception):
-    """Raised for code that cannot be generated."""
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """What is known of a value: its type (``?`` if nothing), and a bound for the bits of an Integer (0 if none).
-
-    The types are ``i`` (Integer), ``f`` (Float), ``n`` (either), ``b`` (Boolean), ``s`` (String), ``t`` (any type that is true).
-    """
-
-    type: str
-    bits: int = 0
-
-
-ANY, INTEGER, FLOAT, NUMBER, BOOLEAN, STRING, TRUE = map(Kind, "?ifnbst")
-
-
-def joined(a: Kind | None, b: Kind | None) -> Kind:
-    """Return the kind of a value that has one of two kinds; None is the kind of no value."""
-    if a is None or b is None:
-        return b or a or ANY
-    if a.type == b.type:
-        return Kind(a.type, max(a.bits, b.bits) if a.bits and b.bits else 0)
-    if a.type in "ifn" and b.type in "ifn":
-        return NUMBER
-    return TRUE if a.type in "ifnst" and b.type in "ifnst" else ANY
-
-
-@dataclass(frozen=True, slots=True)
-class Code:
-    """Python expression. ``pure`` is set if it cannot fail, and its value does not change before it is used."""
-
-    text: str
-    kind: Kind = ANY
-    pure: bool = True
-    atomic: bool = True
 
 
 @dataclass(eq=False, slots=True)
@@ -106,7 +74,10 @@ class LoopCode:
 
 @dataclass(frozen=True, slots=True)
 class Dest:
-    """Where a value goes: a variable, the end of the function, or nowhere. ``loops`` end with it, the innermost last."""
+    """Where a value goes: a variable, the end of the function, or nowhere.
+
+    ``loops`` are those that end with the value, the innermost last.
+    """
 
     name: str | None = None
     returns: bool = False
@@ -118,8 +89,6 @@ class Dest:
 
 
 NOWHERE = Dest()
-_OPERATORS = {"add": "+", "sub": "-", "mul": "*", "lt": "<", "gt": ">", "le": "<=", "ge": ">=", "eq": "=="}
-_COMPARISONS = frozenset({"lt", "gt", "le", "ge", "eq"})
 _EMBEDDED = (ast.For, ast.Guard, ast.LetEscape, ast.While)
 
 
@@ -145,14 +114,6 @@ def loop_function(
         return None
 
 
-def body_function(compiler: Compiler, node: Any, layout: FrameLayout) -> Node | None:
-    """Return a function of the frame that evaluates an expression, if it can be generated."""
-    try:
-        return _Writer(compiler, layout, node).expression(node)
-    except (Unsupported, RecursionError, SyntaxError, MemoryError):
-        return None
-
-
 _ADAPTERS: tuple[Callable[[Any], Node], ...] = (
     lambda g: lambda f: g(f[0]),
     lambda g: lambda f: g(f[0], f[1]),
@@ -166,39 +127,11 @@ _ADAPTERS: tuple[Callable[[Any], Node], ...] = (
 )
 
 
-class _Writer:
+class _Writer(Text):
     """Writer of one function."""
 
     def __init__(self, compiler: Compiler, layout: FrameLayout, root: Any) -> None:
-        self.compiler = compiler
-        self.rt = compiler.rt
-        self.base = self.layout = layout
-        self.lines: list[str] = []
-        self.indent = 0
-        self.blocks = 1
-        self.sites: dict[int, Any] = {}
-        self.constants: dict[str, Any] = {
-            "CAUGHT": generated.CAUGHT, "placed": generated.placed, generated.SITES: self.sites, "rt": self.rt,
-            "ticks": self.rt.meter.ticks, "charge": self.rt.charge, "spend": self.rt.meter.spend, "TAIL": TAIL, "U": UNDEFINED,
-            "NIL": NIL, "Pair": Pair, "Closure": Closure, "Vector": Vector, "Matrix": Matrix, "Entity": Entity,
-            "MutableList": MutableList, "Table": Table, "Cell": Cell, "BLOCK": range(1, _BLOCK + 1),
-            "bounce": compiler.bounce, "bind_cell": compiler.bind_cell, "compose": compose, "isfinite": isfinite, "IDENTITY": IDENTITY,
-        }  # fmt: skip
-        self.numbered: dict[int, str] = {}  # names of constants by id
-        self.count = 0
-        self.names: dict[Variable, str] = {}  # local variables
-        self.kinds: dict[str, Kind] = {}
-        self.frames: dict[FrameLayout, str] = {}
-        self.direct: tuple[Closure, str] | None = None  # this function as a global, and its cell
-        self.self_tail: tuple[str, ...] | None = None  # parameters, if tail calls of itself are turns of a loop
-        self.embedded: set[Variable] = set()
-        self.unshared: set[Variable] = set()  # only in the frame, as embedded code defines or assigns them
-        self.loop_names: dict[int, list[str]] = {}  # next values of the parameters of loops with frames, by number
-        self.mutable: set[str] = set()  # local variables that the program assigns
-        self.literals: dict[str, Any] = {}  # values of constants in the source
-        self.written = 0
-        self.returns_tail = False  # whether the function may request a tail call of its caller
-        self.own_checks: list[int] = []  # lines after calls of itself that look for such a request
+        super().__init__(compiler, layout)
         self.survey(root)
 
     # --- preparation ---------------------------------------------------------------------------------------------
@@ -306,22 +239,10 @@ class _Writer:
             if not self.in_frame_only(target):
                 self.line(f"{self.name_of(target)} = f[{self.base.slots[target]}]")
         dest = Dest(returns=True) if tail else Dest(self.fresh("t"))
-        inference = Inference(self)
+        inference = LoopKinds(self.kind_of_variable)
         self.write_loop(loop, dest, [inference.kind(start) for start in loop.start.arguments], resumed=True)
         if not tail:
             self.line(f"return {dest.name}")
-        return self._compiled()
-
-    def expression(self, node: Any) -> Node:
-        self.line("def g(f):")
-        self.indent = 1
-        self.line("try:")
-        self.indent = 2
-        self.frames[self.base] = "f"
-        self.preload(node)
-        result = self.fresh("t")
-        self.into(node, Dest(result))
-        self.line(f"return {result}")
         return self._compiled()
 
     def preload(self, root: Any) -> None:
@@ -354,100 +275,19 @@ class _Writer:
             self.direct = (cell.value, self.constant(cell))
 
     def _has_self_tail(self, body: Any) -> bool:
+        """Whether the function calls itself in tail position, outside of loops."""
         assert self.direct is not None
+        itself = self.direct[0]
         for node in tail_nodes(body, self.compiler.analysis.loops):
-            if type(node) is ast.Application and type(node.function) is ast.Reference:
+            if type(node) is ast.Application and isinstance(node.function, ast.Reference):
                 target = node.function.target
-                if isinstance(target, Variable) and self.known_global(target) is self.direct[0]:
-                    return len(node.arguments) == self.direct[0].arity
+                if isinstance(target, Variable) and self.known_global(target) is itself:
+                    return True
         return False
 
     # --- lines and names -----------------------------------------------------------------------------------------
 
-    def line(self, text: str, site: Any = None) -> None:
-        self.written += 1
-        if self.indent > _MAX_INDENT or self.written > _MAX_LINES:
-            raise Unsupported
-        self.lines.append(" " * self.indent + text)
-        if site is not None:
-            self.sites[len(self.lines)] = site
-
-    def open(self, text: str) -> None:
-        """Write the head of a loop, which counts as a block of CPython."""
-        self.line(text)
-        self.indent += 1
-        self.blocks += 1
-        if self.blocks > _MAX_BLOCKS:
-            raise Unsupported
-
-    def close(self) -> None:
-        self.indent -= 1
-        self.blocks -= 1
-
-    def fresh(self, letter: str) -> str:
-        self.count += 1
-        return f"{letter}{self.count}"
-
-    def constant(self, value: Any) -> str:
-        """Return the name of a constant of the function."""
-        name = self.numbered.get(id(value))
-        if name is None:
-            name = self.numbered[id(value)] = self.fresh("k")
-            self.constants[name] = value
-        return name
-
-    def temporary(self, code: Code) -> Code:
-        name = self.fresh("t")
-        self.line(f"{name} = {code.text}")
-        self.kinds[name] = code.kind
-        return Code(name, code.kind)
-
-    def named(self, code: Code) -> Code:
-        """Return a variable: CPython warns of ``is`` with a literal."""
-        return self.temporary(code) if not code.atomic or code.text in self.literals else code
-
-    def atom(self, code: Code) -> Code:
-        return code if code.atomic else self.temporary(code)
-
-    def name_of(self, variable: Variable) -> str:
-        """Return the name of the local variable of Python for a variable."""
-        name = self.names.get(variable)
-        if name is None:
-            name = self.names[variable] = self.fresh("v")
-            if variable.assigned:
-                self.mutable.add(name)
-        return name
-
-    def kind_of(self, code: Code) -> Kind:
-        return self.kinds.get(code.text, code.kind)
-
     # --- variables -----------------------------------------------------------------------------------------------
-
-    def in_cell(self, variable: Variable) -> bool:
-        return variable.assigned and variable.captured
-
-    def in_frame_only(self, variable: Variable) -> bool:
-        return self.in_cell(variable) or variable in self.unshared
-
-    def is_stored(self, variable: Variable) -> bool:
-        """Whether the frame has a copy of a variable for closures or embedded code."""
-        return variable.captured or variable in self.embedded
-
-    def slot_text(self, variable: Variable) -> str:
-        """Return the place of a variable in the frames."""
-        layout: FrameLayout | None = self.layout
-        while layout is not None and variable not in layout.slots and layout is not self.base:
-            layout = layout.parent
-        assert layout is not None
-        text = self.frames[layout]
-        if variable not in layout.slots:
-            text = "e" if self.frames[self.base] == "F" else "f[0]"
-            layout = layout.parent
-            while layout is not None and variable not in layout.slots:
-                text, layout = f"{text}[0]", layout.parent
-            if layout is None:
-                raise Unsupported
-        return f"{text}[{layout.slots[variable]}]"
 
     def reference(self, node: ast.Reference) -> Code:
         target = node.target
@@ -459,38 +299,26 @@ class _Writer:
         if name is None:
             text = self.slot_text(target)
             if self.in_cell(target):
-                return self._read_cell(text, target, node)
+                return self.read_cell(text, target, node)
             if target.recursive:
                 found = self.temporary(Code(text))
-                self._check_defined(found.text, target, node)
+                self.check_defined(found.text, target, node)
                 return found
             return self.temporary(Code(text)) if target.assigned else Code(text, ANY, True, False)
         if target.recursive and name not in self.kinds:
-            self._check_defined(name, target, node)
+            self.check_defined(name, target, node)
         if target.assigned:
             return self.temporary(Code(name))
         return Code(name, self.kinds.get(name, ANY))
-
-    def _check_defined(self, name: str, target: Variable, node: ast.Reference) -> None:
-        fail = self.constant(generated.undefined_raiser(self.rt, target.name, node.span))
-        self.line(f"if {name} is U: {fail}()")
-
-    def _read_cell(self, text: str, target: Variable, node: ast.Reference) -> Code:
-        cell, value = self.fresh("t"), self.fresh("t")
-        self.line(f"{cell} = {text}")
-        self.line(f"if {cell}.birth < rt.serial: rt.read({cell})")
-        self.line(f"{value} = {cell}.value")
-        self._check_defined(value, target, node)
-        return Code(value)
 
     def _global_reference(self, target: Variable, node: ast.Reference) -> Code:
         cell = self.compiler.global_cell(target)
         name = self.constant(cell)
         if target.assigned:
-            return self._read_cell(name, target, node)
+            return self.read_cell(name, target, node)
         found = self.temporary(Code(f"{name}.value"))
         if cell.value is UNDEFINED:
-            self._check_defined(found.text, target, node)
+            self.check_defined(found.text, target, node)
         return found
 
     def known_global(self, target: Variable) -> Any:
@@ -500,35 +328,13 @@ class _Writer:
         value = self.compiler.global_cell(target).value
         return value if type(value) is Closure else None
 
-    def bind(self, variable: Variable, text: str, kind: Kind) -> None:
-        """Write the definition of a local variable of this function."""
-        if self.in_cell(variable):
-            frame, slot = self._slot_of(variable)
-            self.line(f"bind_cell({frame}, {slot}, {text})")
-            return
-        if variable in self.unshared:
-            self.line(f"{self.slot_text(variable)} = {text}")
-            return
-        name = self.name_of(variable)
-        if text != name:
-            self.line(f"{name} = {text}")
-        if not variable.assigned:
-            self.kinds[name] = kind
-        if self.is_stored(variable):
-            self.line(f"{self.slot_text(variable)} = {name}")
-
-    def _slot_of(self, variable: Variable) -> tuple[str, int]:
-        text = self.slot_text(variable)
-        frame, _, slot = text.rpartition("[")
-        return frame, int(slot[:-1])
-
     # --- expressions ---------------------------------------------------------------------------------------------
 
     def value(self, node: Any) -> Code:
         """Write what a node needs, and return the Python expression of its value."""
         kind = type(node)
         if kind is ast.Constant:
-            return self._constant(node.value)
+            return self.literal(node.value)
         if kind is ast.Reference:
             return self.reference(node)
         if kind is ast.Application and type(node.function) is ast.Reference:
@@ -547,24 +353,6 @@ class _Writer:
         result = self.into(node, Dest(name))
         self.kinds[name] = result or ANY
         return Code(name, self.kinds[name])
-
-    def _constant(self, value: Any) -> Code:
-        kind = type(value)
-        if kind is bool or value is None:
-            return Code(self._literal(value), BOOLEAN if kind is bool else ANY)
-        if kind is int and abs(value) < 1 << 60:
-            return Code(self._literal(value), Kind("i", max(1, value.bit_length())))
-        if kind is float and isfinite(value):
-            return Code(self._literal(value), FLOAT)
-        known = {float: FLOAT, int: INTEGER, str: STRING}.get(kind, TRUE)
-        return Code(self.constant(value), known)
-
-    def _literal(self, value: Any) -> str:
-        text = repr(value)
-        if text[0] == "-":
-            text = f"({text})"
-        self.literals[text] = value
-        return text
 
     def operands(self, nodes: Sequence[Any], atomic: bool = True) -> list[Code]:
         """Return the values of several nodes, evaluated in order, as names or constants, or pure expressions."""
@@ -688,16 +476,10 @@ class _Writer:
         for item in node.items[1:]:
             texts.append(self.test(item))
             if len(self.lines) != start:
-                self._roll_back(lines, kinds, names)
+                self.roll_back(lines, kinds, names)
                 return None
             self.kinds = dict(kinds)
         return "(" + (" and " if type(node) is ast.And else " or ").join(texts) + ")"
-
-    def _roll_back(self, lines: int, kinds: dict[str, Kind], names: dict[Variable, str]) -> None:
-        del self.lines[lines:]
-        for number in [number for number in self.sites if number > lines]:
-            del self.sites[number]
-        self.kinds, self.names = kinds, names
 
     # --- statements ----------------------------------------------------------------------------------------------
 
@@ -881,12 +663,12 @@ class _Writer:
     def write_loop(self, loop: Loop, dest: Dest, kinds: Sequence[Kind], resumed: bool = False) -> Kind | None:
         """Write a loop whose parameters have their first values; ``kinds`` are those of the values."""
         parameters = [p.target for p in loop.function.parameters]
-        known = Inference(self).loop(loop, kinds)
+        known = LoopKinds(self.kind_of_variable).loop(loop, kinds)
         counter = self.fresh("n")
         record = LoopCode(loop.variable, loop.function, counter, self.fresh_number())
         before = dict(self.kinds)
         if resumed:
-            self.line(f"turns = range(done + 1, {_BLOCK + 1})")
+            self.line(f"turns = range(done + 1, {BLOCK + 1})")
         self.open("while True:")
         self.open(f"for {counter} in turns:" if resumed else f"for {counter} in BLOCK:")
         for variable, kind in zip(parameters, known):
@@ -898,7 +680,7 @@ class _Writer:
         self.close()
         self.line("else:")
         self.indent += 1
-        self.line(f"spend({_BLOCK})")
+        self.line(f"spend({BLOCK})")
         if resumed:
             self.line("turns = BLOCK")
         self.line("continue")
@@ -1112,54 +894,8 @@ class _Writer:
             return self.by_values(make, node.arguments)
         values = self.operands(node.arguments)
         if builtin.name == "list" and signature.rest is not None and count <= 4:
-            return self._list(values)
-        return self._checked_call(builtin, node, values)
-
-    def _list(self, values: Sequence[Code]) -> Code:
-        text = "NIL"
-        for value in reversed(values):
-            text = f"Pair({value.text}, {text})"
-        return self.temporary(Code(text, TRUE))
-
-    def _checked_call(self, builtin: Builtin, node: ast.Application, values: Sequence[Code]) -> Code:
-        signature = builtin.signature
-        parameters = (*signature.required, *signature.optional)
-        checks, texts, given = [], [], []
-        for index, value in enumerate(values):
-            parameter = parameters[index] if index < len(parameters) else signature.rest
-            assert parameter is not None
-            is_checked = not builtin.checks_arguments and parameter.type.is_checked
-            check = parameter.type.checker(self.rt) if is_checked else None
-            checks.append(check)
-            needs = check is not None and not self._fits(parameter.type.name, value)
-            texts.append(self._checked(parameter.type.name, check, value) if needs else value.text)
-            given.append(self._operand(value.text))
-        site = BuiltinSite(builtin, tuple(checks), tuple(given), node.span)
-        name = self.fresh("t")
-        self.line(f"{name} = {self.constant(builtin.function)}(rt{''.join(f', {t}' for t in texts)})", site)
-        kind = _RESULTS.get(builtin.result, ANY)
-        self.kinds[name] = kind
-        return Code(name, kind)
-
-    def _checked(self, expected: str, check: Any, value: Code) -> str:
-        """Return the Python expression for the converted argument of a builtin."""
-        test, text = _FITTING.get(expected), f"{self.constant(check)}({value.text})"
-        if value.text in self.literals:
-            return text
-        return f"{value.text} if {test.format(value.text)} else {text}" if test is not None else text
-
-    def _operand(self, text: str) -> Any:
-        if text in self.literals:
-            return self.literals[text]
-        return self.constants[text] if text in self.constants else Local(text)
-
-    def _fits(self, expected: str, value: Code) -> bool:
-        kind = self.kind_of(value).type
-        if kind == "s":
-            return expected in ("String", "Word")
-        return (kind == "i" and expected in ("Integer", "Float", "Number")) or (
-            kind in ("f", "n") and expected in ("Float", "Number")
-        )
+            return self.list_of(values)
+        return self.checked_call(builtin, node, values)
 
     def slow(self, builtin: Builtin, node: ast.Application) -> Callable[[Any, Any], Any]:
         slow = calls.slow_call(self.rt, builtin, node.span)
@@ -1183,16 +919,16 @@ class _Writer:
             return None
         x, y = self.operands(operands)
         slow = self.slow(builtin, node)
-        if name in _COMPARISONS:
-            return self._comparison(_OPERATORS[name], x, y, self.constant(slow))
+        if name in intrinsics.ARITHMETIC:
+            helper = self.constant(intrinsics.ARITHMETIC[name](slow))
+            return self.division(x, y, helper) if name == "div" else self.arithmetic(name, x, y, helper)
+        other = self.constant(slow)
+        if name in COMPARISONS:
+            return self.comparison(OPERATORS[name], x, y, other)
         if name == "matmul":
             text = f"compose({x.text}, {y.text}) if type({x.text}) is type({y.text}) is Matrix else "
-            return self.temporary(Code(f"{text}{self.constant(slow)}({x.text}, {y.text})"))
-        if name == "div":
-            return self._division(x, y, self.constant(generated.divider(slow)))
-        if name in ("floordiv", "mod"):
-            return self._integer_division(name, x, y, self.constant(slow))
-        return self._arithmetic(name, x, y, self.constant(generated.ARITHMETIC[name](slow)))
+            return self.temporary(Code(f"{text}{other}({x.text}, {y.text})"))
+        return self.integer_division(name, x, y, other)
 
     def _unary(self, builtin: Builtin, name: str, node: ast.Application) -> Code:
         if name == "not":
@@ -1205,236 +941,12 @@ class _Writer:
         field = name
         return Code(f"({x}.{field} if type({x}) is Pair else {slow}({x}))", ANY, False, False)
 
-    def _is_number(self, code: Code) -> str:
-        """Return the Python condition for whether a value is a number; empty if it is known to be one."""
-        if self.kind_of(code).type in "ifn":
-            return ""
-        return f"(type({code.text}) is int or type({code.text}) is float)"
-
-    def _comparison(self, operator: str, x: Code, y: Code, slow: str) -> Code:
-        tests = [test for test in (self._is_number(x), self._is_number(y)) if test]
-        text = f"{x.text} {operator} {y.text}"
-        for code in (x, y):
-            if code.text[0] in "vt" and code.text not in self.mutable and self.kind_of(code).type not in "ifn":
-                self.kinds[code.text] = NUMBER
-        if not tests:
-            return Code(f"({text})", BOOLEAN, True, False)
-        test = " and ".join(tests)
-        return Code(f"({text} if {test} else {slow}({x.text}, {y.text}))", BOOLEAN, False, False)
-
-    def _arithmetic(self, name: str, x: Code, y: Code, slow: str) -> Code:
-        operator, left, right = _OPERATORS[name], self.kind_of(x), self.kind_of(y)
-        text = f"({x.text} {operator} {y.text})"
-        kind = arithmetic_kind(name, left, right)
-        if kind.type == "f" and self._safe_float(left) and self._safe_float(right):
-            return Code(text, FLOAT, True, False)
-        if kind.type == "i" and 0 < kind.bits <= _MAX_BITS:
-            return Code(text, kind, True, False)
-        if kind.type in "in" and name != "mul" and self._is_small(left, right):
-            return Code(text, kind, True, False)  # grows by a constant per step, so the step limit bounds it
-        result = self.fresh("t")
-        self._guarded_arithmetic(result, operator, x, y, slow)
-        self.kinds[result] = kind
-        return Code(result, kind)
-
-    def _safe_float(self, kind: Kind) -> bool:
-        """Whether the conversion of a number to a Float cannot overflow."""
-        return kind.type == "f" or (kind.type == "i" and 0 < kind.bits <= _MAX_BITS)
-
-    def _is_small(self, left: Kind, right: Kind) -> bool:
-        return any(k.type == "i" and 0 < k.bits <= 64 for k in (left, right))
-
-    def _guarded_arithmetic(self, result: str, operator: str, x: Code, y: Code, slow: str) -> None:
-        text = f"{x.text} {operator} {y.text}"
-        left, right = self.kind_of(x).type, self.kind_of(y).type
-        fallback = f"{result} = {slow}({x.text}, {y.text})"
-        ints = self._types("int", "i", x, y)
-        floats = self._types("float", "f", x, y)
-        keyword = "if"
-        if "i" in (left, right) and self._is_small(self.kind_of(x), self.kind_of(y)) and operator != "*":
-            numbers = " and ".join(test for test in (self._is_number(x), self._is_number(y)) if test)
-            self.line(f"if {numbers or 'True'}: {result} = {text}")
-            keyword = "elif"
-        elif left in "?ni" and right in "?ni":
-            self.line(f"if {ints}:")
-            self.line(f" {result} = {text}")
-            self.line(f" if {result} > {_SMALL} or {result} < -{_SMALL}: {fallback}")
-            keyword = "elif"
-        if left in "?nf" and right in "?nf":
-            self.line(f"{keyword} {floats}: {result} = {text}")
-            keyword = "elif"
-        if keyword == "elif":
-            self.line(f"else: {fallback}")
-        else:
-            self.line(fallback)
-
-    def _types(self, python: str, letter: str, *codes: Code) -> str:
-        tests = [f"type({c.text}) is {python}" for c in dict.fromkeys(codes) if self.kind_of(c).type != letter]
-        return " and ".join(tests) or "True"
-
-    def _division(self, x: Code, y: Code, slow: str) -> Code:
-        left, right = self.kind_of(x), self.kind_of(y)
-        if self._safe_float(left) and self._safe_float(right):
-            text = f"({x.text} / {y.text} if {y.text} else {slow}({x.text}, {y.text}))"
-            return Code(text, FLOAT, False, False)
-        tests = [f"type({c.text}) is float" for c in (x, y) if not self._safe_float(self.kind_of(c))]
-        test = " and ".join([*tests, y.text])
-        return self.temporary(Code(f"{x.text} / {y.text} if {test} else {slow}({x.text}, {y.text})"))
-
-    def _integer_division(self, name: str, x: Code, y: Code, slow: str) -> Code:
-        left, right = self.kind_of(x), self.kind_of(y)
-        operator = "//" if name == "floordiv" else "%"
-        tests = [f"type({c.text}) is int" for c in (x, y) if self.kind_of(c).type != "i"]
-        test = " and ".join([*tests, y.text])
-        kind = ANY
-        if left.type == right.type == "i":
-            kind = Kind("i", left.bits if name == "floordiv" else right.bits)
-        elif left.type in "ifn" and right.type in "ifn":
-            kind = NUMBER
-        return self.temporary(Code(f"{x.text} {operator} {y.text} if {test} else {slow}({x.text}, {y.text})", kind))
-
 
 _UNARY = frozenset({"not", "car", "cdr", "null?"})
-_BINARY = frozenset({*_OPERATORS, "div", "floordiv", "mod", "matmul"})
-_FITTING = {  # types whose conversion of fitting values does nothing
-    "String": "type({0}) is str", "Word": "type({0}) is str", "Integer": "type({0}) is int",
-    "Float": "type({0}) is float or type({0}) is int", "Number": "type({0}) is float or type({0}) is int",
-    "List": "type({0}) is Pair or {0} is NIL", "Vector": "type({0}) is Vector",
-    "Point": "type({0}) is Vector and len({0}) == 3", "Matrix": "type({0}) is Matrix",
-}  # fmt: skip
-_RESULTS = {"Boolean": BOOLEAN, "String": STRING, "List": TRUE, "Matrix": TRUE, "Vector": TRUE}
+_BINARY = frozenset({*OPERATORS, "div", "floordiv", "mod", "matmul"})
 _VALUES: dict[type, Any] = {
     ast.Lambda: _Writer._lambda, ast.Assignment: _Writer._assignment, ast.ArrayLiteral: _Writer._array,
     ast.First: _Writer._first, ast.Transform: _Writer._transform, ast.Union: _Writer._union,
     ast.UnionLoop: _Writer._union_loop, ast.Bind: _Writer._bind, ast.Call: _Writer._entity,
     ast.HandleLiteral: _Writer._handle,
 }  # fmt: skip
-
-
-def arithmetic_kind(name: str, left: Kind, right: Kind) -> Kind:
-    """Return the kind of a sum, difference or product."""
-    if left.type == right.type == "i":
-        if not (left.bits and right.bits):
-            return INTEGER
-        bits = left.bits + right.bits if name == "mul" else max(left.bits, right.bits) + 1
-        return Kind("i", bits if bits <= _MAX_BITS else 0)
-    if left.type in "ifn" and right.type in "ifn":
-        return FLOAT if "f" in (left.type, right.type) else NUMBER
-    return ANY
-
-
-def tail_nodes(root: Any, loops: dict[int, Loop]) -> Iterator[Any]:
-    """Iterate over the nodes in tail position, except those in loops."""
-    stack = [root]
-    while stack:
-        node = stack.pop()
-        kind = type(node)
-        if kind is ast.If:
-            stack.append(node.then)
-            if node.otherwise is not None:
-                stack.append(node.otherwise)
-        elif kind is ast.Body:
-            if id(node) not in loops:
-                stack.append(node.items[-1])
-        elif kind in (ast.And, ast.Or) and node.items:
-            stack.append(node.items[-1])
-        else:
-            yield node
-
-
-class Inference:
-    """Inference of the kinds of a loop's parameters, from their first values and all continuations of the loop.
-
-    The bits of an Integer are bounded where a continuation adds a constant: there are fewer than 2^64 turns. Next, they
-    are bounded where it adds a bounded number.
-    """
-
-    def __init__(self, writer: _Writer) -> None:
-        self.writer = writer
-        self.known: dict[Variable, Kind] = {}
-
-    def loop(self, loop: Loop, starts: Sequence[Kind]) -> list[Kind]:
-        parameters = [p.target for p in loop.function.parameters]
-        turns: list[tuple[Any, ...]] = []
-        plain = self._continuations(loop.function.body, loop.variable, turns)
-        if not plain:
-            return [ANY] * len(parameters)
-        types = [Kind(k.type) if not p.assigned else ANY for p, k in zip(parameters, starts)]
-        for _ in range(len(parameters) + 2):
-            self.known.update(zip(parameters, types))
-            found = [
-                joined_types(kind, [self.kind(arguments[i]) for arguments in turns]) for i, kind in enumerate(types)
-            ]
-            if found == types:
-                break
-            types = found
-        else:
-            return [ANY] * len(parameters)
-        self._bound(parameters, types, starts, turns)
-        return [self.known[p] for p in parameters]
-
-    def _continuations(self, body: Any, variable: Variable, found: list[tuple[Any, ...]]) -> bool:
-        for node in walk(body):
-            if type(node) is ast.Application and type(node.function) is ast.Reference:
-                if node.function.target is variable:
-                    found.append(node.arguments)
-        return True
-
-    def _bound(
-        self,
-        parameters: Sequence[Variable],
-        types: Sequence[Kind],
-        starts: Sequence[Kind],
-        turns: list[tuple[Any, ...]],
-    ) -> None:
-        self.known.update(zip(parameters, types))
-        for _ in parameters:
-            for index, variable in enumerate(parameters):
-                kind = self.known[variable]
-                if kind.type != "i" or kind.bits or not starts[index].bits:
-                    continue
-                steps = [self._step(arguments[index], variable) for arguments in turns]
-                if all(step > 0 for step in steps):
-                    bits = max([starts[index].bits, *steps]) + 65
-                    if bits <= _MAX_BITS:
-                        self.known[variable] = Kind("i", bits)
-
-    def _step(self, node: Any, variable: Variable) -> int:
-        """Return a bound for the bits by which a continuation changes a variable, or 0 if there is none."""
-        if type(node) is ast.Reference and node.target is variable:
-            return 1
-        if type(node) is ast.Application and type(node.function) is ast.Reference and len(node.arguments) == 2:
-            target = node.function.target
-            name = target.intrinsic if isinstance(target, Builtin) else None
-            left, right = node.arguments
-            if name in ("add", "sub") and type(left) is ast.Reference and left.target is variable:
-                return self.kind(right).bits
-            if name == "add" and type(right) is ast.Reference and right.target is variable:
-                return self.kind(left).bits
-        kind = self.kind(node)
-        return kind.bits if kind.type == "i" else 0
-
-    def kind(self, node: Any) -> Kind:
-        kind = type(node)
-        if kind is ast.Constant:
-            return self.writer._constant(node.value).kind
-        if kind is ast.Reference:
-            if node.target in self.known:
-                return self.known[node.target]
-            name = self.writer.names.get(node.target) if isinstance(node.target, Variable) else None
-            return self.writer.kinds.get(name, ANY) if name is not None else ANY
-        if kind is ast.If and node.otherwise is not None:
-            return joined(self.kind(node.then), self.kind(node.otherwise))
-        if kind is ast.Application and type(node.function) is ast.Reference and len(node.arguments) == 2:
-            target = node.function.target
-            name = target.intrinsic if isinstance(target, Builtin) else None
-            if name in ("add", "sub", "mul"):
-                return arithmetic_kind(name, self.kind(node.arguments[0]), self.kind(node.arguments[1]))
-        return ANY
-
-
-def joined_types(kind: Kind, others: Sequence[Kind]) -> Kind:
-    found: Kind = kind
-    for other in others:
-        found = joined(found, Kind(other.type))
-    return Kind(found.type)

@@ -8,29 +8,62 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from operator import itemgetter
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile import calls
-from scenelang.interpreter.compile.analyse import undefined
+from scenelang.interpreter.compile.analyse import (
+    ANY,
+    BOOLEAN,
+    FLOAT,
+    MAX_BITS,
+    MAX_LITERAL,
+    NUMBER,
+    STRING,
+    TRUE,
+    FrameLayout,
+    Kind,
+    arithmetic_kind,
+    constant_kind,
+    undefined,
+)
+from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import (
     TAIL,
     UNDEFINED,
     Cell,
     Closure,
-    bind_arguments,
     python_error,
 )
 from scenelang.interpreter.runtime.types import Builtin, Mismatch
-from scenelang.interpreter.runtime.values import Procedure, Vector
+from scenelang.interpreter.runtime.values import IDENTITY, NIL, Matrix, MutableList, Pair, Procedure, Table, Vector
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.pose import compose
 
 if TYPE_CHECKING:
+    from scenelang.interpreter.compile.compile import Compiler
     from scenelang.interpreter.runtime.runtime import Runtime
 
+BLOCK = 2048  # turns of a loop between two charges
 SITES = "SITES"  # name of the table of sites among the constants of a generated function
+_MAX_LINES = 20_000  # written, including those that are taken back
+_MAX_INDENT = 60  # CPython allows 100
+_MAX_BLOCKS = 16  # CPython allows 20 nested loops and handlers
+_SMALL = (1 << 30) - 1  # comparisons with numbers of one digit are the fast ones of CPython
+OPERATORS = {"add": "+", "sub": "-", "mul": "*", "lt": "<", "gt": ">", "le": "<=", "ge": ">=", "eq": "=="}
+COMPARISONS = frozenset({"lt", "gt", "le", "ge", "eq"})
+_FITTING = {  # types whose conversion of fitting values does nothing
+    "String": "type({0}) is str", "Word": "type({0}) is str", "Integer": "type({0}) is int",
+    "Float": "type({0}) is float or type({0}) is int", "Number": "type({0}) is float or type({0}) is int",
+    "List": "type({0}) is Pair or {0} is NIL", "Vector": "type({0}) is Vector",
+    "Point": "type({0}) is Vector and len({0}) == 3", "Matrix": "type({0}) is Matrix",
+}  # fmt: skip
+_RESULTS = {"Boolean": BOOLEAN, "String": STRING, "List": TRUE, "Matrix": TRUE, "Vector": TRUE}
 CAUGHT = (SceneError, Mismatch, ArithmeticError, MemoryError)
 _LIMIT = 1 << 4000  # larger results are checked by the builtin (see ``intrinsics``)
 
@@ -88,7 +121,7 @@ def _placed_builtin(error: BaseException, site: BuiltinSite, traceback: Tracebac
 
 
 def site_of(traceback: TracebackType) -> tuple[Any, Span] | None:
-    """Return the function and the span of the call at which an entry of a traceback is, if its function is generated."""
+    """Return the function and span of the call at which a traceback's entry is, if that is in a generated function."""
     frame = traceback.tb_frame
     sites = frame.f_globals.get(SITES)
     site = sites.get(traceback.tb_lineno) if type(sites) is dict else None
@@ -99,7 +132,7 @@ def site_of(traceback: TracebackType) -> tuple[Any, Span] | None:
 
 def _called(site: CallSite, traceback: TracebackType) -> Any:
     function = site.function
-    return traceback.tb_frame.f_locals.get(function.name) if type(function) is Local else function.value
+    return traceback.tb_frame.f_locals.get(function.name) if isinstance(function, Local) else function.value
 
 
 def forget(rt: Runtime, function: Closure) -> None:
@@ -160,10 +193,6 @@ def tail_caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[A
     return call
 
 
-def direct_frame(rt: Runtime, function: Closure, values: Sequence[Any]) -> list[Any]:
-    return bind_arguments(rt, function, values)
-
-
 def undefined_raiser(rt: Runtime, name: str, span: Span) -> Callable[[], Any]:
     def fail() -> Any:
         raise undefined(rt, name, span)
@@ -209,98 +238,331 @@ def vector_maker(rt: Runtime, span: Span) -> Callable[[Any, Any, Any], Any]:
     return make
 
 
-Slow = Callable[[Any, Any], Any]
-_NUMBERS = frozenset((int, float))
+# The text of a function while it is written.
 
 
-def adder(slow: Slow) -> Slow:
-    def add(x: Any, y: Any) -> Any:
-        s, t = type(x), type(y)
-        if s is Vector and t is Vector and len(x) == 3 and len(y) == 3:
-            a, b, c = x
-            d, e, f = y
-            if type(a) is float and type(d) is float:
-                return Vector((a + d, b + e, c + f))
-        elif s in _NUMBERS and t in _NUMBERS:
-            try:
-                r = x + y
-            except OverflowError:
-                return slow(x, y)
-            if type(r) is float or -_LIMIT < r < _LIMIT:
-                return r
-        return slow(x, y)
-
-    return add
+class Unsupported(Exception):
+    """Raised for code that cannot be generated."""
 
 
-def subtracter(slow: Slow) -> Slow:
-    def subtract(x: Any, y: Any) -> Any:
-        s, t = type(x), type(y)
-        if s is Vector and t is Vector and len(x) == 3 and len(y) == 3:
-            a, b, c = x
-            d, e, f = y
-            if type(a) is float and type(d) is float:
-                return Vector((a - d, b - e, c - f))
-        elif s in _NUMBERS and t in _NUMBERS:
-            try:
-                r = x - y
-            except OverflowError:
-                return slow(x, y)
-            if type(r) is float or -_LIMIT < r < _LIMIT:
-                return r
-        return slow(x, y)
+@dataclass(frozen=True, slots=True)
+class Code:
+    """Python expression. ``pure`` is set if it cannot fail, and its value does not change before it is used."""
 
-    return subtract
+    text: str
+    kind: Kind = ANY
+    pure: bool = True
+    atomic: bool = True
 
 
-def multiplier(slow: Slow) -> Slow:
-    def multiply(x: Any, y: Any) -> Any:
-        s, t = type(x), type(y)
-        if s is Vector and t is float and len(x) == 3:
-            a, b, c = x
-            if type(a) is float:
-                return Vector((a * y, b * y, c * y))
-        elif t is Vector and s is float and len(y) == 3:
-            a, b, c = y
-            if type(a) is float:
-                return Vector((x * a, x * b, x * c))
-        elif s is Vector and t is Vector and len(x) == 3 and len(y) == 3:
-            a, b, c = x
-            d, e, f = y
-            if type(a) is float and type(d) is float:
-                return Vector((a * d, b * e, c * f))
-        elif s in _NUMBERS and t in _NUMBERS:
-            if s is int and t is int and not (-_LIMIT < x < _LIMIT and -_LIMIT < y < _LIMIT):
-                return slow(x, y)
-            try:
-                r = x * y
-            except OverflowError:
-                return slow(x, y)
-            if type(r) is float or -_LIMIT < r < _LIMIT:
-                return r
-        return slow(x, y)
+class Text:
+    """Lines, constants and variables of a function that is being written."""
 
-    return multiply
+    def __init__(self, compiler: Compiler, layout: FrameLayout) -> None:
+        self.compiler = compiler
+        self.rt = compiler.rt
+        self.base = self.layout = layout
+        self.lines: list[str] = []
+        self.indent = 0
+        self.blocks = 1
+        self.sites: dict[int, Any] = {}
+        self.constants: dict[str, Any] = {
+            "CAUGHT": CAUGHT, "placed": placed, SITES: self.sites, "rt": self.rt, "ticks": self.rt.meter.ticks,
+            "charge": self.rt.charge, "spend": self.rt.meter.spend, "TAIL": TAIL, "U": UNDEFINED, "NIL": NIL,
+            "Pair": Pair, "Closure": Closure, "Vector": Vector, "Matrix": Matrix, "Entity": Entity,
+            "MutableList": MutableList, "Table": Table, "Cell": Cell, "BLOCK": range(1, BLOCK + 1),
+            "bounce": compiler.bounce, "bind_cell": compiler.bind_cell, "compose": compose, "isfinite": isfinite,
+            "IDENTITY": IDENTITY,
+        }  # fmt: skip
+        self.numbered: dict[int, str] = {}  # names of constants by id
+        self.count = 0
+        self.names: dict[Variable, str] = {}  # local variables
+        self.kinds: dict[str, Kind] = {}
+        self.frames: dict[FrameLayout, str] = {}
+        self.direct: tuple[Closure, str] | None = None  # this function as a global, and its cell
+        self.self_tail: tuple[str, ...] | None = None  # parameters, if tail calls of itself are turns of a loop
+        self.embedded: set[Variable] = set()
+        self.unshared: set[Variable] = set()  # only in the frame, as embedded code defines or assigns them
+        self.loop_names: dict[int, list[str]] = {}  # next values of the parameters of loops with frames, by number
+        self.mutable: set[str] = set()  # local variables that the program assigns
+        self.literals: dict[str, Any] = {}  # values of constants in the source
+        self.written = 0
+        self.returns_tail = False  # whether the function may request a tail call of its caller
+        self.own_checks: list[int] = []  # lines after calls of itself that look for such a request
 
+    def line(self, text: str, site: Any = None) -> None:
+        self.written += 1
+        if self.indent > _MAX_INDENT or self.written > _MAX_LINES:
+            raise Unsupported
+        self.lines.append(" " * self.indent + text)
+        if site is not None:
+            self.sites[len(self.lines)] = site
 
-def divider(slow: Slow) -> Slow:
-    def divide(x: Any, y: Any) -> Any:
-        if type(x) in _NUMBERS and type(y) in _NUMBERS and y:
-            try:
-                return x / y
-            except OverflowError:
-                return slow(x, y)
-        if type(x) is Vector and type(y) is float and y and len(x) == 3 and type(x[0]) is float:
-            a, b, c = x
-            return Vector((a / y, b / y, c / y))
-        return slow(x, y)
+    def open(self, text: str) -> None:
+        """Write the head of a loop, which counts as a block of CPython."""
+        self.line(text)
+        self.indent += 1
+        self.blocks += 1
+        if self.blocks > _MAX_BLOCKS:
+            raise Unsupported
 
-    return divide
+    def close(self) -> None:
+        self.indent -= 1
+        self.blocks -= 1
 
+    def fresh(self, letter: str) -> str:
+        self.count += 1
+        return f"{letter}{self.count}"
 
-ARITHMETIC: Mapping[str, Callable[[Slow], Slow]] = {
-    "add": adder,
-    "sub": subtracter,
-    "mul": multiplier,
-    "div": divider,
-}
+    def constant(self, value: Any) -> str:
+        """Return the name of a constant of the function."""
+        name = self.numbered.get(id(value))
+        if name is None:
+            name = self.numbered[id(value)] = self.fresh("k")
+            self.constants[name] = value
+        return name
+
+    def temporary(self, code: Code) -> Code:
+        name = self.fresh("t")
+        self.line(f"{name} = {code.text}")
+        self.kinds[name] = code.kind
+        return Code(name, code.kind)
+
+    def named(self, code: Code) -> Code:
+        """Return a variable: CPython warns of ``is`` with a literal."""
+        return self.temporary(code) if not code.atomic or code.text in self.literals else code
+
+    def atom(self, code: Code) -> Code:
+        return code if code.atomic else self.temporary(code)
+
+    def name_of(self, variable: Variable) -> str:
+        """Return the name of the local variable of Python for a variable."""
+        name = self.names.get(variable)
+        if name is None:
+            name = self.names[variable] = self.fresh("v")
+            if variable.assigned:
+                self.mutable.add(name)
+        return name
+
+    def kind_of_variable(self, variable: Variable) -> Kind:
+        name = self.names.get(variable)
+        return ANY if name is None else self.kinds.get(name, ANY)
+
+    def kind_of(self, code: Code) -> Kind:
+        return self.kinds.get(code.text, code.kind)
+
+    def in_cell(self, variable: Variable) -> bool:
+        return variable.assigned and variable.captured
+
+    def in_frame_only(self, variable: Variable) -> bool:
+        return self.in_cell(variable) or variable in self.unshared
+
+    def is_stored(self, variable: Variable) -> bool:
+        """Whether the frame has a copy of a variable for closures or embedded code."""
+        return variable.captured or variable in self.embedded
+
+    def slot_text(self, variable: Variable) -> str:
+        """Return the place of a variable in the frames."""
+        layout: FrameLayout | None = self.layout
+        while layout is not None and variable not in layout.slots and layout is not self.base:
+            layout = layout.parent
+        assert layout is not None
+        text = self.frames[layout]
+        if variable not in layout.slots:
+            text = "e" if self.frames[self.base] == "F" else "f[0]"
+            layout = layout.parent
+            while layout is not None and variable not in layout.slots:
+                text, layout = f"{text}[0]", layout.parent
+            if layout is None:
+                raise Unsupported
+        return f"{text}[{layout.slots[variable]}]"
+
+    def check_defined(self, name: str, target: Variable, node: ast.Reference) -> None:
+        fail = self.constant(undefined_raiser(self.rt, target.name, node.span))
+        self.line(f"if {name} is U: {fail}()")
+
+    def read_cell(self, text: str, target: Variable, node: ast.Reference) -> Code:
+        cell, value = self.fresh("t"), self.fresh("t")
+        self.line(f"{cell} = {text}")
+        self.line(f"if {cell}.birth < rt.serial: rt.read({cell})")
+        self.line(f"{value} = {cell}.value")
+        self.check_defined(value, target, node)
+        return Code(value)
+
+    def _literal(self, value: Any) -> str:
+        text = repr(value)
+        if text[0] == "-":
+            text = f"({text})"
+        self.literals[text] = value
+        return text
+
+    def slot_of(self, variable: Variable) -> tuple[str, int]:
+        text = self.slot_text(variable)
+        frame, _, slot = text.rpartition("[")
+        return frame, int(slot[:-1])
+
+    def bind(self, variable: Variable, text: str, kind: Kind) -> None:
+        """Write the definition of a local variable of this function."""
+        if self.in_cell(variable):
+            frame, slot = self.slot_of(variable)
+            self.line(f"bind_cell({frame}, {slot}, {text})")
+            return
+        if variable in self.unshared:
+            self.line(f"{self.slot_text(variable)} = {text}")
+            return
+        name = self.name_of(variable)
+        if text != name:
+            self.line(f"{name} = {text}")
+        if not variable.assigned:
+            self.kinds[name] = kind
+        if self.is_stored(variable):
+            self.line(f"{self.slot_text(variable)} = {name}")
+
+    def literal(self, value: Any) -> Code:
+        kind = type(value)
+        if kind is bool or value is None:
+            return Code(self._literal(value), BOOLEAN if kind is bool else ANY)
+        small = kind is int and -MAX_LITERAL < value < MAX_LITERAL
+        if small or (kind is float and isfinite(value)):
+            return Code(self._literal(value), constant_kind(value))
+        return Code(self.constant(value), constant_kind(value))
+
+    def roll_back(self, lines: int, kinds: dict[str, Kind], names: dict[Variable, str]) -> None:
+        del self.lines[lines:]
+        for number in [number for number in self.sites if number > lines]:
+            del self.sites[number]
+        self.kinds, self.names = kinds, names
+
+    def list_of(self, values: Sequence[Code]) -> Code:
+        text = "NIL"
+        for value in reversed(values):
+            text = f"Pair({value.text}, {text})"
+        return self.temporary(Code(text, TRUE))
+
+    def checked_call(self, builtin: Builtin, node: ast.Application, values: Sequence[Code]) -> Code:
+        signature = builtin.signature
+        parameters = (*signature.required, *signature.optional)
+        checks, texts, given = [], [], []
+        for index, value in enumerate(values):
+            parameter = parameters[index] if index < len(parameters) else signature.rest
+            assert parameter is not None
+            is_checked = not builtin.checks_arguments and parameter.type.is_checked
+            check = parameter.type.checker(self.rt) if is_checked else None
+            checks.append(check)
+            needs = check is not None and not self._fits(parameter.type.name, value)
+            texts.append(self._checked(parameter.type.name, check, value) if needs else value.text)
+            given.append(self._operand(value.text))
+        site = BuiltinSite(builtin, tuple(checks), tuple(given), node.span)
+        name = self.fresh("t")
+        self.line(f"{name} = {self.constant(builtin.function)}(rt{''.join(f', {t}' for t in texts)})", site)
+        kind = _RESULTS.get(builtin.result, ANY)
+        self.kinds[name] = kind
+        return Code(name, kind)
+
+    def _checked(self, expected: str, check: Any, value: Code) -> str:
+        """Return the Python expression for the converted argument of a builtin."""
+        test, text = _FITTING.get(expected), f"{self.constant(check)}({value.text})"
+        if value.text in self.literals:
+            return text
+        return f"{value.text} if {test.format(value.text)} else {text}" if test is not None else text
+
+    def _operand(self, text: str) -> Any:
+        if text in self.literals:
+            return self.literals[text]
+        return self.constants[text] if text in self.constants else Local(text)
+
+    def _fits(self, expected: str, value: Code) -> bool:
+        kind = self.kind_of(value).type
+        if kind == "s":
+            return expected in ("String", "Word")
+        return (kind == "i" and expected in ("Integer", "Float", "Number")) or (
+            kind in ("f", "n") and expected in ("Float", "Number")
+        )
+
+    def _is_number(self, code: Code) -> str:
+        """Return the Python condition for whether a value is a number; empty if it is known to be one."""
+        if self.kind_of(code).type in "ifn":
+            return ""
+        return f"(type({code.text}) is int or type({code.text}) is float)"
+
+    def comparison(self, operator: str, x: Code, y: Code, slow: str) -> Code:
+        tests = [test for test in (self._is_number(x), self._is_number(y)) if test]
+        text = f"{x.text} {operator} {y.text}"
+        for code in (x, y):
+            if code.text[0] in "vt" and code.text not in self.mutable and self.kind_of(code).type not in "ifn":
+                self.kinds[code.text] = NUMBER
+        if not tests:
+            return Code(f"({text})", BOOLEAN, True, False)
+        test = " and ".join(tests)
+        return Code(f"({text} if {test} else {slow}({x.text}, {y.text}))", BOOLEAN, False, False)
+
+    def arithmetic(self, name: str, x: Code, y: Code, slow: str) -> Code:
+        operator, left, right = OPERATORS[name], self.kind_of(x), self.kind_of(y)
+        text = f"({x.text} {operator} {y.text})"
+        kind = arithmetic_kind(name, left, right)
+        if kind.type == "f" and self._safe_float(left) and self._safe_float(right):
+            return Code(text, FLOAT, True, False)
+        if kind.type == "i" and 0 < kind.bits <= MAX_BITS:
+            return Code(text, kind, True, False)
+        if kind.type in "in" and name != "mul" and self._is_small(left, right):
+            return Code(text, kind, True, False)  # grows by a constant per step, so the step limit bounds it
+        result = self.fresh("t")
+        self._guarded_arithmetic(result, operator, x, y, slow)
+        self.kinds[result] = kind
+        return Code(result, kind)
+
+    def _safe_float(self, kind: Kind) -> bool:
+        """Whether the conversion of a number to a Float cannot overflow."""
+        return kind.type == "f" or (kind.type == "i" and 0 < kind.bits <= MAX_BITS)
+
+    def _is_small(self, left: Kind, right: Kind) -> bool:
+        return any(k.type == "i" and 0 < k.bits <= 64 for k in (left, right))
+
+    def _guarded_arithmetic(self, result: str, operator: str, x: Code, y: Code, slow: str) -> None:
+        text = f"{x.text} {operator} {y.text}"
+        left, right = self.kind_of(x).type, self.kind_of(y).type
+        fallback = f"{result} = {slow}({x.text}, {y.text})"
+        ints = self._types("int", "i", x, y)
+        floats = self._types("float", "f", x, y)
+        keyword = "if"
+        if "i" in (left, right) and self._is_small(self.kind_of(x), self.kind_of(y)) and operator != "*":
+            numbers = " and ".join(test for test in (self._is_number(x), self._is_number(y)) if test)
+            self.line(f"if {numbers or 'True'}: {result} = {text}")
+            keyword = "elif"
+        elif left in "?ni" and right in "?ni":
+            self.line(f"if {ints}:")
+            self.line(f" {result} = {text}")
+            self.line(f" if {result} > {_SMALL} or {result} < -{_SMALL}: {fallback}")
+            keyword = "elif"
+        if left in "?nf" and right in "?nf":
+            self.line(f"{keyword} {floats}: {result} = {text}")
+            keyword = "elif"
+        if keyword == "elif":
+            self.line(f"else: {fallback}")
+        else:
+            self.line(fallback)
+
+    def _types(self, python: str, letter: str, *codes: Code) -> str:
+        tests = [f"type({c.text}) is {python}" for c in dict.fromkeys(codes) if self.kind_of(c).type != letter]
+        return " and ".join(tests) or "True"
+
+    def division(self, x: Code, y: Code, slow: str) -> Code:
+        left, right = self.kind_of(x), self.kind_of(y)
+        if self._safe_float(left) and self._safe_float(right):
+            text = f"({x.text} / {y.text} if {y.text} else {slow}({x.text}, {y.text}))"
+            return Code(text, FLOAT, False, False)
+        tests = [f"type({c.text}) is float" for c in (x, y) if not self._safe_float(self.kind_of(c))]
+        test = " and ".join([*tests, y.text])
+        return self.temporary(Code(f"{x.text} / {y.text} if {test} else {slow}({x.text}, {y.text})"))
+
+    def integer_division(self, name: str, x: Code, y: Code, slow: str) -> Code:
+        left, right = self.kind_of(x), self.kind_of(y)
+        operator = "//" if name == "floordiv" else "%"
+        tests = [f"type({c.text}) is int" for c in (x, y) if self.kind_of(c).type != "i"]
+        test = " and ".join([*tests, y.text])
+        kind = ANY
+        if left.type == right.type == "i":
+            kind = Kind("i", left.bits if name == "floordiv" else right.bits)
+        elif left.type in "ifn" and right.type in "ifn":
+            kind = NUMBER
+        return self.temporary(Code(f"{x.text} {operator} {y.text} if {test} else {slow}({x.text}, {y.text})", kind))

@@ -86,9 +86,9 @@ class CodeParameter:
 class ClosureCode:
     """Compiled ``lambda``. ``arity`` is the number of parameters if all are plain, else -1.
 
-    ``direct`` is the generated function, if any; ``returns_tail`` says whether it may request a tail call. ``body`` takes
-    a frame; ``entry`` takes the frame of the enclosing function and the values of plain parameters. Both
-    are replaced when the code becomes hot (see ``compile``), so they are read at every call.
+    ``body`` takes a frame; ``entry`` takes the frame of the enclosing function and the values of plain parameters. Both
+    are replaced when the code becomes hot (see ``compile``), so they are read at every call. ``direct`` is then the
+    generated function; ``returns_tail`` says whether it may request a tail call.
     """
 
     name: str
