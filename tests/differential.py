@@ -33,8 +33,9 @@ DEPTH = 400  # of calls; how deep a recursion gets before this limit is the only
 
 
 def checked(text: str) -> Program | None:
-    """Return the program, if it can be run."""
-    return SESSION.check(Source("<test>", text)).program
+    """Return the program, if it can be run; Python of a language model is translated."""
+    result = SESSION.check(Source("<test>", text))
+    return result.program if result.ok else None
 
 
 def observed(program: Program, hot: int | None, steps: int = 20_000, deep: int = 4_000) -> Any:
@@ -293,7 +294,9 @@ def published() -> list[str]:
     """Return the programs of the examples, the tests and the corpus."""
     root = TESTS.parent
     paths = sorted([*root.glob("examples/**/*.scene"), *TESTS.glob("**/*.scene")])
-    paths += sorted(Path("/work/shared/corpus").glob("**/*.scene"))
+    corpus = Path("/work/shared/corpus")
+    paths += [*sorted(corpus.glob("**/*.scene")), *sorted(corpus.glob("**/*.txt"))]
+    paths += sorted(TESTS.glob("transpile/responses/*.txt"))
     return [path.read_text("utf-8", "replace") for path in paths]
 
 

@@ -918,11 +918,11 @@ class _Writer(Text):
         if len(operands) != 2:
             return None
         x, y = self.operands(operands)
-        slow = self.slow(builtin, node)
+        call = self.slow(builtin, node)
         if name in intrinsics.ARITHMETIC:
-            helper = self.constant(intrinsics.ARITHMETIC[name](slow))
+            helper = self.constant(intrinsics.ARITHMETIC[name](call))
             return self.division(x, y, helper) if name == "div" else self.arithmetic(name, x, y, helper)
-        other = self.constant(slow)
+        other = self.constant(call)
         if name in COMPARISONS:
             return self.comparison(OPERATORS[name], x, y, other)
         if name == "matmul":
