@@ -7,7 +7,7 @@ performs the call (a trampoline). A tail call of a named ``let`` returns a marke
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -413,7 +413,7 @@ class Compiler:
             return calls.framed_loop(self.rt, plan.mark, starts, binders, body, layout)
         if self.rt.hot is None:
             return calls.plain_loop(self.rt, plan.mark, starts, binders, body)
-        generated = lambda: generate.loop_function(self, loop, layout, context.tail)
+        generated = lambda: loop_function(self, loop, layout, context.tail)
         return calls.counted_loop(self.rt, plan.mark, starts, binders, body, self.rt.hot, generated)
 
     def while_loop(self, node: ast.While, context: Context) -> Node:
@@ -529,7 +529,7 @@ class Compiler:
             left -= 1
             if left == 0:
                 code.body = body
-                generate.replace_function(self, node, code, layout)
+                replace_function(self, node, code, layout)
             return body(f)
 
         return counted
@@ -697,3 +697,38 @@ def _sequence(steps: list[Node]) -> Node:
         return last(f)
 
     return many
+
+
+def replace_function(compiler: Compiler, node: ast.Lambda, code: ClosureCode, layout: FrameLayout) -> None:
+    """Replace the body of a function by generated code, if possible."""
+    try:
+        writer = generate.Writer(compiler, layout, node.body)
+        entry = writer.function(node, code)
+    except (generated.Unsupported, RecursionError, SyntaxError, MemoryError):
+        return
+    code.entry = entry
+    code.direct, code.returns_tail = entry, writer.returns_tail
+    code.body = _ADAPTERS[code.arity](entry) if code.arity >= 0 else entry
+
+
+def loop_function(
+    compiler: Compiler, loop: Loop, layout: FrameLayout, tail: bool
+) -> Callable[[Frame, int], Any] | None:
+    """Return a function of the frame that continues a loop after a number of turns, if it can be generated."""
+    try:
+        return generate.Writer(compiler, layout, loop.function.body).loop(loop, tail)
+    except (generated.Unsupported, RecursionError, SyntaxError, MemoryError):
+        return None
+
+
+_ADAPTERS: tuple[Callable[[Any], Node], ...] = (
+    lambda g: lambda f: g(f[0]),
+    lambda g: lambda f: g(f[0], f[1]),
+    lambda g: lambda f: g(f[0], f[1], f[2]),
+    lambda g: lambda f: g(f[0], f[1], f[2], f[3]),
+    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4]),
+    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5]),
+    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5], f[6]),
+    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7]),
+    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8]),
+)

@@ -45,7 +45,7 @@ from scenelang.interpreter.compile.generated import (
     Unsupported,
 )
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.runtime.procedures import UNDEFINED, Closure, ClosureCode, Frame, Node
+from scenelang.interpreter.runtime.procedures import UNDEFINED, ClosureCode, Frame, Node
 from scenelang.interpreter.runtime.show import array_literal
 from scenelang.interpreter.runtime.types import Builtin
 
@@ -89,45 +89,12 @@ class Dest:
 
 
 NOWHERE = Dest()
-_EMBEDDED = (ast.For, ast.Guard, ast.LetEscape, ast.While)
+_EMBEDDED = (ast.Guard, ast.LetEscape)
+_COLLECTING = ("list", "union", "append")
+_FOR_KINDS = frozenset({*_COLLECTING, "each", "sum", "and", "or", "first", "fold"})
 
 
-def replace_function(compiler: Compiler, node: ast.Lambda, code: ClosureCode, layout: FrameLayout) -> None:
-    """Replace the body of a function by generated code, if possible."""
-    try:
-        writer = _Writer(compiler, layout, node.body)
-        entry = writer.function(node, code)
-    except (Unsupported, RecursionError, SyntaxError, MemoryError):
-        return
-    code.entry = entry
-    code.direct, code.returns_tail = entry, writer.returns_tail
-    code.body = _ADAPTERS[code.arity](entry) if code.arity >= 0 else entry
-
-
-def loop_function(
-    compiler: Compiler, loop: Loop, layout: FrameLayout, tail: bool
-) -> Callable[[Frame, int], Any] | None:
-    """Return a function of the frame that continues a loop after a number of turns, if it can be generated."""
-    try:
-        return _Writer(compiler, layout, loop.function.body).loop(loop, tail)
-    except (Unsupported, RecursionError, SyntaxError, MemoryError):
-        return None
-
-
-_ADAPTERS: tuple[Callable[[Any], Node], ...] = (
-    lambda g: lambda f: g(f[0]),
-    lambda g: lambda f: g(f[0], f[1]),
-    lambda g: lambda f: g(f[0], f[1], f[2]),
-    lambda g: lambda f: g(f[0], f[1], f[2], f[3]),
-    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4]),
-    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5]),
-    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5], f[6]),
-    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7]),
-    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8]),
-)
-
-
-class _Writer(Text):
+class Writer(Text):
     """Writer of one function."""
 
     def __init__(self, compiler: Compiler, layout: FrameLayout, root: Any) -> None:
@@ -158,6 +125,12 @@ class _Writer(Text):
     def is_embedded(self, node: Any) -> bool:
         if type(node) is ast.Define:
             return isinstance(node.target, tuple)
+        if type(node) is ast.For:
+            targets = [a.target for a in node.accumulators] + [t for c in node.clauses for t in c.targets]
+            plain = node.kind in _FOR_KINDS and not any(isinstance(target, tuple) for target in targets)
+            return self.compiler.region(node).has_frame or not plain
+        if type(node) is ast.While:
+            return self.compiler.region(node).has_frame
         return isinstance(node, _EMBEDDED)
 
     def _survey_embedded(self, root: Any) -> None:
@@ -321,13 +294,6 @@ class _Writer(Text):
             self.check_defined(found.text, target, node)
         return found
 
-    def known_global(self, target: Variable) -> Any:
-        """Return the closure that a global variable has now and will have unless it is defined again, or None."""
-        if not target.is_global or target.assigned:
-            return None
-        value = self.compiler.global_cell(target).value
-        return value if type(value) is Closure else None
-
     # --- expressions ---------------------------------------------------------------------------------------------
 
     def value(self, node: Any) -> Code:
@@ -349,6 +315,10 @@ class _Writer(Text):
             return self._embed(node)
         if kind is ast.Application:
             return self.call(node)
+        if kind is ast.For:
+            return self._for(node)
+        if kind is ast.While:
+            return self._while(node)
         name = self.fresh("t")
         result = self.into(node, Dest(name))
         self.kinds[name] = result or ANY
@@ -439,20 +409,6 @@ class _Writer(Text):
         return Code(self.constant(self.rt.handle(node.name)), TRUE)
 
     # --- tests ---------------------------------------------------------------------------------------------------
-
-    def truth(self, code: Code) -> str:
-        """Return the Python condition for whether a value is true."""
-        kind = self.kind_of(code)
-        if kind.type == "b":
-            return code.text
-        if code.text in self.literals:
-            return repr(code.text != "None")
-        if kind.type in "ifnst":
-            if not code.pure:
-                self.temporary(code)
-            return "True"
-        name = self.atom(code).text
-        return f"({name} is not False and {name} is not None)"
 
     def test(self, node: Any) -> str:
         """Write what a test needs, and return its Python condition."""
@@ -773,6 +729,110 @@ class _Writer(Text):
         for text in slots:
             self.line(text)
 
+    def _while(self, node: ast.While) -> Code:
+        before, around = dict(self.kinds), self.around
+        self.around = node.span
+        self.open("while True:")
+        self.line("next(ticks)")
+        self.line(f"if not {self.test(node.test)}: break")
+        self.effect(node.body)
+        self.close()
+        self.kinds, self.around = before, around
+        return Code("None")
+
+    def _for(self, node: ast.For) -> Code:
+        """Write a ``for`` form as nested loops of Python around the update of its result."""
+        out, leaves = self.fresh("t"), self.fresh("t")
+        starts = [self.temporary(self.value(a.value)) for a in node.accumulators]
+        before = dict(self.kinds)
+        results = [self.fresh("t") for _ in starts]
+        for accumulator, result, start in zip(node.accumulators, results, starts):
+            self.line(f"{result} = {start.text}")
+            self._bind_item(accumulator.target, result)
+        indent, blocks = self.indent, self.blocks
+        self.line(f"{out} = {_STARTS.get(node.kind, '[]')}")
+        self.line(f"{leaves} = False")
+        loops = []  # indents of the loops
+        for clause in node.clauses:
+            if clause.kind == "each":
+                loops.append(self.indent)
+                self._each(clause)
+                continue
+            test = self.test(clause.values[0])
+            if clause.kind == "break":
+                self.line(f"if {test}:")
+                self.leave_all(leaves, loops)
+            else:
+                self.line(f"if {test}:" if clause.kind == "when" else f"if not {test}:")
+                self.indent += 1
+        if node.kind == "fold":
+            self._fold_step(node, results)
+        else:
+            self._step(node, out, leaves, loops)
+        for place in reversed(loops[1:]):
+            self.indent = place
+            self.line(f"if {leaves}: break")
+        self.indent, self.blocks, self.kinds = indent, blocks, before
+        if node.kind == "fold":
+            return Code(results[0]) if len(results) == 1 else self.list_of([Code(result) for result in results])
+        if node.kind in _COLLECTING:
+            return self.temporary(Code(f"make_list({out})", TRUE))
+        return Code("None" if node.kind == "each" else out)
+
+    def _each(self, clause: ast.Clause) -> None:
+        items = []
+        for value in clause.values:
+            code = self.value(value)
+            iterate = self.constant(generated.iterator(self.rt, value.span))
+            items.append(self.temporary(Code(f"{iterate}({code.text})")))
+            kind = self.kind_of(code)
+        names = [self.fresh("p") for _ in clause.targets]
+        if len(items) == 1:
+            self.open(f"for {names[0]} in {items[0].text}:")
+        else:
+            self.open(f"for {', '.join(names)} in zip({', '.join(item.text for item in items)}):")
+            kind = ANY
+        self.line("next(ticks)")
+        for target, name in zip(clause.targets, names):
+            self._bind_item(target, name, kind if kind.type == "i" else ANY)
+
+    def _bind_item(self, target: Variable | None, text: str, kind: Kind = ANY) -> None:
+        if target is not None:
+            self.layout.add(target)
+            self.bind(target, text, kind)
+
+    def _step(self, node: ast.For, out: str, leaves: str, loops: Sequence[int]) -> None:
+        """Write the body of a ``for`` form and the update of its result."""
+        if node.kind == "each":
+            self.effect(node.body)
+            self.line("pass")
+            return
+        code = self.named(self.value(node.body))
+        if node.kind == "list":
+            self.line(f"{out}.append({code.text})")
+        elif node.kind == "union":
+            add = self.constant(generated.part_adder(self.rt, node.span))
+            self.line(f"{add}({out}, {code.text})")
+        elif node.kind == "append":
+            add = self.constant(generated.item_adder(self.rt, node.span))
+            self.line(f"{add}({out}, {code.text})")
+        elif node.kind == "sum":
+            slow = calls.slow_call(self.rt, self.rt.library.builtins["+"], node.span)
+            total = self.arithmetic("add", Code(out), code, self.constant(intrinsics.adder(lambda x, y: slow([x, y]))))
+            self.line(f"{out} = {total.text}")
+        else:
+            self.choice_step(node.kind, code, out, leaves, loops)
+
+    def _fold_step(self, node: ast.For, results: Sequence[str]) -> None:
+        """Write a step of ``for/fold``: bind the accumulators, evaluate the body, and keep its values as results."""
+        for accumulator, result in zip(node.accumulators, results):
+            self._bind_item(accumulator.target, result)
+        code = self.value(node.body)
+        text = code.text
+        if len(results) > 1:
+            text = f"{self.constant(generated.unpacker(self.rt, len(results), node.span))}({text})"
+        self.line(f"{', '.join(results)} = {text}")
+
     # --- calls of procedures -------------------------------------------------------------------------------------
 
     def _application(self, node: ast.Application, dest: Dest) -> Kind | None:
@@ -795,12 +855,6 @@ class _Writer(Text):
             return None, self.constant(self.compiler.global_cell(target)), self.known_global(target)
         return self.atom(self.value(head)), "", None
 
-    def _global_head(self, node: ast.Application) -> Any:
-        head = node.function
-        if type(head) is ast.Reference and isinstance(head.target, Variable):
-            return calls.GlobalHead(None, head.target.name, head.span)  # type: ignore[arg-type]
-        return None
-
     def call(self, node: ast.Application) -> Code:
         """Write a call that is not in tail position."""
         head, cell, known = self._head(node)
@@ -808,37 +862,18 @@ class _Writer(Text):
         result = self.fresh("t")
         texts = [v.text for v in values]
         if known is not None and known.arity == len(values):
-            self._known_call(result, cell, known, texts, node)
+            self.known_call(result, cell, known, texts, node)
             return Code(result)
         function = self.fresh("p")
         self.line(f"{function} = {cell}.value" if head is None else f"{function} = {head.text}")
         site = CallSite(Local(function), node.span)
         call = ", ".join([f"{function}.code.entry({function}.env", *texts])
         test = f"type({function}) is Closure and {function}.arity == {len(values)} and next(ticks) is None"
-        other = self.constant(generated.caller(self.rt, self._global_head(node), node.span))
+        other = self.constant(generated.caller(self.rt, self.global_head(node), node.span))
         arguments = "".join(f"{text}, " for text in texts)
         self.line(f"{result} = {call}) if {test} else {other}({function}, ({arguments}))", site)
         self.line(f"if {result} is TAIL: {result} = bounce()", site)
         return Code(result)
-
-    def _known_call(self, result: str, cell: str, known: Closure, texts: Sequence[str], node: ast.Application) -> None:
-        """Write a call of a global function that is known, unless it is defined again."""
-        code = known.code
-        itself = self.direct is not None and known is self.direct[0]
-        callee = "g" if itself else self.constant(code.direct) if code.direct else f"{self.constant(code)}.entry"
-        site = CallSite(self.constants[cell], node.span)
-        call = ", ".join([f"{callee}({self.constant(known.env)}", *texts])
-        other = self._other(cell, node)
-        test = f"{cell}.value is {self.constant(known)} and next(ticks) is None"
-        self.line(f"{result} = {call}) if {test} else {other}({', '.join(texts)})", site)
-        if itself:
-            self.own_checks.append(len(self.lines))
-        if itself or code.direct is None or code.returns_tail:
-            self.line(f"if {result} is TAIL: {result} = bounce()", site)
-
-    def _other(self, cell: str, node: ast.Application) -> str:
-        """Return the constant that calls whatever a global variable is when it is called."""
-        return self.constant(generated.global_caller(self.rt, self.constants[cell], self._global_head(node), node.span))
 
     def _tail_call(self, node: ast.Application, dest: Dest) -> None:
         head, cell, known = self._head(node)
@@ -855,7 +890,7 @@ class _Writer(Text):
             self.indent -= 1
             # The function is defined again: a single call that is not a tail call.
             site = CallSite(self.constants[cell], node.span)
-            self.line(f"return {self._other(cell, node)}({', '.join(v.text for v in values)})", site)
+            self.line(f"return {self.other(cell, node)}({', '.join(v.text for v in values)})", site)
             return
         self.returns_tail = True
         self.line(f"{function} = {found}")
@@ -867,7 +902,7 @@ class _Writer(Text):
         self.line("return TAIL")
         self.indent -= 1
         result = self.fresh("t")
-        other = self.constant(generated.tail_caller(self.rt, self._global_head(node), node.span))
+        other = self.constant(generated.tail_caller(self.rt, self.global_head(node), node.span))
         self.line(f"{result} = {other}({function}, ({''.join(f'{v.text}, ' for v in values)}))")
         self._leave(dest.loops)
         self.line(f"return {result}")
@@ -896,10 +931,6 @@ class _Writer(Text):
         if builtin.name == "list" and signature.rest is not None and count <= 4:
             return self.list_of(values)
         return self.checked_call(builtin, node, values)
-
-    def slow(self, builtin: Builtin, node: ast.Application) -> Callable[[Any, Any], Any]:
-        slow = calls.slow_call(self.rt, builtin, node.span)
-        return lambda x, y: slow([x, y])
 
     def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application) -> Code | None:
         operands = node.arguments
@@ -942,11 +973,12 @@ class _Writer(Text):
         return Code(f"({x}.{field} if type({x}) is Pair else {slow}({x}))", ANY, False, False)
 
 
+_STARTS = {"sum": "0", "and": "True", "or": "False", "first": "False"}
 _UNARY = frozenset({"not", "car", "cdr", "null?"})
 _BINARY = frozenset({*OPERATORS, "div", "floordiv", "mod", "matmul"})
 _VALUES: dict[type, Any] = {
-    ast.Lambda: _Writer._lambda, ast.Assignment: _Writer._assignment, ast.ArrayLiteral: _Writer._array,
-    ast.First: _Writer._first, ast.Transform: _Writer._transform, ast.Union: _Writer._union,
-    ast.UnionLoop: _Writer._union_loop, ast.Bind: _Writer._bind, ast.Call: _Writer._entity,
-    ast.HandleLiteral: _Writer._handle,
+    ast.Lambda: Writer._lambda, ast.Assignment: Writer._assignment, ast.ArrayLiteral: Writer._array,
+    ast.First: Writer._first, ast.Transform: Writer._transform, ast.Union: Writer._union,
+    ast.UnionLoop: Writer._union_loop, ast.Bind: Writer._bind, ast.Call: Writer._entity,
+    ast.HandleLiteral: Writer._handle,
 }  # fmt: skip

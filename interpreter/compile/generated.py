@@ -38,10 +38,22 @@ from scenelang.interpreter.runtime.procedures import (
     UNDEFINED,
     Cell,
     Closure,
+    items_of,
+    iterate,
     python_error,
 )
 from scenelang.interpreter.runtime.types import Builtin, Mismatch
-from scenelang.interpreter.runtime.values import IDENTITY, NIL, Matrix, MutableList, Pair, Procedure, Table, Vector
+from scenelang.interpreter.runtime.values import (
+    IDENTITY,
+    NIL,
+    Matrix,
+    MutableList,
+    Pair,
+    Procedure,
+    Table,
+    Vector,
+    make_list,
+)
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.pose import compose
 
@@ -102,6 +114,8 @@ def placed(error: BaseException, sites: Mapping[int, Any]) -> BaseException:
         calls.locate(error, None if error.span is None else _called(site, traceback), site.span)
     elif type(site) is BuiltinSite:
         return _placed_builtin(error, site, traceback)
+    elif type(site) is Span and isinstance(error, SceneError) and error.span is None:
+        error.span = site
     return error
 
 
@@ -133,6 +147,54 @@ def site_of(traceback: TracebackType) -> tuple[Any, Span] | None:
 def _called(site: CallSite, traceback: TracebackType) -> Any:
     function = site.function
     return traceback.tb_frame.f_locals.get(function.name) if isinstance(function, Local) else function.value
+
+
+def iterator(rt: Runtime, place: Span) -> Callable[[Any], Any]:
+    """Return a function that iterates over the sequence of a ``for`` clause."""
+
+    def items(sequence: Any) -> Any:
+        try:
+            return iterate(rt, sequence)
+        except SceneError as error:
+            if error.span is None:
+                error.span = place
+            raise
+
+    return items
+
+
+def part_adder(rt: Runtime, span: Span) -> Callable[[list[Any], Any], None]:
+    """Return a function that adds the value of a turn to the parts of ``for/union``."""
+    return lambda out, value: calls.add_parts(rt, out, value, span)
+
+
+def item_adder(rt: Runtime, span: Span) -> Callable[[list[Any], Any], None]:
+    """Return a function that adds the items of the value of a turn to the list of ``for/append``."""
+
+    def add(out: list[Any], value: Any) -> None:
+        try:
+            items = items_of(rt, value)
+        except SceneError as error:
+            if error.span is None:
+                error.span = span
+            raise
+        rt.meter.check_size(len(out) + len(items), "a list")
+        out.extend(items)
+
+    return add
+
+
+def unpacker(rt: Runtime, count: int, span: Span) -> Callable[[Any], list[Any]]:
+    """Return a function that returns the values of several accumulators of ``for/fold``."""
+
+    def values_of(value: Any) -> list[Any]:
+        values = items_of(rt, value)
+        if len(values) != count:
+            message = f"the body of `for/fold` must return a list of {count} values, got {len(values)}"
+            raise SceneError("value", message, span=span)
+        return values
+
+    return values_of
 
 
 def forget(rt: Runtime, function: Closure) -> None:
@@ -272,7 +334,7 @@ class Text:
             "Pair": Pair, "Closure": Closure, "Vector": Vector, "Matrix": Matrix, "Entity": Entity,
             "MutableList": MutableList, "Table": Table, "Cell": Cell, "BLOCK": range(1, BLOCK + 1),
             "bounce": compiler.bounce, "bind_cell": compiler.bind_cell, "compose": compose, "isfinite": isfinite,
-            "IDENTITY": IDENTITY,
+            "make_list": make_list, "IDENTITY": IDENTITY,
         }  # fmt: skip
         self.numbered: dict[int, str] = {}  # names of constants by id
         self.count = 0
@@ -287,6 +349,7 @@ class Text:
         self.mutable: set[str] = set()  # local variables that the program assigns
         self.literals: dict[str, Any] = {}  # values of constants in the source
         self.written = 0
+        self.around: Span | None = None  # place of errors without one, in a `while` loop
         self.returns_tail = False  # whether the function may request a tail call of its caller
         self.own_checks: list[int] = []  # lines after calls of itself that look for such a request
 
@@ -295,6 +358,8 @@ class Text:
         if self.indent > _MAX_INDENT or self.written > _MAX_LINES:
             raise Unsupported
         self.lines.append(" " * self.indent + text)
+        if site is None:
+            site = self.around
         if site is not None:
             self.sites[len(self.lines)] = site
 
@@ -566,3 +631,76 @@ class Text:
         elif left.type in "ifn" and right.type in "ifn":
             kind = NUMBER
         return self.temporary(Code(f"{x.text} {operator} {y.text} if {test} else {slow}({x.text}, {y.text})", kind))
+
+    def known_call(self, result: str, cell: str, known: Closure, texts: Sequence[str], node: ast.Application) -> None:
+        """Write a call of a global function that is known, unless it is defined again."""
+        code = known.code
+        itself = self.direct is not None and known is self.direct[0]
+        callee = "g" if itself else self.constant(code.direct) if code.direct else f"{self.constant(code)}.entry"
+        site = CallSite(self.constants[cell], node.span)
+        call = ", ".join([f"{callee}({self.constant(known.env)}", *texts])
+        other = self.other(cell, node)
+        test = f"{cell}.value is {self.constant(known)} and next(ticks) is None"
+        self.line(f"{result} = {call}) if {test} else {other}({', '.join(texts)})", site)
+        if itself:
+            self.own_checks.append(len(self.lines))
+        if itself or code.direct is None or code.returns_tail:
+            self.line(f"if {result} is TAIL: {result} = bounce()", site)
+
+    def other(self, cell: str, node: ast.Application) -> str:
+        """Return the constant that calls whatever a global variable is when it is called."""
+        return self.constant(global_caller(self.rt, self.constants[cell], self.global_head(node), node.span))
+
+    def global_head(self, node: ast.Application) -> Any:
+        head = node.function
+        if type(head) is ast.Reference and isinstance(head.target, Variable):
+            return calls.GlobalHead(None, head.target.name, head.span)  # type: ignore[arg-type]
+        return None
+
+    def known_global(self, target: Variable) -> Any:
+        """Return the closure that a global variable has now and will have unless it is defined again, or None."""
+        if not target.is_global or target.assigned:
+            return None
+        value = self.compiler.global_cell(target).value
+        return value if type(value) is Closure else None
+
+    def leave_all(self, leaves: str, loops: Sequence[int]) -> None:
+        """Write the end of all loops of a ``for`` form, inside a condition."""
+        self.indent += 1
+        self.line(f"{leaves} = True")
+        if loops:
+            self.line("break")
+        self.indent -= 1
+        if not loops:
+            raise Unsupported
+
+    def choice_step(self, kind: str, code: Code, out: str, leaves: str, loops: Sequence[int]) -> None:
+        truth = self.truth(code)
+        if kind == "or":
+            self.line(f"if {truth}: {out} = {code.text}")
+            self.line(f"if {truth}:")
+        elif kind == "and":
+            self.line(f"{out} = {code.text} if {truth} else False")
+            self.line(f"if not {truth}:")
+        else:
+            self.line(f"{out} = {code.text}")
+            self.line("if True:")
+        self.leave_all(leaves, loops)
+
+    def slow(self, builtin: Builtin, node: ast.Application) -> Callable[[Any, Any], Any]:
+        slow = calls.slow_call(self.rt, builtin, node.span)
+        return lambda x, y: slow([x, y])
+
+    def truth(self, code: Code) -> str:
+        """Return the Python condition for whether a value is true."""
+        kind = self.kind_of(code)
+        if kind.type == "b":
+            return code.text
+        if code.text in self.literals:
+            return repr(code.text != "None")
+        if kind.type in "ifnst":
+            if not code.pure:
+                self.temporary(code)
+            return "True"
+        name = self.atom(code).text
+        return f"({name} is not False and {name} is not None)"
