@@ -102,7 +102,7 @@ class Streams:
             self.python.setstate(python_state)
 
 
-HOT = 300  # calls or turns after which generated code repays what it costs
+HOT = 150  # calls or turns after which generated code repays what it costs
 _NEVER = 1 << 62
 _MAX_CALL_SITES = 16
 _MIN_CHARGED = 32  # keys with more items are charged
