@@ -9,6 +9,64 @@ TAK = """
   (if (not (< y x)) z (tak (tak (- x 1) y z) (tak (- y 1) z x) (tak (- z 1) x y))))
 (tak 14 8 2)
 """
+QUEENS = """
+(define (safe? row distance placed)
+  (or (null? placed)
+      (and (not (= (car placed) row))
+           (not (= (car placed) (+ row distance)))
+           (not (= (car placed) (- row distance)))
+           (safe? row (+ distance 1) (cdr placed)))))
+(define (queens n)
+  (define (place k placed)
+    (if (= k 0)
+      1
+      (let try ((row 1) (count 0))
+        (if (> row n)
+          count
+          (try (+ row 1) (if (safe? row 1 placed) (+ count (place (- k 1) (cons row placed))) count))))))
+  (place n '()))
+(queens 7)
+"""
+STRINGS = """
+(define (spell n) (if (= n 0) "" (string-append (spell (- n 1)) (number->string n) ",")))
+(define (total k sum) (if (= k 0) sum (total (- k 1) (+ sum (string-length (spell 100))))))
+(total 200 0)
+"""
+VECTORS = """
+(define (orbit n position velocity)
+  (if (= n 0)
+    position
+    (orbit (- n 1) (+ position (* velocity 0.01)) (- velocity (* position 0.01)))))
+(orbit 100000 [1. 0. 0.] [0. 1. 0.])
+"""
+TREE = """
+(bind "leaf" (lambda () (call "sphere" :radius 0.1)))
+(bind "tree"
+  (lambda (:level)
+    (if (= level 0)
+      (call "leaf")
+      (let ((bend (uniform 0.2 0.6)) (size (uniform 0.6 0.8)))
+        (union
+          (call "cylinder" :radius 0.1 :height 1.0)
+          (transform (call "tree" :level (- level 1))
+            (@ (translate [0 1 0]) (rotate bend [0 0 1]) (scale size)))
+          (transform (call "tree" :level (- level 1))
+            (@ (translate [0 1 0]) (rotate (- bend) [0 0 1]) (scale size))))))))
+(call "tree" :level 14)
+"""
+NESTED = """
+(bind "grid"
+  (lambda ()
+    (union-loop 30
+      (lambda (i)
+        (transform
+          (union-loop 1000
+            (lambda (j)
+              (transform (call "cube" :color [1.0 0.0 0.0])
+                (@ (translate [i 0 j]) (rotate (* 0.1 j) [0 1 0])))))
+          (translate [0 i 0]))))))
+(call "grid")
+"""
 PLACED = """
 (bind "row"
   (lambda ()

@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
 from pathlib import Path
-from types import FrameType
+from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang.backends.files import read_regular, rewrite
@@ -618,17 +618,22 @@ def _outside_library(diagnostic: Diagnostic) -> Diagnostic:
 
 def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
     """Create the diagnostic of a stack overflow; the innermost calls are read from Python's traceback."""
+    from scenelang.interpreter.compile.generated import site_of
     from scenelang.interpreter.runtime.procedures import Closure
 
-    innermost: deque[FrameType] = deque(maxlen=_MAX_FRAMES)
+    innermost: deque[TracebackType] = deque(maxlen=_MAX_FRAMES)
     traceback = error.__traceback__
     while traceback is not None:
-        innermost.append(traceback.tb_frame)
+        innermost.append(traceback)
         traceback = traceback.tb_next
     chain: list[tuple[str, Span | None]] = []
     running: str | None = None
-    for frame in reversed(innermost):
+    for entry in reversed(innermost):
+        frame = entry.tb_frame
         names = frame.f_locals
+        site = site_of(entry)
+        if site is not None:
+            names = {"function": site[0], "span": site[1]}
         function, word, span = names.get("function"), names.get("name"), names.get("span")
         if frame.f_code.co_name == "call" and isinstance(word, str):
             running = f'"{word}"'

@@ -805,6 +805,8 @@ def _check_radix(name: str, radix: int) -> None:
     ("(list (number->string 1.5) (number->string 255 16))", '("1.5" "ff")'),
 )
 def number_to_string(rt: Runtime, x: Any, radix: int = 10) -> str:
+    if radix == 10 and (type(x) is float or -INT64 < x < INT64):
+        return repr(x)
     _check_radix("number->string", radix)
     charge_digits(rt, x)
     if radix == 10:

@@ -24,6 +24,9 @@ registry = Registry("strings")
 _SHORT_CUTSET = 16  # up to this number of characters, str.strip is faster than a set
 
 
+_SHORT = 1_000  # a text of up to this length needs no check of the memory
+
+
 def _check_text(rt: Runtime, size: int) -> None:
     rt.meter.check_size(size, "a string")
 
@@ -40,14 +43,22 @@ def _texts(name: str, values: Any) -> list[str]:
                  ('(string "leg" 2 \'(a "b"))', '"leg2(a \\"b\\")"'))  # fmt: skip
 def string(rt: Runtime, *values: Any) -> str:
     texts = [rt.display(value) for value in values]
-    _check_text(rt, sum(map(len, texts)))
+    size = sum(map(len, texts))
+    if size > _SHORT or size > rt.limits.size:
+        _check_text(rt, size)
+    else:
+        rt.charge(size >> 3)
     return "".join(texts)
 
 
 @registry.define("string-append", "texts::String ...", "String", "Concatenate strings.",
                  ('(string-append "chair" "/" "leg")', '"chair/leg"'))  # fmt: skip
 def string_append(rt: Runtime, *texts: str) -> str:
-    _check_text(rt, sum(map(len, texts)))
+    size = sum(map(len, texts))
+    if size > _SHORT or size > rt.limits.size:
+        _check_text(rt, size)
+    else:
+        rt.charge(size >> 3)
     return "".join(texts)
 
 

@@ -7,7 +7,7 @@ iteration then needs new variables; otherwise its variables are stored in the en
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
@@ -15,6 +15,7 @@ from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import UNDEFINED, Frame, Node
+from scenelang.interpreter.runtime.types import Builtin
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
@@ -289,6 +290,177 @@ class _Loops:
         return found
 
 
+# Kinds of values, for the generator of functions.
+
+
+MAX_BITS = 1_000  # Integers of fewer bits are added and multiplied without a check of their size
+MAX_LITERAL = 1 << 60
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What is known of a value: its type (``?`` if nothing), and a bound for the bits of an Integer (0 if none).
+
+    The types are ``i`` (Integer), ``f`` (Float), ``n`` (either), ``b`` (Boolean), ``s`` (String) and ``t`` (any type
+    whose values are true).
+    """
+
+    type: str
+    bits: int = 0
+
+
+ANY, INTEGER, FLOAT, NUMBER, BOOLEAN, STRING, TRUE = map(Kind, "?ifnbst")
+
+
+def joined(a: Kind | None, b: Kind | None) -> Kind:
+    """Return the kind of a value that has one of two kinds; None is the kind of no value."""
+    if a is None or b is None:
+        return b or a or ANY
+    if a.type == b.type:
+        return Kind(a.type, max(a.bits, b.bits) if a.bits and b.bits else 0)
+    if a.type in "ifn" and b.type in "ifn":
+        return NUMBER
+    return TRUE if a.type in "ifnst" and b.type in "ifnst" else ANY
+
+
+def constant_kind(value: Any) -> Kind:
+    """Return the kind of a constant."""
+    kind = type(value)
+    if kind is int:
+        return Kind("i", max(1, value.bit_length())) if -MAX_LITERAL < value < MAX_LITERAL else INTEGER
+    if value is None:
+        return ANY
+    return {bool: BOOLEAN, float: FLOAT, str: STRING}.get(kind, TRUE)
+
+
+def arithmetic_kind(name: str, left: Kind, right: Kind) -> Kind:
+    """Return the kind of a sum, difference or product."""
+    if left.type == right.type == "i":
+        if not (left.bits and right.bits):
+            return INTEGER
+        bits = left.bits + right.bits if name == "mul" else max(left.bits, right.bits) + 1
+        return Kind("i", bits if bits <= MAX_BITS else 0)
+    if left.type in "ifn" and right.type in "ifn":
+        return FLOAT if "f" in (left.type, right.type) else NUMBER
+    return ANY
+
+
+def tail_nodes(root: Any, loops: dict[int, Loop]) -> Iterator[Any]:
+    """Iterate over the nodes in tail position, except those in loops."""
+    stack = [root]
+    while stack:
+        node = stack.pop()
+        kind = type(node)
+        if kind is ast.If:
+            stack.append(node.then)
+            if node.otherwise is not None:
+                stack.append(node.otherwise)
+        elif kind is ast.Body:
+            if id(node) not in loops:
+                stack.append(node.items[-1])
+        elif kind in (ast.And, ast.Or) and node.items:
+            stack.append(node.items[-1])
+        else:
+            yield node
+
+
+class LoopKinds:
+    """Inference of the kinds of a loop's parameters, from their first values and all continuations of the loop.
+
+    The bits of an Integer are bounded where a continuation adds a constant: there are fewer than 2^64 turns. Next, they
+    are bounded where it adds a bounded number.
+    """
+
+    def __init__(self, outer: Callable[[Variable], Kind]) -> None:
+        self.outer = outer  # kinds of the variables around the loop
+        self.known: dict[Variable, Kind] = {}
+
+    def loop(self, loop: Loop, starts: Sequence[Kind]) -> list[Kind]:
+        parameters = [p.target for p in loop.function.parameters]
+        turns = _continuations(loop)
+        types = [Kind(k.type) if not p.assigned else ANY for p, k in zip(parameters, starts)]
+        for _ in range(len(parameters) + 2):
+            self.known.update(zip(parameters, types))
+            found = [
+                _joined_types(kind, [self.kind(arguments[i]) for arguments in turns]) for i, kind in enumerate(types)
+            ]
+            if found == types:
+                break
+            types = found
+        else:
+            return [ANY] * len(parameters)
+        self._bound(parameters, types, starts, turns)
+        return [self.known[p] for p in parameters]
+
+    def _bound(
+        self,
+        parameters: Sequence[Variable],
+        types: Sequence[Kind],
+        starts: Sequence[Kind],
+        turns: list[tuple[Any, ...]],
+    ) -> None:
+        self.known.update(zip(parameters, types))
+        for _ in parameters:
+            for index, variable in enumerate(parameters):
+                kind = self.known[variable]
+                if kind.type != "i" or kind.bits or not starts[index].bits:
+                    continue
+                steps = [self._step(arguments[index], variable) for arguments in turns]
+                if all(step > 0 for step in steps):
+                    bits = max([starts[index].bits, *steps]) + 65
+                    if bits <= MAX_BITS:
+                        self.known[variable] = Kind("i", bits)
+
+    def _step(self, node: Any, variable: Variable) -> int:
+        """Return a bound for the bits by which a continuation changes a variable, or 0 if there is none."""
+        if type(node) is ast.Reference and node.target is variable:
+            return 1
+        if type(node) is ast.Application and type(node.function) is ast.Reference and len(node.arguments) == 2:
+            target = node.function.target
+            name = target.intrinsic if isinstance(target, Builtin) else None
+            left, right = node.arguments
+            if name in ("add", "sub") and type(left) is ast.Reference and left.target is variable:
+                return self.kind(right).bits
+            if name == "add" and type(right) is ast.Reference and right.target is variable:
+                return self.kind(left).bits
+        kind = self.kind(node)
+        return kind.bits if kind.type == "i" else 0
+
+    def kind(self, node: Any) -> Kind:
+        kind = type(node)
+        if kind is ast.Constant:
+            return constant_kind(node.value)
+        if kind is ast.Reference:
+            if node.target in self.known:
+                return self.known[node.target]
+            return self.outer(node.target) if isinstance(node.target, Variable) else ANY
+        if kind is ast.If and node.otherwise is not None:
+            return joined(self.kind(node.then), self.kind(node.otherwise))
+        if kind is ast.Application and type(node.function) is ast.Reference and len(node.arguments) == 2:
+            target = node.function.target
+            name = target.intrinsic if isinstance(target, Builtin) else None
+            if name in ("add", "sub", "mul"):
+                return arithmetic_kind(name, self.kind(node.arguments[0]), self.kind(node.arguments[1]))
+        return ANY
+
+
+def _continuations(loop: Loop) -> list[tuple[Any, ...]]:
+    """Return the arguments of all continuations of a loop."""
+    calls = [node for node in walk(loop.function.body) if type(node) is ast.Application]
+    return [
+        node.arguments
+        for node in calls
+        if isinstance(node.function, ast.Reference) and node.function.target is loop.variable
+    ]
+
+
+def _joined_types(kind: Kind, others: Sequence[Kind]) -> Kind:
+    found: Kind = kind
+    for other in others:
+        found = joined(found, Kind(other.type))
+    return Kind(found.type)
+
+
 # Storage of variables at run time: the slots of a frame, and the closures that read and write them.
 
 
@@ -303,7 +475,12 @@ class FrameLayout:
         self.size = 1
 
     def add(self, variable: Variable | None) -> int:
-        """Allocate a slot for ``variable``, or an anonymous one, and return its index."""
+        """Allocate a slot for ``variable``, or an anonymous one, and return its index.
+
+        A variable that has a slot keeps it, because code may be compiled again.
+        """
+        if variable is not None and variable in self.slots:
+            return self.slots[variable]
         index = self.size
         self.size += 1
         if variable is not None:

@@ -25,7 +25,7 @@ from scenelang.interpreter.runtime.procedures import (
     type_error,
 )
 from scenelang.interpreter.runtime.show import array_literal, show
-from scenelang.interpreter.runtime.types import Builtin, Mismatch, type_name
+from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter, Mismatch, type_name
 from scenelang.interpreter.runtime.values import (
     ANONYMOUS,
     IDENTITY,
@@ -96,7 +96,7 @@ def call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> Node:
         try:
             if type(function) is Closure and function.arity == len(values):
                 tick()
-                result = function.body([function.env, *values])
+                result = function.code.body([function.env, *values])
                 while result is TAIL:
                     tick()
                     result = rt.next_body(rt.next_frame)
@@ -117,7 +117,7 @@ def _global_call0(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
         try:
             if type(function) is Closure and function.arity == 0:
                 tick()
-                result = function.body([function.env])
+                result = function.code.body([function.env])
                 while result is TAIL:
                     tick()
                     result = rt.next_body(rt.next_frame)
@@ -140,7 +140,7 @@ def _global_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
         try:
             if type(function) is Closure and function.arity == 1:
                 tick()
-                result = function.body([function.env, x])
+                result = function.code.body([function.env, x])
                 while result is TAIL:
                     tick()
                     result = rt.next_body(rt.next_frame)
@@ -164,7 +164,7 @@ def _global_call2(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
         try:
             if type(function) is Closure and function.arity == 2:
                 tick()
-                result = function.body([function.env, x, y])
+                result = function.code.body([function.env, x, y])
                 while result is TAIL:
                     tick()
                     result = rt.next_body(rt.next_frame)
@@ -189,7 +189,7 @@ def _global_call3(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
         try:
             if type(function) is Closure and function.arity == 3:
                 tick()
-                result = function.body([function.env, x, y, z])
+                result = function.code.body([function.env, x, y, z])
                 while result is TAIL:
                     tick()
                     result = rt.next_body(rt.next_frame)
@@ -219,15 +219,15 @@ def tail_call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> 
         function = head(f)
         values = [argument(f) for argument in arguments]
         if type(function) is Closure and function.arity == len(values):
-            rt.next_body = function.body
+            rt.next_body = function.code.body
             rt.next_frame = [function.env, *values]
             return TAIL
-        return _apply_at(rt, function, values, head, span)
+        return apply_at(rt, function, values, head, span)
 
     return node
 
 
-def _apply_at(rt: Runtime, function: Any, values: Sequence[Any], head: Any, span: Span) -> Any:
+def apply_at(rt: Runtime, function: Any, values: Sequence[Any], head: Any, span: Span) -> Any:
     """Perform a call in tail position that has no fast path, with its span for errors."""
     try:
         if type(function) is Closure:
@@ -266,10 +266,10 @@ def _global_tail_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node],
         function = cell.value
         x = a(f)
         if type(function) is Closure and function.arity == 1:
-            rt.next_body = function.body
+            rt.next_body = function.code.body
             rt.next_frame = [function.env, x]
             return TAIL
-        return _apply_at(rt, function, (x,), head, span)
+        return apply_at(rt, function, (x,), head, span)
 
     return node
 
@@ -283,10 +283,10 @@ def _global_tail_call2(rt: Runtime, head: GlobalHead, arguments: Sequence[Node],
         x = a(f)
         y = b(f)
         if type(function) is Closure and function.arity == 2:
-            rt.next_body = function.body
+            rt.next_body = function.code.body
             rt.next_frame = [function.env, x, y]
             return TAIL
-        return _apply_at(rt, function, (x, y), head, span)
+        return apply_at(rt, function, (x, y), head, span)
 
     return node
 
@@ -301,10 +301,10 @@ def _global_tail_call3(rt: Runtime, head: GlobalHead, arguments: Sequence[Node],
         y = b(f)
         z = c(f)
         if type(function) is Closure and function.arity == 3:
-            rt.next_body = function.body
+            rt.next_body = function.code.body
             rt.next_frame = [function.env, x, y, z]
             return TAIL
-        return _apply_at(rt, function, (x, y, z), head, span)
+        return apply_at(rt, function, (x, y, z), head, span)
 
     return node
 
@@ -351,6 +351,59 @@ def plain_loop(rt: Runtime, mark: Any, starts: Sequence[Node], binders: Sequence
                     charge(count)
                     return result
             spend(_BLOCK)
+
+    return run
+
+
+def counted_loop(
+    rt: Runtime,
+    mark: Any,
+    starts: Sequence[Node],
+    binders: Sequence[Any],
+    body: Node,
+    hot: int,
+    generate: Callable[[], Callable[[Frame, int], Any] | None],
+) -> Node:
+    """Compile a loop like ``plain_loop`` that is continued by generated code after ``hot`` turns.
+
+    ``generate`` returns the generated loop, which takes the frame with the variables and the number of turns to charge
+    for, or None if the loop cannot be generated.
+    """
+    spend, charge = rt.meter.spend, rt.charge
+    block = range(1, _BLOCK + 1)
+    left = hot
+
+    def cold(f: Frame, done: int) -> Any:
+        rest = range(done + 1, _BLOCK + 1)
+        while True:
+            for count in rest:
+                result = body(f)
+                if result is not mark:
+                    charge(count)
+                    return result
+            spend(_BLOCK)
+            rest = block
+
+    continued: Callable[[Frame, int], Any] | None = None
+
+    def run(f: Frame) -> Any:
+        nonlocal left, continued
+        values = [start(f) for start in starts]
+        for bind, value in zip(binders, values):
+            bind(f, value)
+        if continued is not None:
+            return continued(f, 0)
+        warm = left
+        for count in range(1, warm + 1):
+            result = body(f)
+            if result is not mark:
+                left = min(left, warm - count)
+                charge(count)
+                return result
+        left = 0
+        if continued is None:
+            continued = generate() or cold
+        return continued(f, warm)
 
     return run
 
@@ -459,12 +512,20 @@ def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span:
     if not keywords and (count < len(signature.required) or (count > len(parameters) and signature.rest is None)):
         error_hint = builtin_arity_error(builtin, count)
         return _raiser(arguments, error_hint.name, error_hint.message, error_hint.hint, span)
-    if keywords or count > 3 or (signature.rest is not None and count > len(parameters)):
+    if keywords or count > 3:
         slow = slow_call(rt, builtin, span)
         return lambda f: slow([argument(f) for argument in arguments])
-    checked = [not builtin.checks_arguments and p.type.is_checked for p in parameters[:count]]
-    checks = tuple([p.type.checker(rt) if is_checked else None for p, is_checked in zip(parameters, checked)])
+    given = parameters_of(builtin, count)
+    checked = [not builtin.checks_arguments and p.type.is_checked for p in given]
+    checks = tuple([p.type.checker(rt) if is_checked else None for p, is_checked in zip(given, checked)])
     return _FIXED[count](rt, builtin, arguments, checks, span)
+
+
+def parameters_of(builtin: Builtin, count: int) -> Sequence[BuiltinParameter]:
+    """Return the parameters that take ``count`` positional arguments of a builtin."""
+    signature = builtin.signature
+    found = (*signature.required, *signature.optional)[:count]
+    return found if signature.rest is None else (*found, *[signature.rest] * (count - len(found)))
 
 
 def _raiser(arguments: Sequence[Node], name: str, message: str, hint: str | None, span: Span) -> Node:
@@ -499,7 +560,7 @@ def _builtin1(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
                 x = check_a(given)
             return function(rt, x)
         except Mismatch:
-            raise _mismatch(builtin, checks, (given,), span) from None
+            raise mismatch(builtin, checks, (given,), span) from None
         except (SceneError, *_ARITHMETIC) as error:
             raise _placed(builtin, error, span) from None
 
@@ -520,7 +581,7 @@ def _builtin2(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
                 y = check_b(second)
             return function(rt, x, y)
         except Mismatch:
-            raise _mismatch(builtin, checks, (first, second), span) from None
+            raise mismatch(builtin, checks, (first, second), span) from None
         except (SceneError, *_ARITHMETIC) as error:
             raise _placed(builtin, error, span) from None
 
@@ -536,7 +597,7 @@ def _builtin3(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
             x, y, z = [value if check is None else check(value) for check, value in zip(checks, given)]
             return function(rt, x, y, z)
         except Mismatch:
-            raise _mismatch(builtin, checks, given, span) from None
+            raise mismatch(builtin, checks, given, span) from None
         except (SceneError, *_ARITHMETIC) as error:
             raise _placed(builtin, error, span) from None
 
@@ -546,11 +607,10 @@ def _builtin3(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
 _FIXED: dict[int, Callable[..., Node]] = {0: _builtin0, 1: _builtin1, 2: _builtin2, 3: _builtin3}
 
 
-def _mismatch(builtin: Builtin, checks: Sequence[Any], values: Sequence[Any], span: Span) -> SceneError:
+def mismatch(builtin: Builtin, checks: Sequence[Any], values: Sequence[Any], span: Span) -> SceneError:
     """Return the error for the first argument of the wrong type."""
-    signature = builtin.signature
     error: SceneError | None = None
-    for parameter, check, value in zip((*signature.required, *signature.optional), checks, values):
+    for parameter, check, value in zip(parameters_of(builtin, len(values)), checks, values):
         try:
             if check is not None:
                 check(value)
@@ -613,8 +673,10 @@ def _located(error: SceneError, span: Span) -> SceneError:
 def compile_bind(compiler: Compiler, node: ast.Bind, context: Context) -> Node:
     word = compiler.compile(node.word, context.inner)
     function = compiler.compile(node.function, context.inner)
-    rt, span = compiler.rt, node.span
+    return bind_node(compiler.rt, word, function, node.span)
 
+
+def bind_node(rt: Runtime, word: Node, function: Node, span: Span) -> Node:
     def bind(f: Frame) -> None:
         name = word(f)
         value = function(f)
@@ -630,18 +692,36 @@ def compile_bind(compiler: Compiler, node: ast.Bind, context: Context) -> Node:
 
 
 def compile_call(compiler: Compiler, node: ast.Call, context: Context) -> Node:
-    rt, span = compiler.rt, node.span
-    word = compiler.compile(node.word, context.inner)
+    word, *nodes = compiler.compile_all((node.word, *call_operands(node)), context.inner)
+    return call_node(compiler.rt, word, nodes, node)
+
+
+def call_operands(node: ast.Call) -> Sequence[ast.Expr]:
+    """Return the operands of a ``call`` that are evaluated after its word."""
+    plan = _attributes_only(node.arguments)
+    return node.arguments if plan is None else plan[1]
+
+
+def call_node(rt: Runtime, word: Node, nodes: Sequence[Node], node: ast.Call) -> Node:
+    """Compile ``(call word ...)``; ``nodes`` are its compiled operands."""
     plan = _attributes_only(node.arguments)
     if plan is None:
-        return _general_call(rt, word, compiler.compile_all(node.arguments, context.inner), span)
+        return _general_call(rt, word, nodes, node.span)
     names, values = plan
     if all(_is_constant(value) for value in values):
-        nodes = compiler.compile_all(values, context.inner)
-        z = Embedding(None, None, {name: value([]) for name, value in zip(names, nodes)}) if names else ANONYMOUS
-        return _constant_call(rt, word, z, frozenset(names), span)
-    nodes = compiler.compile_all(values, context.inner)
-    return _attribute_call(rt, word, tuple(zip(names, nodes)), span)
+        try:
+            constants = [literal(value) for value in values]
+        except SceneError:
+            pass  # report the error at run time, where a `guard` can catch it
+        else:
+            z = Embedding(None, None, dict(zip(names, constants))) if names else ANONYMOUS
+            return _constant_call(rt, word, z, frozenset(names), node.span)
+    return _attribute_call(rt, word, tuple(zip(names, nodes)), node.span)
+
+
+def literal(node: Any) -> Any:
+    """Return the value of a literal (see ``_is_constant``)."""
+    return node.value if type(node) is ast.Constant else array_literal([item.value for item in node.items])
 
 
 def _is_constant(node: ast.Expr) -> bool:
@@ -698,7 +778,7 @@ def _attribute_call(rt: Runtime, word: Node, attributes: tuple[tuple[str, Node],
     return call
 
 
-def _general_call(rt: Runtime, word: Node, arguments: tuple[Node, ...], span: Span) -> Node:
+def _general_call(rt: Runtime, word: Node, arguments: Sequence[Node], span: Span) -> Node:
     def call(f: Frame) -> Any:
         name = word(f)
         values = [argument(f) for argument in arguments]
@@ -728,8 +808,11 @@ def add_parts(rt: Runtime, out: list[Any], value: Any, span: Span) -> None:
 
 
 def compile_union(compiler: Compiler, node: ast.Union, context: Context) -> Node:
-    rt = compiler.rt
-    members = tuple(zip(compiler.compile_all(node.members, context.inner), [m.span for m in node.members]))
+    return union_node(compiler.rt, compiler.compile_all(node.members, context.inner), node)
+
+
+def union_node(rt: Runtime, nodes: Sequence[Node], node: ast.Union) -> Node:
+    members = tuple(zip(nodes, [member.span for member in node.members]))
 
     def union(f: Frame) -> Any:
         values = [(member(f), span) for member, span in members]
@@ -742,9 +825,12 @@ def compile_union(compiler: Compiler, node: ast.Union, context: Context) -> Node
 
 
 def compile_union_loop(compiler: Compiler, node: ast.UnionLoop, context: Context) -> Node:
-    rt, span = compiler.rt, node.span
     count = compiler.compile(node.count, context.inner)
     function = compiler.compile(node.function, context.inner)
+    return union_loop_node(compiler.rt, count, function, node.span)
+
+
+def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span) -> Node:
     tick = rt.tick
 
     def loop(f: Frame) -> Any:
@@ -757,10 +843,10 @@ def compile_union_loop(compiler: Compiler, node: ast.UnionLoop, context: Context
             if not isinstance(body, Procedure):
                 raise rt.not_a_procedure(body)
             if type(body) is Closure and body.arity == 1:
-                run, env = body.body, body.env
+                code, env = body.code, body.env
                 for i in range(times):
                     tick()
-                    value = run([env, i])
+                    value = code.entry(env, i)
                     while value is TAIL:
                         tick()
                         value = rt.next_body(rt.next_frame)
@@ -793,10 +879,12 @@ def _loop_count(count: Any) -> int:
 
 
 def compile_transform(compiler: Compiler, node: ast.Transform, context: Context) -> Node:
-    rt, span = compiler.rt, node.span
     part = compiler.compile(node.part, context.inner)
     matrix = compiler.compile(node.matrix, context.inner)
+    return transform_node(compiler.rt, part, matrix, node.span)
 
+
+def transform_node(rt: Runtime, part: Node, matrix: Node, span: Span) -> Node:
     def transform(f: Frame) -> Any:
         p = part(f)
         m = matrix(f)

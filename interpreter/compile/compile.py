@@ -7,14 +7,14 @@ performs the call (a trampoline). A tail call of a named ``let`` returns a marke
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.compile import calls, comprehension, intrinsics
+from scenelang.interpreter.compile import calls, comprehension, generate, generated, intrinsics
 from scenelang.interpreter.compile.analyse import (
     Analysis,
     FrameLayout,
@@ -91,6 +91,9 @@ class Compiler:
         self.rt = rt
         self.globals = globals_
         self.analysis = analysis
+        self.bounce, self.bind_cell = generated.bouncer(rt), generated.cell_binder(rt)
+        self.codes: dict[int, ClosureCode] = {}  # by id of the Lambda
+        self.layouts: dict[int, FrameLayout] = {}  # of the nodes with frames of their own, by id
 
     def top_level(self, form: Any) -> Node:
         """Compile a top-level form to a node that creates its own frame and ignores its argument."""
@@ -105,6 +108,11 @@ class Compiler:
         if cell is None:
             cell = self.globals[variable] = Cell(UNDEFINED, 0)
         return cell
+
+    def global_cells_of(self, code: ClosureCode) -> list[Cell]:
+        """Return the cells of the global variables whose value is a closure of ``code``."""
+        found = [(variable, cell) for variable, cell in self.globals.items() if type(cell.value) is Closure]
+        return [cell for variable, cell in found if cell.value.code is code and not variable.assigned]
 
     def compile(self, node: Any, context: Context) -> Node:
         """Compile an expression to a closure."""
@@ -396,13 +404,17 @@ class Compiler:
         layout = FrameLayout(context.layout) if region.has_frame else context.layout
         slots = tuple([layout.add(parameter.target) for parameter in function.parameters])
         starts = self.compile_all(loop.start.arguments, context.inner)
+        self.layouts[id(function)] = layout
         plan = LoopPlan(object(), layout, slots, region.has_frame)
         inner = Context(layout, context.tail, (*context.loops, (loop.variable, plan)))
         binders = [self.binder(p.target, layout, loop.start.span) for p in function.parameters]
         body = self.compile(function.body, inner)
         if region.has_frame:
             return calls.framed_loop(self.rt, plan.mark, starts, binders, body, layout)
-        return calls.plain_loop(self.rt, plan.mark, starts, binders, body)
+        if self.rt.hot is None:
+            return calls.plain_loop(self.rt, plan.mark, starts, binders, body)
+        generated = lambda: loop_function(self, loop, layout, context.tail)
+        return calls.counted_loop(self.rt, plan.mark, starts, binders, body, self.rt.hot, generated)
 
     def while_loop(self, node: ast.While, context: Context) -> Node:
         region = self.analysis.regions[id(node)]
@@ -490,12 +502,37 @@ class Compiler:
             )
             for p, slot in zip(node.parameters, slots)
         ])  # fmt: skip
-        body = self.compile(node.body, Context(layout, tail=True))
         plain = all(p.kind == "required" and p.type is None and not p.in_cell for p in parameters)
-        arity = len(parameters) if plain else -1
-        body = calls.with_locals(body, layout.size - 1 - len(parameters))
-        code = ClosureCode(node.name, parameters, node.usage, arity, body)
+        code = ClosureCode(node.name, parameters, node.usage, len(parameters) if plain else -1, _none)
+        code.body = self._at_first_call(node, code, layout)
+        self.codes[id(node)] = code
+        self.layouts[id(node)] = layout
         return lambda f: Closure(code, f)
+
+    def _at_first_call(self, node: ast.Lambda, code: ClosureCode, layout: FrameLayout) -> Node:
+        """Return a body that compiles the function when it is first called, and again when it becomes hot."""
+
+        def first(f: Frame) -> Any:
+            if code.body is first:
+                body = self.compile(node.body, Context(layout, tail=True))
+                body = calls.with_locals(body, layout.size - 1 - len(code.parameters))
+                code.body = body if self.rt.hot is None else self._counting(node, code, layout, body, self.rt.hot)
+            return code.body(f)
+
+        return first
+
+    def _counting(self, node: ast.Lambda, code: ClosureCode, layout: FrameLayout, body: Node, hot: int) -> Node:
+        left = hot
+
+        def counted(f: Frame) -> Any:
+            nonlocal left
+            left -= 1
+            if left == 0:
+                code.body = body
+                replace_function(self, node, code, layout)
+            return body(f)
+
+        return counted
 
     def application(self, node: ast.Application, context: Context) -> Node:
         head = node.function
@@ -616,6 +653,11 @@ class Compiler:
     def transform(self, node: ast.Transform, context: Context) -> Node:
         return calls.compile_transform(self, node, context)
 
+    def embedded(self, node: Any, layout: FrameLayout) -> Node:
+        """Compile a part of a generated function to a closure, which finds its variables in the frame."""
+        context = Context(layout)
+        return self.define(node, context) if type(node) is ast.Define else self.compile(node, context)
+
     def region(self, node: Any) -> Region:
         return self.analysis.regions[id(node)]
 
@@ -655,3 +697,38 @@ def _sequence(steps: list[Node]) -> Node:
         return last(f)
 
     return many
+
+
+def replace_function(compiler: Compiler, node: ast.Lambda, code: ClosureCode, layout: FrameLayout) -> None:
+    """Replace the body of a function by generated code, if possible."""
+    try:
+        writer = generate.Writer(compiler, layout, node.body)
+        entry = writer.function(node, code)
+    except (generated.Unsupported, RecursionError, SyntaxError, MemoryError):
+        return
+    code.entry = entry
+    code.direct, code.returns_tail = entry, writer.returns_tail
+    code.body = _ADAPTERS[code.arity](entry) if code.arity >= 0 else entry
+
+
+def loop_function(
+    compiler: Compiler, loop: Loop, layout: FrameLayout, tail: bool
+) -> Callable[[Frame, int], Any] | None:
+    """Return a function of the frame that continues a loop after a number of turns, if it can be generated."""
+    try:
+        return generate.Writer(compiler, layout, loop.function.body).loop(loop, tail)
+    except (generated.Unsupported, RecursionError, SyntaxError, MemoryError):
+        return None
+
+
+_ADAPTERS: tuple[Callable[[Any], Node], ...] = (
+    lambda g: lambda f: g(f[0]),
+    lambda g: lambda f: g(f[0], f[1]),
+    lambda g: lambda f: g(f[0], f[1], f[2]),
+    lambda g: lambda f: g(f[0], f[1], f[2], f[3]),
+    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4]),
+    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5]),
+    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5], f[6]),
+    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7]),
+    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8]),
+)

@@ -6,11 +6,11 @@ results are bounded in size, so that a program cannot grow them without limit.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from scenelang.interpreter.runtime.procedures import Frame, Node
-from scenelang.interpreter.runtime.values import NIL, Matrix, Pair
+from scenelang.interpreter.runtime.values import NIL, Matrix, Pair, Vector
 from scenelang.interpreter.scene.pose import compose
 
 Slow = Callable[[Any, Any], Any]
@@ -363,3 +363,99 @@ UNARY: dict[str, Callable[[Node, Callable[[Any], Any]], Node]] = {
     "not": negation, "car": car, "cdr": cdr, "null?": is_null,
 }  # fmt: skip
 PREDICATES = frozenset({"lt", "gt", "le", "ge", "eq", "not", "null?", "pair?"})  # these always return a boolean
+
+
+# Arithmetic of generated code outside its inlined paths: mixed numbers, long Integers, and vectors of three Floats.
+
+
+def adder(slow: Slow) -> Slow:
+    def add(x: Any, y: Any) -> Any:
+        s, t = type(x), type(y)
+        if s is Vector and t is Vector and len(x) == 3 and len(y) == 3:
+            a, b, c = x
+            d, e, f = y
+            if type(a) is float and type(d) is float:
+                return Vector((a + d, b + e, c + f))
+        elif s in _NUMBERS and t in _NUMBERS:
+            try:
+                r = x + y
+            except OverflowError:
+                return slow(x, y)
+            if type(r) is float or -_LIMIT < r < _LIMIT:
+                return r
+        return slow(x, y)
+
+    return add
+
+
+def subtracter(slow: Slow) -> Slow:
+    def subtract(x: Any, y: Any) -> Any:
+        s, t = type(x), type(y)
+        if s is Vector and t is Vector and len(x) == 3 and len(y) == 3:
+            a, b, c = x
+            d, e, f = y
+            if type(a) is float and type(d) is float:
+                return Vector((a - d, b - e, c - f))
+        elif s in _NUMBERS and t in _NUMBERS:
+            try:
+                r = x - y
+            except OverflowError:
+                return slow(x, y)
+            if type(r) is float or -_LIMIT < r < _LIMIT:
+                return r
+        return slow(x, y)
+
+    return subtract
+
+
+def multiplier(slow: Slow) -> Slow:
+    def multiply(x: Any, y: Any) -> Any:
+        s, t = type(x), type(y)
+        if s is Vector and t is float and len(x) == 3:
+            a, b, c = x
+            if type(a) is float:
+                return Vector((a * y, b * y, c * y))
+        elif t is Vector and s is float and len(y) == 3:
+            a, b, c = y
+            if type(a) is float:
+                return Vector((x * a, x * b, x * c))
+        elif s is Vector and t is Vector and len(x) == 3 and len(y) == 3:
+            a, b, c = x
+            d, e, f = y
+            if type(a) is float and type(d) is float:
+                return Vector((a * d, b * e, c * f))
+        elif s in _NUMBERS and t in _NUMBERS:
+            if s is int and t is int and not (-_LIMIT < x < _LIMIT and -_LIMIT < y < _LIMIT):
+                return slow(x, y)
+            try:
+                r = x * y
+            except OverflowError:
+                return slow(x, y)
+            if type(r) is float or -_LIMIT < r < _LIMIT:
+                return r
+        return slow(x, y)
+
+    return multiply
+
+
+def divider(slow: Slow) -> Slow:
+    def divide(x: Any, y: Any) -> Any:
+        if type(x) in _NUMBERS and type(y) in _NUMBERS and y:
+            try:
+                return x / y
+            except OverflowError:
+                return slow(x, y)
+        if type(x) is Vector and type(y) is float and y and len(x) == 3 and type(x[0]) is float:
+            a, b, c = x
+            return Vector((a / y, b / y, c / y))
+        return slow(x, y)
+
+    return divide
+
+
+ARITHMETIC: Mapping[str, Callable[[Slow], Slow]] = {
+    "add": adder,
+    "sub": subtracter,
+    "mul": multiplier,
+    "div": divider,
+}

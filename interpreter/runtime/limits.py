@@ -21,6 +21,7 @@ _SMALL_MEMORY_LIMIT = 1_000_000_000  # bytes: for a smaller limit, memory is che
 _MIN_CHECKED = 4_000_000  # bytes: smaller allocations are covered by the periodic checks
 _SIZES = {"a string": 2, "an array": 40}  # bytes per item; a list's pair and its item take more
 _SIZE_OF_ITEM = 96
+_MIN_RESERVED = _MIN_CHECKED // _SIZE_OF_ITEM
 STEPS_OF_ERROR = 16  # cost of catching an error, whose message and call stack are built
 
 
@@ -120,7 +121,8 @@ class Meter:
         self._block = repeat(None, _CHUNK_STEPS)
         self._memory_interval = _CHUNKS_PER_MEMORY_CHECK // (4 if limits.memory < _SMALL_MEMORY_LIMIT else 1)
         self.reset()
-        self.tick: Callable[[], Any] = chain.from_iterable(self._refill()).__next__
+        self.ticks = chain.from_iterable(self._refill())  # generated code counts a step by ``next(ticks)``
+        self.tick: Callable[[], Any] = self.ticks.__next__
 
     def reset(self, started: float | None = None) -> None:
         """Reset all counters to the full limits; ``tick`` remains valid, also after an error.
@@ -203,9 +205,12 @@ class Meter:
 
     def check_size(self, size: int, what: str) -> None:
         """Check that ``what`` (a list, a string, an array) may have ``size`` items, and charge for creating it."""
-        self.check_growth(size, what)
-        self.reserve(size * _SIZES.get(what, _SIZE_OF_ITEM))
-        self.charge(size >> 3)
+        if size > self.limits.size:
+            self.check_growth(size, what)
+        if size >= _MIN_RESERVED:
+            self.reserve(size * _SIZES.get(what, _SIZE_OF_ITEM))
+        if size >= 8:
+            self.charge(size >> 3)
 
 
 class _Toll:

@@ -84,13 +84,21 @@ class CodeParameter:
 
 @dataclass(eq=False, slots=True)
 class ClosureCode:
-    """Compiled ``lambda``. ``arity`` is the number of parameters if all are plain, else -1."""
+    """Compiled ``lambda``. ``arity`` is the number of parameters if all are plain, else -1.
+
+    ``body`` takes a frame; ``entry`` takes the frame of the enclosing function and the values of plain parameters. Both
+    are replaced when the code becomes hot (see ``compile``), so they are read at every call. ``direct`` is then the
+    generated function; ``returns_tail`` says whether it may request a tail call.
+    """
 
     name: str
     parameters: tuple[CodeParameter, ...]
     usage: str
     arity: int
     body: Node
+    entry: Callable[..., Any] = field(init=False)
+    direct: Callable[..., Any] | None = field(init=False, default=None)
+    returns_tail: bool = field(init=False, default=True)
     keyword_names: frozenset[str] | None = field(init=False)
     required: int = field(init=False)
     positional: int = field(init=False)
@@ -103,6 +111,7 @@ class ClosureCode:
         self.required = kinds.count("required")
         self.positional = self.required + kinds.count("optional")
         self.rest = next((p for p in self.parameters if p.kind == "rest"), None)
+        self.entry = lambda env, *values: self.body([env, *values])
 
     @property
     def takes_any_keyword(self) -> bool:
@@ -110,15 +119,22 @@ class ClosureCode:
 
 
 class Closure(Procedure):
-    """Function value. ``arity`` and ``body`` are copied from ``code`` for faster access."""
+    """Function value. ``arity`` is copied from ``code`` for faster access.
 
-    __slots__ = ("arity", "body", "code", "env")
+    ``traced`` replaces the body while the REPL traces calls; ``arity`` is then -1, so that all calls see it.
+    """
+
+    __slots__ = ("arity", "code", "env", "traced")
 
     def __init__(self, code: ClosureCode, env: Frame) -> None:
         self.code = code
         self.env = env
         self.arity = code.arity
-        self.body = code.body
+        self.traced: Node | None = None
+
+    @property
+    def body(self) -> Node:
+        return self.traced or self.code.body
 
     @property
     def name(self) -> str:  # type: ignore[override]

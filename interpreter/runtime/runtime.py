@@ -26,7 +26,6 @@ from scenelang.interpreter.runtime.procedures import (
     Condition,
     Escape,
     EscapeSignal,
-    Frame,
     bind_arguments,
     bind_entity,
     check_keywords,
@@ -103,6 +102,7 @@ class Streams:
             self.python.setstate(python_state)
 
 
+HOT = 150  # calls or turns after which generated code repays what it costs
 _NEVER = 1 << 62
 _MAX_CALL_SITES = 16
 _MIN_CHARGED = 32  # keys with more items are charged
@@ -162,6 +162,9 @@ class Runtime:
         Serial numbers of calls at whose start the state of the random streams is saved; None for all calls.
     asset
         Function ``asset(file, charge)`` that measures a mesh file.
+    hot
+        Number of calls of a procedure, or of turns of a loop, after which it is compiled to a Python function; None to
+        run all code as closures.
     """
 
     def __init__(
@@ -173,7 +176,10 @@ class Runtime:
         memoise: bool = True,
         snapshots: frozenset[int] | None = frozenset(),
         asset: Callable[[str, Callable[[int], None]], Asset] | None = None,
+        hot: int | None = HOT,
     ) -> None:
+        self.hot = hot
+        self.units: list[dict[str, Any]] = []  # namespaces of generated functions
         self.library = library
         self.asset = asset
         self.limits = limits or Limits()
@@ -224,11 +230,12 @@ class Runtime:
         """Call a procedure; raise ``SceneError`` if ``function`` is not one."""
         if type(function) is Closure:
             if function.arity == len(args):
-                frame = [function.env, *args]
+                self.tick()
+                result = function.code.body([function.env, *args])
             else:
                 frame = bind_arguments(self, function, args)
-            self.tick()
-            result = function.body(frame)
+                self.tick()
+                result = function.body(frame)
             while result is TAIL:
                 self.tick()
                 result = self.next_body(self.next_frame)
@@ -239,7 +246,7 @@ class Runtime:
         """Call a procedure with one argument; a fast path for loops of builtins."""
         if type(function) is Closure and function.arity == 1:
             self.tick()
-            result = function.body([function.env, a])
+            result = function.code.entry(function.env, a)
             while result is TAIL:
                 self.tick()
                 result = self.next_body(self.next_frame)
@@ -250,7 +257,7 @@ class Runtime:
         """Call a procedure with two arguments; a fast path for loops of builtins."""
         if type(function) is Closure and function.arity == 2:
             self.tick()
-            result = function.body([function.env, a, b])
+            result = function.code.entry(function.env, a, b)
             while result is TAIL:
                 self.tick()
                 result = self.next_body(self.next_frame)
@@ -488,14 +495,13 @@ class Runtime:
         """Call an entity function with the arguments z and gamma."""
         if type(function) is Closure:
             if function.arity == 0:
-                frame: Frame = [function.env]
+                result = function.code.entry(function.env)
             elif function.arity == 1:
-                frame = [function.env, z]
+                result = function.code.entry(function.env, z)
             elif function.arity == 2:
-                frame = [function.env, z, rest]
+                result = function.code.entry(function.env, z, rest)
             else:
-                frame = bind_entity(self, function, word, z, rest)
-            result = function.body(frame)
+                result = function.body(bind_entity(self, function, word, z, rest))
             while result is TAIL:
                 self.tick()
                 result = self.next_body(self.next_frame)

@@ -4,6 +4,7 @@ embeddings")."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
@@ -271,7 +272,11 @@ def transformed(runtime: Runtime, part: Any, matrix: Any) -> Any:
     for start in range(0, len(parts), _CHECK_INTERVAL):
         block = parts[start : start + _CHECK_INTERVAL]
         runtime.charge(len(block))
-        composed += [Pair(p.car, pose_from(runtime, pose.compose(moved, p.cdr))) for p in block]
+        for p in block:
+            inner = pose.compose(moved, p.cdr)
+            if not isfinite(sum(inner)):
+                pose_from(runtime, inner)  # the sum of finite numbers may overflow
+            composed.append(Pair(p.car, inner))
     if type(part) is Pair and type(part.car) is Entity and part.cdr is not NIL and type(part.cdr) is not Pair:
         return composed[0]
     return make_list(composed)

@@ -18,6 +18,7 @@ from scenelang import primer
 from scenelang.formatting import formatted
 from scenelang.grammar.datum import Source, Span, comment_above
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.interpreter.compile.generated import forget
 from scenelang.interpreter.expand.scope import Macro
 from scenelang.interpreter.lint.lint import find_root
 from scenelang.interpreter.program.interactive import FormResult, TopLevel, is_assignment, names_of
@@ -98,8 +99,10 @@ class Tracer:
         self._depth = self._lines = 0
         for name in self.names:
             function = function_of(top, name)
-            if function is not None and function.body is function.code.body:
-                function.body = self._telling(top, name, function)
+            if function is not None and function.traced is None:
+                function.traced = self._telling(top, name, function)
+                function.arity = -1
+                forget(top.rt, function)
                 top.rt.invalidate_calls()
 
     def toggle(self, top: TopLevel, name: str) -> bool:
@@ -110,12 +113,12 @@ class Tracer:
         self.names.discard(name)
         function = function_of(top, name)
         if function is not None:
-            function.body = function.code.body
+            function.traced = None
+            function.arity = function.code.arity
         return False
 
     def _telling(self, top: TopLevel, name: str, function: Closure) -> Any:
         rt, code = top.rt, function.code
-        body = code.body
 
         def run(frame: Frame) -> Any:
             arguments = " ".join(show(frame[p.slot], _MAX_WIDTH) for p in code.parameters)
@@ -123,7 +126,7 @@ class Tracer:
             self._tell(top, f"{indent}({name}{' ' if arguments else ''}{arguments})")
             self._depth += 1
             try:
-                value = body(frame)
+                value = code.body(frame)
                 while value is TAIL:
                     rt.tick()
                     value = rt.next_body(rt.next_frame)

@@ -1,0 +1,984 @@
+"""Generator of Python functions for hot code: one function per ``lambda`` or loop of the core AST.
+
+Variables are Python's local variables; those that closures capture are also stored in the frame, with the addresses
+that the closures of ``compile`` use, so that code of both tiers shares frames. Statements are written one per line: the
+line number of a call in a traceback is the key of its *site* (see ``generated``), so that no call needs a ``try``. No
+text of a program enters the source: variables are numbered, and values are constants of the function's namespace.
+
+What has no translation here is compiled to a closure and called with the frame (``_embed``). Code that is too deep or
+too long for CPython stays with the closures.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.compile import calls, generated, intrinsics
+from scenelang.interpreter.compile.analyse import (
+    ANY,
+    BOOLEAN,
+    TRUE,
+    FrameLayout,
+    Kind,
+    Loop,
+    LoopKinds,
+    children,
+    joined,
+    pattern_variables,
+    tail_nodes,
+    walk,
+)
+from scenelang.interpreter.compile.generated import (
+    BLOCK,
+    COMPARISONS,
+    OPERATORS,
+    CallSite,
+    Code,
+    Local,
+    Text,
+    Unsupported,
+)
+from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.runtime.procedures import UNDEFINED, ClosureCode, Frame, Node
+from scenelang.interpreter.runtime.show import array_literal
+from scenelang.interpreter.runtime.types import Builtin
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.compile.compile import Compiler
+
+_MAX_NODES = 3_000  # longer code stays with the closures
+_MAX_ARITY = 8
+_MIN_CHARGED = 32  # builtins with more arguments are charged by their call
+MAX_BITS = 1_000  # Integers of fewer bits are added and multiplied without a check of their size
+
+
+_FRAME = re.compile(r"\bF\b")
+
+
+@dataclass(eq=False, slots=True)
+class LoopCode:
+    """Loop that is being written: its parameters by variable, the counter of its turns, and its parent in the tail."""
+
+    variable: Variable
+    function: ast.Lambda
+    counter: str | None
+    number: int
+    is_left: bool = False  # whether an inner loop continues an outer one
+
+
+@dataclass(frozen=True, slots=True)
+class Dest:
+    """Where a value goes: a variable, the end of the function, or nowhere.
+
+    ``loops`` are those that end with the value, the innermost last.
+    """
+
+    name: str | None = None
+    returns: bool = False
+    loops: tuple[LoopCode, ...] = ()
+
+    @property
+    def exits(self) -> bool:
+        return self.returns or bool(self.loops)
+
+
+NOWHERE = Dest()
+_EMBEDDED = (ast.Guard, ast.LetEscape)
+_COLLECTING = ("list", "union", "append")
+_FOR_KINDS = frozenset({*_COLLECTING, "each", "sum", "and", "or", "first", "fold"})
+
+
+class Writer(Text):
+    """Writer of one function."""
+
+    def __init__(self, compiler: Compiler, layout: FrameLayout, root: Any) -> None:
+        super().__init__(compiler, layout)
+        self.survey(root)
+
+    # --- preparation ---------------------------------------------------------------------------------------------
+
+    def survey(self, root: Any) -> None:
+        """Find the variables that embedded code uses; refuse code that is too long."""
+        stack, count = [root], 0
+        while stack:
+            node = stack.pop()
+            count += 1
+            if count > _MAX_NODES:
+                raise Unsupported
+            if type(node) is ast.Lambda:
+                continue  # its variables are captured
+            loop = self.compiler.analysis.loops.get(id(node))
+            if loop is not None:
+                stack += [loop.function.body, *loop.start.arguments]
+                continue
+            if self.is_embedded(node):
+                self._survey_embedded(node)
+            else:
+                stack.extend(children(node))
+
+    def is_embedded(self, node: Any) -> bool:
+        if type(node) is ast.Define:
+            return isinstance(node.target, tuple)
+        if type(node) is ast.For:
+            targets = [a.target for a in node.accumulators] + [t for c in node.clauses for t in c.targets]
+            plain = node.kind in _FOR_KINDS and not any(isinstance(target, tuple) for target in targets)
+            return self.compiler.region(node).has_frame or not plain
+        if type(node) is ast.While:
+            return self.compiler.region(node).has_frame
+        return isinstance(node, _EMBEDDED)
+
+    def _survey_embedded(self, root: Any) -> None:
+        for node in walk(root):
+            if type(node) is ast.Reference and isinstance(node.target, Variable):
+                self.embedded.add(node.target)
+                if node.target.assigned:
+                    self.unshared.add(node.target)
+            elif type(node) is ast.Assignment:
+                self.unshared.add(node.target)
+            elif type(node) is ast.Define:
+                self.unshared.update(pattern_variables(node.target))
+
+    # --- whole functions -----------------------------------------------------------------------------------------
+
+    def function(self, node: ast.Lambda, code: ClosureCode) -> Callable[..., Any]:
+        plain = code.arity >= 0
+        if code.arity > _MAX_ARITY:
+            raise Unsupported
+        names = [self.fresh("v") for _ in node.parameters]
+        self._find_itself(code)
+        self.line(f"def g({', '.join(['e', *names]) if plain else 'f'}):")
+        self.indent = 1
+        self.line("try:")
+        self.indent = 2
+        looping = plain and self.direct is not None and self._has_self_tail(node.body)
+        if looping:
+            self.open("while True:")
+            self.self_tail = tuple(names)
+        place = self.prologue(plain)
+        for parameter, name, slot in zip(node.parameters, names, range(1, len(names) + 1)):
+            target = parameter.target
+            if not plain:
+                self.line(f"{name} = f[{slot}]")
+            if target is not None and not self.in_frame_only(target):
+                self.names[target] = name
+                if target.assigned:
+                    self.mutable.add(name)
+        self.into(node.body, Dest(returns=True))
+        self._finish_frame(place, names, plain)
+        if not self.returns_tail:
+            for number in self.own_checks:
+                text = self.lines[number]
+                self.lines[number] = text[: len(text) - len(text.lstrip())] + "pass"
+        return self._compiled()
+
+    def prologue(self, plain: bool) -> int:
+        """Write the creation of the frame; return its line, which is completed when its size is known."""
+        self.frames[self.base] = "F" if plain else "f"
+        self.line("pass")
+        return len(self.lines) - 1
+
+    def _finish_frame(self, place: int, names: Sequence[str], plain: bool) -> None:
+        text = self.lines[place]
+        assert text.strip() == "pass"
+        start = text[: text.index("pass")]
+        missing = self.base.size - 1 - len(names)
+        if not plain:
+            if missing:
+                self.lines[place] = f"{start}f.extend({self.constant((None,) * missing)})"
+        elif self.uses_frame:
+            self.lines[place] = f"{start}F = [{', '.join(['e', *names, *['None'] * missing])}]"
+
+    @property
+    def uses_frame(self) -> bool:
+        return any(_FRAME.search(line) for line in self.lines)
+
+    def loop(self, loop: Loop, tail: bool) -> Callable[[Frame, int], Any]:
+        self.line("def g(f, done):")
+        self.indent = 1
+        self.line("try:")
+        self.indent = 2
+        self.frames[self.base] = "f"
+        self.preload(loop.function.body)
+        parameters = [p.target for p in loop.function.parameters]
+        for target in parameters:
+            if target is None:
+                raise Unsupported
+            if not self.in_frame_only(target):
+                self.line(f"{self.name_of(target)} = f[{self.base.slots[target]}]")
+        dest = Dest(returns=True) if tail else Dest(self.fresh("t"))
+        inference = LoopKinds(self.kind_of_variable)
+        self.write_loop(loop, dest, [inference.kind(start) for start in loop.start.arguments], resumed=True)
+        if not tail:
+            self.line(f"return {dest.name}")
+        return self._compiled()
+
+    def preload(self, root: Any) -> None:
+        """Read the constant variables of the enclosing code from the frame."""
+        bound = {v for node in walk(root) if type(node) is ast.Define for v in pattern_variables(node.target)}
+        for node in walk(root):
+            target = node.target if type(node) is ast.Reference else None
+            if not isinstance(target, Variable) or target.is_global or target in bound or target in self.names:
+                continue
+            if target.assigned or target.recursive or target not in self.base.slots:
+                continue
+            self.line(f"{self.name_of(target)} = f[{self.base.slots[target]}]")
+
+    def _compiled(self) -> Callable[..., Any]:
+        self.indent = 1
+        self.line("except CAUGHT as error:")
+        self.indent = 2
+        self.line("found = placed(error, SITES)")
+        self.line("if found is error:")
+        self.line(" raise")
+        self.line("raise found from None")
+        source = "\n".join(self.lines) + "\n"
+        exec(compile(source, "<generated>", "exec", dont_inherit=True), self.constants)  # noqa: S102
+        self.rt.units.append(self.constants)
+        entry: Callable[..., Any] = self.constants["g"]
+        return entry
+
+    def _find_itself(self, code: ClosureCode) -> None:
+        for cell in self.compiler.global_cells_of(code):
+            self.direct = (cell.value, self.constant(cell))
+
+    def _has_self_tail(self, body: Any) -> bool:
+        """Whether the function calls itself in tail position, outside of loops."""
+        assert self.direct is not None
+        itself = self.direct[0]
+        for node in tail_nodes(body, self.compiler.analysis.loops):
+            if type(node) is ast.Application and isinstance(node.function, ast.Reference):
+                target = node.function.target
+                if isinstance(target, Variable) and self.known_global(target) is itself:
+                    return True
+        return False
+
+    # --- lines and names -----------------------------------------------------------------------------------------
+
+    # --- variables -----------------------------------------------------------------------------------------------
+
+    def reference(self, node: ast.Reference) -> Code:
+        target = node.target
+        if not isinstance(target, Variable):
+            return Code(self.constant(target), TRUE)
+        if target.is_global:
+            return self._global_reference(target, node)
+        name = self.names.get(target)
+        if name is None:
+            text = self.slot_text(target)
+            if self.in_cell(target):
+                return self.read_cell(text, target, node)
+            if target.recursive:
+                found = self.temporary(Code(text))
+                self.check_defined(found.text, target, node)
+                return found
+            return self.temporary(Code(text)) if target.assigned else Code(text, ANY, True, False)
+        if target.recursive and name not in self.kinds:
+            self.check_defined(name, target, node)
+        if target.assigned:
+            return self.temporary(Code(name))
+        return Code(name, self.kinds.get(name, ANY))
+
+    def _global_reference(self, target: Variable, node: ast.Reference) -> Code:
+        cell = self.compiler.global_cell(target)
+        name = self.constant(cell)
+        if target.assigned:
+            return self.read_cell(name, target, node)
+        found = self.temporary(Code(f"{name}.value"))
+        if cell.value is UNDEFINED:
+            self.check_defined(found.text, target, node)
+        return found
+
+    # --- expressions ---------------------------------------------------------------------------------------------
+
+    def value(self, node: Any) -> Code:
+        """Write what a node needs, and return the Python expression of its value."""
+        kind = type(node)
+        if kind is ast.Constant:
+            return self.literal(node.value)
+        if kind is ast.Reference:
+            return self.reference(node)
+        if kind is ast.Application and type(node.function) is ast.Reference:
+            target = node.function.target
+            if isinstance(target, Builtin):
+                return self.builtin(target, node)
+        simple = _VALUES.get(kind)
+        if simple is not None:
+            found: Code = simple(self, node)
+            return found
+        if self.is_embedded(node):
+            return self._embed(node)
+        if kind is ast.Application:
+            return self.call(node)
+        if kind is ast.For:
+            return self._for(node)
+        if kind is ast.While:
+            return self._while(node)
+        name = self.fresh("t")
+        result = self.into(node, Dest(name))
+        self.kinds[name] = result or ANY
+        return Code(name, self.kinds[name])
+
+    def operands(self, nodes: Sequence[Any], atomic: bool = True) -> list[Code]:
+        """Return the values of several nodes, evaluated in order, as names or constants, or pure expressions."""
+        found = []
+        for node in nodes:
+            code = self.value(node)
+            found.append(code if code.atomic or (code.pure and not atomic) else self.temporary(code))
+        return found
+
+    def _embed(self, node: Any) -> Code:
+        run = self.compiler.embedded(node, self.layout)
+        return self.temporary(Code(f"{self.constant(run)}({self.frames[self.layout]})"))
+
+    def by_values(self, make: Callable[[list[Node]], Node], nodes: Sequence[Any]) -> Code:
+        """Evaluate nodes, and call a closure that expects them as compiled nodes with the list of their values."""
+        run = make([itemgetter(i) for i in range(len(nodes))])
+        values = self.operands(nodes)
+        return self.temporary(Code(f"{self.constant(run)}(({''.join(f'{v.text}, ' for v in values)}))"))
+
+    def _lambda(self, node: ast.Lambda) -> Code:
+        code = self.compiler.codes.get(id(node))
+        if code is None:
+            raise Unsupported
+        return self.temporary(Code(f"Closure({self.constant(code)}, {self.frames[self.layout]})", TRUE))
+
+    def _assignment(self, node: ast.Assignment) -> Code:
+        value = self.atom(self.value(node.value))
+        target = node.target
+        if target.is_global or self.in_cell(target):
+            store = self.constant(generated.cell_storer(self.rt, target.name, node.span))
+            cell = self.constant(self.compiler.global_cell(target)) if target.is_global else self.slot_text(target)
+            self.line(f"{store}({cell}, {value.text})")
+        elif target in self.names:
+            self.line(f"{self.names[target]} = {value.text}")
+        else:
+            self.line(f"{self.slot_text(target)} = {value.text}")
+        return Code("None")
+
+    def _array(self, node: ast.ArrayLiteral) -> Code:
+        if all(type(item) is ast.Constant for item in node.items):
+            try:
+                return Code(self.constant(array_literal([item.value for item in node.items])), TRUE)  # type: ignore[union-attr]
+            except SceneError:
+                pass  # reported at run time
+        if len(node.items) != 3:
+            return self.by_values(lambda nodes: calls.array_node(self.rt, nodes, node.span), node.items)
+        values = self.operands(node.items)
+        texts = [v.text for v in values]
+        kinds = [self.kind_of(v) for v in values]
+        if all(k.type == "f" for k in kinds) or all(k.type == "i" for k in kinds):
+            return self.temporary(Code(f"Vector(({', '.join(texts)}))", TRUE))
+        run = self.constant(generated.vector_maker(self.rt, node.span))
+        return self.temporary(Code(f"{run}({', '.join(texts)})"))
+
+    def _first(self, node: ast.First) -> Code:
+        first = self.temporary(self.value(node.items[0]))
+        for item in node.items[1:]:
+            self.effect(item)
+        return first
+
+    def _transform(self, node: ast.Transform) -> Code:
+        part, matrix = self.operands((node.part, node.matrix))
+        slow = self.constant(calls.transform_node(self.rt, itemgetter(0), itemgetter(1), node.span))
+        test = f"type({part.text}) is Entity and type({matrix.text}) is Matrix and isfinite(sum({matrix.text}))"
+        text = f"Pair({part.text}, {matrix.text}) if {test} else {slow}(({part.text}, {matrix.text}))"
+        return self.temporary(Code(text, TRUE))
+
+    def _union(self, node: ast.Union) -> Code:
+        return self.by_values(lambda nodes: calls.union_node(self.rt, nodes, node), node.members)
+
+    def _union_loop(self, node: ast.UnionLoop) -> Code:
+        make = lambda nodes: calls.union_loop_node(self.rt, nodes[0], nodes[1], node.span)
+        return self.by_values(make, (node.count, node.function))
+
+    def _bind(self, node: ast.Bind) -> Code:
+        make = lambda nodes: calls.bind_node(self.rt, nodes[0], nodes[1], node.span)
+        return self.by_values(make, (node.word, node.function))
+
+    def _entity(self, node: ast.Call) -> Code:
+        make = lambda nodes: calls.call_node(self.rt, nodes[0], nodes[1:], node)
+        return self.by_values(make, (node.word, *calls.call_operands(node)))
+
+    def _handle(self, node: ast.HandleLiteral) -> Code:
+        return Code(self.constant(self.rt.handle(node.name)), TRUE)
+
+    # --- tests ---------------------------------------------------------------------------------------------------
+
+    def test(self, node: Any) -> str:
+        """Write what a test needs, and return its Python condition."""
+        kind = type(node)
+        if kind is ast.Application and type(node.function) is ast.Reference:
+            target = node.function.target
+            if isinstance(target, Builtin) and target.intrinsic == "not" and len(node.arguments) == 1:
+                return f"(not {self.test(node.arguments[0])})"
+        if kind in (ast.And, ast.Or) and node.items:
+            text = self._joined_test(node)
+            if text is not None:
+                return text
+        return self.truth(self.value(node))
+
+    def _joined_test(self, node: Any) -> str | None:
+        """Return the condition of ``and`` or ``or``, if the tests after the first need no statements; else None."""
+        lines, kinds, names = len(self.lines), dict(self.kinds), dict(self.names)
+        first = self.test(node.items[0])
+        start = len(self.lines)
+        texts = [first]
+        for item in node.items[1:]:
+            texts.append(self.test(item))
+            if len(self.lines) != start:
+                self.roll_back(lines, kinds, names)
+                return None
+            self.kinds = dict(kinds)
+        return "(" + (" and " if type(node) is ast.And else " or ").join(texts) + ")"
+
+    # --- statements ----------------------------------------------------------------------------------------------
+
+    def effect(self, node: Any) -> None:
+        self.into(node, NOWHERE)
+
+    def into(self, node: Any, dest: Dest) -> Kind | None:
+        """Write a node and send its value to ``dest``; return the kind of the value, or None if there is none."""
+        kind = type(node)
+        if kind is ast.If:
+            return self._if(node, dest)
+        if kind is ast.Body:
+            return self._body(node, dest)
+        if kind is ast.And or kind is ast.Or:
+            return self._and_or(node, dest)
+        if kind is ast.Application and not (
+            type(node.function) is ast.Reference and isinstance(node.function.target, Builtin)
+        ):
+            return self._application(node, dest)
+        if kind is ast.Application and dest.returns and node.function.target.name == "apply":
+            run = calls.tail_apply(
+                self.rt, node.function.target, [itemgetter(i) for i in range(len(node.arguments))], node.span
+            )
+            values = self.operands(node.arguments)
+            self.returns_tail = True
+            code = self.temporary(Code(f"{self.constant(run)}(({''.join(f'{v.text}, ' for v in values)}))"))
+            return self.finish(dest, code)
+        return self.finish(dest, self.value(node))
+
+    def finish(self, dest: Dest, code: Code) -> Kind:
+        """Send a value to its destination, and leave the loops that end with it."""
+        kind = self.kind_of(code)
+        if dest.loops and not (code.atomic and code.pure):
+            code = self.temporary(code)
+        if dest.returns:
+            self._leave(dest.loops)
+            self.line(f"return {code.text}")
+            return kind
+        if dest.name is not None:
+            self.line(f"{dest.name} = {code.text}")
+        elif not code.atomic:
+            self.line(code.text)
+        if dest.loops:
+            self._leave(dest.loops)
+            if len(dest.loops) > 1:
+                self.line("q = 0")
+            self.line("break")
+        return kind
+
+    def _leave(self, loops: Sequence[LoopCode]) -> None:
+        for loop in reversed(loops):
+            if loop.counter is not None:
+                self.line(f"charge({loop.counter})")
+
+    def _if(self, node: ast.If, dest: Dest) -> Kind | None:
+        test = self.test(node.test)
+        kinds = dict(self.kinds)
+        self.line(f"if {test}:")
+        self.indent += 1
+        then = self.into(node.then, dest)
+        self.line("pass")
+        self.indent -= 1
+        self.kinds = dict(kinds)
+        if not dest.exits:
+            if node.otherwise is None and dest.name is None:
+                return ANY
+            self.line("else:")
+            self.indent += 1
+        if node.otherwise is None:
+            other: Kind | None = self.finish(dest, Code("None"))
+        else:
+            other = self.into(node.otherwise, dest)
+        if not dest.exits:
+            self.line("pass")
+            self.indent -= 1
+        self.kinds = kinds
+        return joined(then, other)
+
+    def _and_or(self, node: Any, dest: Dest) -> Kind | None:
+        is_and = type(node) is ast.And
+        if not node.items:
+            return self.finish(dest, Code(repr(is_and), BOOLEAN))
+        *tests, last = node.items
+        kinds, indent = None, self.indent
+        result: Kind | None = None
+        for item in tests:
+            code = self.value(item)
+            if self.kind_of(code).type == "b":
+                truth, code = code.text, Code(repr(not is_and), BOOLEAN)
+            else:
+                code, result = self.atom(code), ANY
+                truth = self.truth(code)
+            kinds = dict(self.kinds) if kinds is None else kinds
+            self.line(f"if not {truth}:" if is_and else f"if {truth}:")
+            self.indent += 1
+            self.finish(dest, code)
+            self.line("pass")
+            self.indent -= 1
+            if not dest.exits:
+                self.line("else:")
+                self.indent += 1
+        found = self.into(last, dest)
+        if self.indent != indent:
+            self.line("pass")
+        self.indent = indent
+        if kinds is not None:
+            self.kinds = kinds
+        return joined(BOOLEAN if tests and result is None else result, found)
+
+    def _body(self, node: ast.Body, dest: Dest) -> Kind | None:
+        loop = self.compiler.analysis.loops.get(id(node))
+        if loop is not None:
+            return self._loop_body(loop, dest)
+        self._prepare(node)
+        for item in node.items[:-1]:
+            self._define(item) if type(item) is ast.Define else self.effect(item)
+        last = node.items[-1]
+        if type(last) is ast.Define:
+            self._define(last)
+            return self.finish(dest, Code("None"))
+        return self.into(last, dest)
+
+    def _prepare(self, node: ast.Body) -> None:
+        for item in node.items:
+            if type(item) is not ast.Define:
+                continue
+            for variable in pattern_variables(item.target):
+                if variable.is_global:
+                    raise Unsupported
+                self.layout.add(variable)
+                if self.in_cell(variable):
+                    self.line(f"{self.slot_text(variable)} = Cell(U, rt.clock)")
+                elif variable.recursive:
+                    if variable in self.unshared:
+                        self.line(f"{self.slot_text(variable)} = U")
+                        continue
+                    name = self.name_of(variable)
+                    self.kinds.pop(name, None)
+                    self.line(f"{name} = U")
+                    if self.is_stored(variable):
+                        self.line(f"{self.slot_text(variable)} = U")
+
+    def _define(self, node: ast.Define) -> None:
+        if self.is_embedded(node):
+            self._embed(node)
+            return
+        if node.target is None:
+            self.effect(node.value)
+            return
+        code = self.value(node.value)
+        self.bind(node.target, code.text, self.kind_of(code))
+
+    # --- loops ---------------------------------------------------------------------------------------------------
+
+    def _loop_body(self, loop: Loop, dest: Dest) -> Kind | None:
+        function = loop.function
+        region = self.compiler.analysis.regions[id(function)]
+        starts = self.operands(loop.start.arguments)
+        parameters = [p.target for p in function.parameters]
+        if any(p is None for p in parameters):
+            raise Unsupported
+        kinds = [self.kind_of(code) for code in starts]
+        if region.has_frame:
+            return self._framed_loop(loop, dest, starts)
+        for variable, code in zip(parameters, starts):
+            self.layout.add(variable)
+            self._set_parameter(variable, code.text)
+        return self.write_loop(loop, dest, kinds)
+
+    def _set_parameter(self, variable: Variable, text: str) -> None:
+        if self.in_frame_only(variable):
+            if self.in_cell(variable):
+                raise Unsupported
+            self.line(f"{self.slot_text(variable)} = {text}")
+            return
+        name = self.name_of(variable)
+        self.line(f"{name} = {text}")
+        if self.is_stored(variable):
+            self.line(f"{self.slot_text(variable)} = {name}")
+
+    def write_loop(self, loop: Loop, dest: Dest, kinds: Sequence[Kind], resumed: bool = False) -> Kind | None:
+        """Write a loop whose parameters have their first values; ``kinds`` are those of the values."""
+        parameters = [p.target for p in loop.function.parameters]
+        known = LoopKinds(self.kind_of_variable).loop(loop, kinds)
+        counter = self.fresh("n")
+        record = LoopCode(loop.variable, loop.function, counter, self.fresh_number())
+        before = dict(self.kinds)
+        if resumed:
+            self.line(f"turns = range(done + 1, {BLOCK + 1})")
+        self.open("while True:")
+        self.open(f"for {counter} in turns:" if resumed else f"for {counter} in BLOCK:")
+        for variable, kind in zip(parameters, known):
+            name = self.names.get(variable)
+            if name is not None and not variable.assigned:
+                self.kinds[name] = kind
+        inner = Dest(dest.name, dest.returns, (*dest.loops, record))
+        result = self.into(loop.function.body, inner)
+        self.close()
+        self.line("else:")
+        self.indent += 1
+        self.line(f"spend({BLOCK})")
+        if resumed:
+            self.line("turns = BLOCK")
+        self.line("continue")
+        self.indent -= 1
+        self.line("break")
+        self.close()
+        self.kinds = before
+        self._after_loop(record, dest)
+        return result
+
+    def fresh_number(self) -> int:
+        self.count += 1
+        return self.count
+
+    def _after_loop(self, record: LoopCode, dest: Dest) -> None:
+        """Write what follows an inner loop in the tail of an outer one: its value leaves, or the outer continues."""
+        if not dest.loops:
+            return
+        parent = dest.loops[-1]
+        if record.is_left:
+            self.line(f"if q == {parent.number}: continue")
+        self.line("break")
+
+    def _framed_loop(self, loop: Loop, dest: Dest, starts: Sequence[Code]) -> Kind | None:
+        """Write a loop with a frame for each turn, because closures capture its variables."""
+        function = loop.function
+        layout = self.compiler.layouts.get(id(function))
+        if layout is None or layout.parent is not self.layout:
+            raise Unsupported
+        parameters = [p.target for p in function.parameters]
+        names = [self.fresh("p") for _ in parameters]
+        for name, code in zip(names, starts):
+            self.line(f"{name} = {code.text}")
+        record = LoopCode(loop.variable, function, None, self.fresh_number())
+        self.loop_names[record.number] = names
+        before, outer = dict(self.kinds), self.layout
+        self.open("while True:")
+        self.line("next(ticks)")
+        frame = self.frames[layout] = self.fresh("F")
+        self.line("pass")
+        place = len(self.lines) - 1
+        self.layout = layout
+        for variable, name in zip(parameters, names):
+            self.bind(variable, name, ANY)
+        result = self.into(function.body, Dest(dest.name, dest.returns, (*dest.loops, record)))
+        self.layout = outer
+        self.lines[place] = self.lines[place].replace(
+            "pass", f"{frame} = [{self.frames[outer]}{', None' * (layout.size - 1)}]"
+        )
+        self.close()
+        self.kinds = before
+        self._after_loop(record, dest)
+        return result
+
+    def _next_turn(self, node: ast.Application, dest: Dest, index: int) -> None:
+        """Write the continuation of a loop that ends with ``dest``; inner loops are left."""
+        record = dest.loops[index]
+        values = self.operands(node.arguments, atomic=False)
+        if record.counter is None:
+            targets = self.loop_names[record.number]
+            self.line(f"{', '.join(targets)} = {', '.join(v.text for v in values)}" if targets else "pass")
+        else:
+            self._assign_parameters(record, values)
+        inner = dest.loops[index + 1 :]
+        self._leave(inner)
+        if not inner:
+            self.line("continue")
+            return
+        for loop in inner:
+            loop.is_left = True
+        self.line(f"q = {record.number}")
+        self.line("break")
+
+    def _assign_parameters(self, record: LoopCode, values: Sequence[Code]) -> None:
+        targets, texts, slots = [], [], []
+        for parameter, value in zip(record.function.parameters, values):
+            variable = parameter.target
+            if self.in_frame_only(variable):
+                targets.append(self.slot_text(variable))
+                texts.append(value.text)
+                continue
+            name = self.names[variable]
+            if name != value.text:
+                targets.append(name)
+                texts.append(value.text)
+                if self.is_stored(variable):
+                    slots.append(f"{self.slot_text(variable)} = {name}")
+        if targets:
+            self.line(f"{', '.join(targets)} = {', '.join(texts)}")
+        for text in slots:
+            self.line(text)
+
+    def _while(self, node: ast.While) -> Code:
+        before, around = dict(self.kinds), self.around
+        self.around = node.span
+        self.open("while True:")
+        self.line("next(ticks)")
+        self.line(f"if not {self.test(node.test)}: break")
+        self.effect(node.body)
+        self.close()
+        self.kinds, self.around = before, around
+        return Code("None")
+
+    def _for(self, node: ast.For) -> Code:
+        """Write a ``for`` form as nested loops of Python around the update of its result."""
+        out, leaves = self.fresh("t"), self.fresh("t")
+        starts = [self.temporary(self.value(a.value)) for a in node.accumulators]
+        before = dict(self.kinds)
+        results = [self.fresh("t") for _ in starts]
+        for accumulator, result, start in zip(node.accumulators, results, starts):
+            self.line(f"{result} = {start.text}")
+            self._bind_item(accumulator.target, result)
+        indent, blocks = self.indent, self.blocks
+        self.line(f"{out} = {_STARTS.get(node.kind, '[]')}")
+        self.line(f"{leaves} = False")
+        loops = []  # indents of the loops
+        for clause in node.clauses:
+            if clause.kind == "each":
+                loops.append(self.indent)
+                self._each(clause)
+                continue
+            test = self.test(clause.values[0])
+            if clause.kind == "break":
+                self.line(f"if {test}:")
+                self.leave_all(leaves, loops)
+            else:
+                self.line(f"if {test}:" if clause.kind == "when" else f"if not {test}:")
+                self.indent += 1
+        if node.kind == "fold":
+            self._fold_step(node, results)
+        else:
+            self._step(node, out, leaves, loops)
+        for place in reversed(loops[1:]):
+            self.indent = place
+            self.line(f"if {leaves}: break")
+        self.indent, self.blocks, self.kinds = indent, blocks, before
+        if node.kind == "fold":
+            return Code(results[0]) if len(results) == 1 else self.list_of([Code(result) for result in results])
+        if node.kind in _COLLECTING:
+            return self.temporary(Code(f"make_list({out})", TRUE))
+        return Code("None" if node.kind == "each" else out)
+
+    def _each(self, clause: ast.Clause) -> None:
+        items = []
+        for value in clause.values:
+            code = self.value(value)
+            iterate = self.constant(generated.iterator(self.rt, value.span))
+            items.append(self.temporary(Code(f"{iterate}({code.text})")))
+            kind = self.kind_of(code)
+        names = [self.fresh("p") for _ in clause.targets]
+        if len(items) == 1:
+            self.open(f"for {names[0]} in {items[0].text}:")
+        else:
+            self.open(f"for {', '.join(names)} in zip({', '.join(item.text for item in items)}):")
+            kind = ANY
+        self.line("next(ticks)")
+        for target, name in zip(clause.targets, names):
+            self._bind_item(target, name, kind if kind.type == "i" else ANY)
+
+    def _bind_item(self, target: Variable | None, text: str, kind: Kind = ANY) -> None:
+        if target is not None:
+            self.layout.add(target)
+            self.bind(target, text, kind)
+
+    def _step(self, node: ast.For, out: str, leaves: str, loops: Sequence[int]) -> None:
+        """Write the body of a ``for`` form and the update of its result."""
+        if node.kind == "each":
+            self.effect(node.body)
+            self.line("pass")
+            return
+        code = self.named(self.value(node.body))
+        if node.kind == "list":
+            self.line(f"{out}.append({code.text})")
+        elif node.kind == "union":
+            add = self.constant(generated.part_adder(self.rt, node.span))
+            self.line(f"{add}({out}, {code.text})")
+        elif node.kind == "append":
+            add = self.constant(generated.item_adder(self.rt, node.span))
+            self.line(f"{add}({out}, {code.text})")
+        elif node.kind == "sum":
+            slow = calls.slow_call(self.rt, self.rt.library.builtins["+"], node.span)
+            total = self.arithmetic("add", Code(out), code, self.constant(intrinsics.adder(lambda x, y: slow([x, y]))))
+            self.line(f"{out} = {total.text}")
+        else:
+            self.choice_step(node.kind, code, out, leaves, loops)
+
+    def _fold_step(self, node: ast.For, results: Sequence[str]) -> None:
+        """Write a step of ``for/fold``: bind the accumulators, evaluate the body, and keep its values as results."""
+        for accumulator, result in zip(node.accumulators, results):
+            self._bind_item(accumulator.target, result)
+        code = self.value(node.body)
+        text = code.text
+        if len(results) > 1:
+            text = f"{self.constant(generated.unpacker(self.rt, len(results), node.span))}({text})"
+        self.line(f"{', '.join(results)} = {text}")
+
+    # --- calls of procedures -------------------------------------------------------------------------------------
+
+    def _application(self, node: ast.Application, dest: Dest) -> Kind | None:
+        head = node.function
+        target = head.target if type(head) is ast.Reference else None
+        for index, loop in enumerate(dest.loops):
+            if loop.variable is target:
+                self._next_turn(node, dest, index)
+                return None
+        if dest.returns:
+            self._tail_call(node, dest)
+            return ANY
+        return self.finish(dest, self.call(node))
+
+    def _head(self, node: ast.Application) -> tuple[Code | None, str, Any]:
+        """Return the function of a call if it is evaluated first, or the cell of a global, and its closure if known."""
+        head = node.function
+        target = head.target if type(head) is ast.Reference else None
+        if isinstance(target, Variable) and target.is_global and not target.assigned:
+            return None, self.constant(self.compiler.global_cell(target)), self.known_global(target)
+        return self.atom(self.value(head)), "", None
+
+    def call(self, node: ast.Application) -> Code:
+        """Write a call that is not in tail position."""
+        head, cell, known = self._head(node)
+        values = self.operands(node.arguments, atomic=False)
+        result = self.fresh("t")
+        texts = [v.text for v in values]
+        if known is not None and known.arity == len(values):
+            self.known_call(result, cell, known, texts, node)
+            return Code(result)
+        function = self.fresh("p")
+        self.line(f"{function} = {cell}.value" if head is None else f"{function} = {head.text}")
+        site = CallSite(Local(function), node.span)
+        call = ", ".join([f"{function}.code.entry({function}.env", *texts])
+        test = f"type({function}) is Closure and {function}.arity == {len(values)} and next(ticks) is None"
+        other = self.constant(generated.caller(self.rt, self.global_head(node), node.span))
+        arguments = "".join(f"{text}, " for text in texts)
+        self.line(f"{result} = {call}) if {test} else {other}({function}, ({arguments}))", site)
+        self.line(f"if {result} is TAIL: {result} = bounce()", site)
+        return Code(result)
+
+    def _tail_call(self, node: ast.Application, dest: Dest) -> None:
+        head, cell, known = self._head(node)
+        values = self.operands(node.arguments, atomic=False)
+        function = self.fresh("p")
+        found = f"{cell}.value" if head is None else head.text
+        itself = self.direct is not None and known is self.direct[0] and self.self_tail is not None
+        if itself and not dest.loops and known.arity == len(values):
+            self.line(f"if {found} is {self.constant(known)}:")
+            self.indent += 1
+            self._assign_own(values)
+            self.line("next(ticks)")
+            self.line("continue")
+            self.indent -= 1
+            # The function is defined again: a single call that is not a tail call.
+            site = CallSite(self.constants[cell], node.span)
+            self.line(f"return {self.other(cell, node)}({', '.join(v.text for v in values)})", site)
+            return
+        self.returns_tail = True
+        self.line(f"{function} = {found}")
+        self.line(f"if type({function}) is Closure and {function}.arity == {len(values)}:")
+        self.indent += 1
+        self.line(f"rt.next_body = {function}.code.body")
+        self.line(f"rt.next_frame = [{function}.env{''.join(f', {v.text}' for v in values)}]")
+        self._leave(dest.loops)
+        self.line("return TAIL")
+        self.indent -= 1
+        result = self.fresh("t")
+        other = self.constant(generated.tail_caller(self.rt, self.global_head(node), node.span))
+        self.line(f"{result} = {other}({function}, ({''.join(f'{v.text}, ' for v in values)}))")
+        self._leave(dest.loops)
+        self.line(f"return {result}")
+
+    def _assign_own(self, values: Sequence[Code]) -> None:
+        assert self.self_tail is not None
+        pairs = [(name, v.text) for name, v in zip(self.self_tail, values) if name != v.text]
+        if pairs:
+            self.line(f"{', '.join(name for name, _ in pairs)} = {', '.join(text for _, text in pairs)}")
+
+    # --- builtins ------------------------------------------------------------------------------------------------
+
+    def builtin(self, builtin: Builtin, node: ast.Application) -> Code:
+        if builtin.intrinsic is not None:
+            code = self._intrinsic(builtin, builtin.intrinsic, node)
+            if code is not None:
+                return code
+        signature = builtin.signature
+        parameters = (*signature.required, *signature.optional)
+        count = len(node.arguments)
+        few = count < len(signature.required) or (count > len(parameters) and signature.rest is None)
+        if signature.keywords or few or count > _MIN_CHARGED:
+            make = lambda nodes: calls.builtin_call(self.rt, builtin, nodes, node.span)
+            return self.by_values(make, node.arguments)
+        values = self.operands(node.arguments)
+        if builtin.name == "list" and signature.rest is not None and count <= 4:
+            return self.list_of(values)
+        return self.checked_call(builtin, node, values)
+
+    def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application) -> Code | None:
+        operands = node.arguments
+        if len(operands) == 1 and name in _UNARY:
+            return self._unary(builtin, name, node)
+        if name == "cons" and len(operands) == 2:
+            x, y = self.operands(operands)
+            slow = self.constant(self.slow(builtin, node))
+            text = f"Pair({x.text}, {y.text}) if type({y.text}) is not MutableList else {slow}({x.text}, {y.text})"
+            return self.temporary(Code(text, TRUE))
+        if name not in _BINARY:
+            return None
+        if len(operands) > 2 and name in ("add", "mul", "matmul"):
+            nested = ast.Application(node.function, operands[:-1], node.span)
+            return self._intrinsic(builtin, name, ast.Application(node.function, (nested, operands[-1]), node.span))
+        if len(operands) != 2:
+            return None
+        x, y = self.operands(operands)
+        call = self.slow(builtin, node)
+        if name in intrinsics.ARITHMETIC:
+            helper = self.constant(intrinsics.ARITHMETIC[name](call))
+            return self.division(x, y, helper) if name == "div" else self.arithmetic(name, x, y, helper)
+        other = self.constant(call)
+        if name in COMPARISONS:
+            return self.comparison(OPERATORS[name], x, y, other)
+        if name == "matmul":
+            text = f"compose({x.text}, {y.text}) if type({x.text}) is type({y.text}) is Matrix else "
+            return self.temporary(Code(f"{text}{other}({x.text}, {y.text})"))
+        return self.integer_division(name, x, y, other)
+
+    def _unary(self, builtin: Builtin, name: str, node: ast.Application) -> Code:
+        if name == "not":
+            return Code(f"(not {self.test(node.arguments[0])})", BOOLEAN, True, False)
+        x = self.named(self.value(node.arguments[0])).text
+        call = calls.slow_call(self.rt, builtin, node.span)
+        slow = self.constant(lambda value: call([value]))
+        if name == "null?":
+            return Code(f"({x} is NIL or (type({x}) is not Pair and {slow}({x})))", BOOLEAN, False, False)
+        field = name
+        return Code(f"({x}.{field} if type({x}) is Pair else {slow}({x}))", ANY, False, False)
+
+
+_STARTS = {"sum": "0", "and": "True", "or": "False", "first": "False"}
+_UNARY = frozenset({"not", "car", "cdr", "null?"})
+_BINARY = frozenset({*OPERATORS, "div", "floordiv", "mod", "matmul"})
+_VALUES: dict[type, Any] = {
+    ast.Lambda: Writer._lambda, ast.Assignment: Writer._assignment, ast.ArrayLiteral: Writer._array,
+    ast.First: Writer._first, ast.Transform: Writer._transform, ast.Union: Writer._union,
+    ast.UnionLoop: Writer._union_loop, ast.Bind: Writer._bind, ast.Call: Writer._entity,
+    ast.HandleLiteral: Writer._handle,
+}  # fmt: skip

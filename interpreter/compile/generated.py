@@ -1,0 +1,706 @@
+"""What generated functions need at run time: places of errors, arithmetic outside its fast paths, general calls.
+
+A generated function has no ``try`` around its calls. One handler around its body asks ``placed`` to find, by the line
+number in the traceback, the *site* that failed, and to do what the closure of that call would have done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from operator import itemgetter
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.compile import calls
+from scenelang.interpreter.compile.analyse import (
+    ANY,
+    BOOLEAN,
+    FLOAT,
+    MAX_BITS,
+    MAX_LITERAL,
+    NUMBER,
+    STRING,
+    TRUE,
+    FrameLayout,
+    Kind,
+    arithmetic_kind,
+    constant_kind,
+    undefined,
+)
+from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.runtime.procedures import (
+    TAIL,
+    UNDEFINED,
+    Cell,
+    Closure,
+    items_of,
+    iterate,
+    python_error,
+)
+from scenelang.interpreter.runtime.types import Builtin, Mismatch
+from scenelang.interpreter.runtime.values import (
+    IDENTITY,
+    NIL,
+    Matrix,
+    MutableList,
+    Pair,
+    Procedure,
+    Table,
+    Vector,
+    make_list,
+)
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.pose import compose
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.compile.compile import Compiler
+    from scenelang.interpreter.runtime.runtime import Runtime
+
+BLOCK = 2048  # turns of a loop between two charges
+SITES = "SITES"  # name of the table of sites among the constants of a generated function
+_MAX_LINES = 20_000  # written, including those that are taken back
+_MAX_INDENT = 60  # CPython allows 100
+_MAX_BLOCKS = 16  # CPython allows 20 nested loops and handlers
+_SMALL = (1 << 30) - 1  # comparisons with numbers of one digit are the fast ones of CPython
+OPERATORS = {"add": "+", "sub": "-", "mul": "*", "lt": "<", "gt": ">", "le": "<=", "ge": ">=", "eq": "=="}
+COMPARISONS = frozenset({"lt", "gt", "le", "ge", "eq"})
+_FITTING = {  # types whose conversion of fitting values does nothing
+    "String": "type({0}) is str", "Word": "type({0}) is str", "Integer": "type({0}) is int",
+    "Float": "type({0}) is float or type({0}) is int", "Number": "type({0}) is float or type({0}) is int",
+    "List": "type({0}) is Pair or {0} is NIL", "Vector": "type({0}) is Vector",
+    "Point": "type({0}) is Vector and len({0}) == 3", "Matrix": "type({0}) is Matrix",
+}  # fmt: skip
+_RESULTS = {"Boolean": BOOLEAN, "String": STRING, "List": TRUE, "Matrix": TRUE, "Vector": TRUE}
+CAUGHT = (SceneError, Mismatch, ArithmeticError, MemoryError)
+_LIMIT = 1 << 4000  # larger results are checked by the builtin (see ``intrinsics``)
+
+
+@dataclass(frozen=True, slots=True)
+class Local:
+    """Operand of a site that is a local variable of the generated function."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class CallSite:
+    """Call of a procedure; ``function`` is the local or global variable that holds it."""
+
+    function: Local | Cell
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltinSite:
+    """Call of a builtin with ``arguments``, local variables or constants, and the checks of their types."""
+
+    builtin: Builtin
+    checks: tuple[Any, ...]
+    arguments: tuple[Any, ...]
+    span: Span
+
+
+def placed(error: BaseException, sites: Mapping[int, Any]) -> BaseException:
+    """Return the error to raise for ``error``, with the span or the call of the site that failed."""
+    traceback = error.__traceback__
+    assert traceback is not None
+    site = sites.get(traceback.tb_lineno)
+    if type(site) is CallSite and isinstance(error, SceneError):
+        calls.locate(error, None if error.span is None else _called(site, traceback), site.span)
+    elif type(site) is BuiltinSite:
+        return _placed_builtin(error, site, traceback)
+    elif type(site) is Span and isinstance(error, SceneError) and error.span is None:
+        error.span = site
+    return error
+
+
+def _placed_builtin(error: BaseException, site: BuiltinSite, traceback: TracebackType) -> BaseException:
+    if isinstance(error, SceneError):
+        if error.span is None:
+            error.span = site.span
+        return error
+    if isinstance(error, Mismatch):
+        names = traceback.tb_frame.f_locals
+        values = [names[a.name] if type(a) is Local else a for a in site.arguments]
+        return calls.mismatch(site.builtin, site.checks, values, site.span)
+    assert isinstance(error, Exception)
+    found = python_error(site.builtin.name, error)
+    found.span = site.span
+    return found
+
+
+def site_of(traceback: TracebackType) -> tuple[Any, Span] | None:
+    """Return the function and span of the call at which a traceback's entry is, if that is in a generated function."""
+    frame = traceback.tb_frame
+    sites = frame.f_globals.get(SITES)
+    site = sites.get(traceback.tb_lineno) if type(sites) is dict else None
+    if type(site) is not CallSite:
+        return None
+    return _called(site, traceback), site.span
+
+
+def _called(site: CallSite, traceback: TracebackType) -> Any:
+    function = site.function
+    return traceback.tb_frame.f_locals.get(function.name) if isinstance(function, Local) else function.value
+
+
+def iterator(rt: Runtime, place: Span) -> Callable[[Any], Any]:
+    """Return a function that iterates over the sequence of a ``for`` clause."""
+
+    def items(sequence: Any) -> Any:
+        try:
+            return iterate(rt, sequence)
+        except SceneError as error:
+            if error.span is None:
+                error.span = place
+            raise
+
+    return items
+
+
+def part_adder(rt: Runtime, span: Span) -> Callable[[list[Any], Any], None]:
+    """Return a function that adds the value of a turn to the parts of ``for/union``."""
+    return lambda out, value: calls.add_parts(rt, out, value, span)
+
+
+def item_adder(rt: Runtime, span: Span) -> Callable[[list[Any], Any], None]:
+    """Return a function that adds the items of the value of a turn to the list of ``for/append``."""
+
+    def add(out: list[Any], value: Any) -> None:
+        try:
+            items = items_of(rt, value)
+        except SceneError as error:
+            if error.span is None:
+                error.span = span
+            raise
+        rt.meter.check_size(len(out) + len(items), "a list")
+        out.extend(items)
+
+    return add
+
+
+def unpacker(rt: Runtime, count: int, span: Span) -> Callable[[Any], list[Any]]:
+    """Return a function that returns the values of several accumulators of ``for/fold``."""
+
+    def values_of(value: Any) -> list[Any]:
+        values = items_of(rt, value)
+        if len(values) != count:
+            message = f"the body of `for/fold` must return a list of {count} values, got {len(values)}"
+            raise SceneError("value", message, span=span)
+        return values
+
+    return values_of
+
+
+def forget(rt: Runtime, function: Closure) -> None:
+    """Make the generated functions call ``function`` like an unknown one, as it is traced."""
+    for constants in rt.units:
+        for name, value in constants.items():
+            if value is function:
+                constants[name] = None
+
+
+def bouncer(rt: Runtime) -> Callable[[], Any]:
+    """Return the trampoline: a function that performs the pending tail calls."""
+    tick = rt.tick
+
+    def bounce() -> Any:
+        result: Any = TAIL
+        while result is TAIL:
+            tick()
+            result = rt.next_body(rt.next_frame)
+        return result
+
+    return bounce
+
+
+def caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[Any]], Any]:
+    """Return a function that performs a call that is not direct; the caller's site places its errors."""
+    tick = rt.tick
+
+    def call(function: Any, values: Sequence[Any]) -> Any:
+        if type(function) is Closure and function.arity == len(values):
+            tick()
+            result = function.code.body([function.env, *values])
+            while result is TAIL:
+                tick()
+                result = rt.next_body(rt.next_frame)
+            return result
+        if function is UNDEFINED:
+            raise undefined(rt, head.name, head.span)
+        if not isinstance(function, Procedure):
+            raise rt.not_a_procedure(function, span)
+        return rt.apply(function, values)
+
+    return call
+
+
+def global_caller(rt: Runtime, cell: Cell, head: Any, span: Span) -> Callable[..., Any]:
+    """Return a function that calls the value of a global variable, which was another one when code was generated."""
+    call = caller(rt, head, span)
+    return lambda *values: call(cell.value, values)
+
+
+def tail_caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[Any]], Any]:
+    """Return a function that performs a tail call that is not direct."""
+
+    def call(function: Any, values: Sequence[Any]) -> Any:
+        return calls.apply_at(rt, function, values, head, span)
+
+    return call
+
+
+def undefined_raiser(rt: Runtime, name: str, span: Span) -> Callable[[], Any]:
+    def fail() -> Any:
+        raise undefined(rt, name, span)
+
+    return fail
+
+
+def cell_binder(rt: Runtime) -> Callable[[list[Any], int, Any], None]:
+    """Return a function that gives a variable in a cell its value; an undefined cell may be captured already."""
+
+    def bind(frame: list[Any], slot: int, value: Any) -> None:
+        cell = frame[slot]
+        if type(cell) is Cell and cell.value is UNDEFINED:
+            cell.value = value
+        else:
+            frame[slot] = Cell(value, rt.clock)
+
+    return bind
+
+
+def cell_storer(rt: Runtime, name: str, span: Span) -> Callable[[Any, Any], None]:
+    """Return a function that assigns a variable in a cell."""
+
+    def store(cell: Any, value: Any) -> None:
+        if cell is None or cell.value is UNDEFINED:
+            raise undefined(rt, name, span)
+        rt.write(cell)
+        cell.value = value
+
+    return store
+
+
+def vector_maker(rt: Runtime, span: Span) -> Callable[[Any, Any, Any], Any]:
+    """Return a function that creates the array ``[x y z]``."""
+    general = calls.array_node(rt, [itemgetter(0), itemgetter(1), itemgetter(2)], span)
+
+    def make(x: Any, y: Any, z: Any) -> Any:
+        s = type(x)
+        if s is type(y) is type(z) and (s is float or s is int):
+            return Vector((x, y, z))
+        return general((x, y, z))  # type: ignore[arg-type]
+
+    return make
+
+
+# The text of a function while it is written.
+
+
+class Unsupported(Exception):
+    """Raised for code that cannot be generated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """Python expression. ``pure`` is set if it cannot fail, and its value does not change before it is used."""
+
+    text: str
+    kind: Kind = ANY
+    pure: bool = True
+    atomic: bool = True
+
+
+class Text:
+    """Lines, constants and variables of a function that is being written."""
+
+    def __init__(self, compiler: Compiler, layout: FrameLayout) -> None:
+        self.compiler = compiler
+        self.rt = compiler.rt
+        self.base = self.layout = layout
+        self.lines: list[str] = []
+        self.indent = 0
+        self.blocks = 1
+        self.sites: dict[int, Any] = {}
+        self.constants: dict[str, Any] = {
+            "CAUGHT": CAUGHT, "placed": placed, SITES: self.sites, "rt": self.rt, "ticks": self.rt.meter.ticks,
+            "charge": self.rt.charge, "spend": self.rt.meter.spend, "TAIL": TAIL, "U": UNDEFINED, "NIL": NIL,
+            "Pair": Pair, "Closure": Closure, "Vector": Vector, "Matrix": Matrix, "Entity": Entity,
+            "MutableList": MutableList, "Table": Table, "Cell": Cell, "BLOCK": range(1, BLOCK + 1),
+            "bounce": compiler.bounce, "bind_cell": compiler.bind_cell, "compose": compose, "isfinite": isfinite,
+            "make_list": make_list, "IDENTITY": IDENTITY,
+        }  # fmt: skip
+        self.numbered: dict[int, str] = {}  # names of constants by id
+        self.count = 0
+        self.names: dict[Variable, str] = {}  # local variables
+        self.kinds: dict[str, Kind] = {}
+        self.frames: dict[FrameLayout, str] = {}
+        self.direct: tuple[Closure, str] | None = None  # this function as a global, and its cell
+        self.self_tail: tuple[str, ...] | None = None  # parameters, if tail calls of itself are turns of a loop
+        self.embedded: set[Variable] = set()
+        self.unshared: set[Variable] = set()  # only in the frame, as embedded code defines or assigns them
+        self.loop_names: dict[int, list[str]] = {}  # next values of the parameters of loops with frames, by number
+        self.mutable: set[str] = set()  # local variables that the program assigns
+        self.literals: dict[str, Any] = {}  # values of constants in the source
+        self.written = 0
+        self.around: Span | None = None  # place of errors without one, in a `while` loop
+        self.returns_tail = False  # whether the function may request a tail call of its caller
+        self.own_checks: list[int] = []  # lines after calls of itself that look for such a request
+
+    def line(self, text: str, site: Any = None) -> None:
+        self.written += 1
+        if self.indent > _MAX_INDENT or self.written > _MAX_LINES:
+            raise Unsupported
+        self.lines.append(" " * self.indent + text)
+        if site is None:
+            site = self.around
+        if site is not None:
+            self.sites[len(self.lines)] = site
+
+    def open(self, text: str) -> None:
+        """Write the head of a loop, which counts as a block of CPython."""
+        self.line(text)
+        self.indent += 1
+        self.blocks += 1
+        if self.blocks > _MAX_BLOCKS:
+            raise Unsupported
+
+    def close(self) -> None:
+        self.indent -= 1
+        self.blocks -= 1
+
+    def fresh(self, letter: str) -> str:
+        self.count += 1
+        return f"{letter}{self.count}"
+
+    def constant(self, value: Any) -> str:
+        """Return the name of a constant of the function."""
+        name = self.numbered.get(id(value))
+        if name is None:
+            name = self.numbered[id(value)] = self.fresh("k")
+            self.constants[name] = value
+        return name
+
+    def temporary(self, code: Code) -> Code:
+        name = self.fresh("t")
+        self.line(f"{name} = {code.text}")
+        self.kinds[name] = code.kind
+        return Code(name, code.kind)
+
+    def named(self, code: Code) -> Code:
+        """Return a variable: CPython warns of ``is`` with a literal."""
+        return self.temporary(code) if not code.atomic or code.text in self.literals else code
+
+    def atom(self, code: Code) -> Code:
+        return code if code.atomic else self.temporary(code)
+
+    def name_of(self, variable: Variable) -> str:
+        """Return the name of the local variable of Python for a variable."""
+        name = self.names.get(variable)
+        if name is None:
+            name = self.names[variable] = self.fresh("v")
+            if variable.assigned:
+                self.mutable.add(name)
+        return name
+
+    def kind_of_variable(self, variable: Variable) -> Kind:
+        name = self.names.get(variable)
+        return ANY if name is None else self.kinds.get(name, ANY)
+
+    def kind_of(self, code: Code) -> Kind:
+        return self.kinds.get(code.text, code.kind)
+
+    def in_cell(self, variable: Variable) -> bool:
+        return variable.assigned and variable.captured
+
+    def in_frame_only(self, variable: Variable) -> bool:
+        return self.in_cell(variable) or variable in self.unshared
+
+    def is_stored(self, variable: Variable) -> bool:
+        """Whether the frame has a copy of a variable for closures or embedded code."""
+        return variable.captured or variable in self.embedded
+
+    def slot_text(self, variable: Variable) -> str:
+        """Return the place of a variable in the frames."""
+        layout: FrameLayout | None = self.layout
+        while layout is not None and variable not in layout.slots and layout is not self.base:
+            layout = layout.parent
+        assert layout is not None
+        text = self.frames[layout]
+        if variable not in layout.slots:
+            text = "e" if self.frames[self.base] == "F" else "f[0]"
+            layout = layout.parent
+            while layout is not None and variable not in layout.slots:
+                text, layout = f"{text}[0]", layout.parent
+            if layout is None:
+                raise Unsupported
+        return f"{text}[{layout.slots[variable]}]"
+
+    def check_defined(self, name: str, target: Variable, node: ast.Reference) -> None:
+        fail = self.constant(undefined_raiser(self.rt, target.name, node.span))
+        self.line(f"if {name} is U: {fail}()")
+
+    def read_cell(self, text: str, target: Variable, node: ast.Reference) -> Code:
+        cell, value = self.fresh("t"), self.fresh("t")
+        self.line(f"{cell} = {text}")
+        self.line(f"if {cell}.birth < rt.serial: rt.read({cell})")
+        self.line(f"{value} = {cell}.value")
+        self.check_defined(value, target, node)
+        return Code(value)
+
+    def _literal(self, value: Any) -> str:
+        text = repr(value)
+        if text[0] == "-":
+            text = f"({text})"
+        self.literals[text] = value
+        return text
+
+    def slot_of(self, variable: Variable) -> tuple[str, int]:
+        text = self.slot_text(variable)
+        frame, _, slot = text.rpartition("[")
+        return frame, int(slot[:-1])
+
+    def bind(self, variable: Variable, text: str, kind: Kind) -> None:
+        """Write the definition of a local variable of this function."""
+        if self.in_cell(variable):
+            frame, slot = self.slot_of(variable)
+            self.line(f"bind_cell({frame}, {slot}, {text})")
+            return
+        if variable in self.unshared:
+            self.line(f"{self.slot_text(variable)} = {text}")
+            return
+        name = self.name_of(variable)
+        if text != name:
+            self.line(f"{name} = {text}")
+        if not variable.assigned:
+            self.kinds[name] = kind
+        if self.is_stored(variable):
+            self.line(f"{self.slot_text(variable)} = {name}")
+
+    def literal(self, value: Any) -> Code:
+        kind = type(value)
+        if kind is bool or value is None:
+            return Code(self._literal(value), BOOLEAN if kind is bool else ANY)
+        small = kind is int and -MAX_LITERAL < value < MAX_LITERAL
+        if small or (kind is float and isfinite(value)):
+            return Code(self._literal(value), constant_kind(value))
+        return Code(self.constant(value), constant_kind(value))
+
+    def roll_back(self, lines: int, kinds: dict[str, Kind], names: dict[Variable, str]) -> None:
+        del self.lines[lines:]
+        for number in [number for number in self.sites if number > lines]:
+            del self.sites[number]
+        self.kinds, self.names = kinds, names
+
+    def list_of(self, values: Sequence[Code]) -> Code:
+        text = "NIL"
+        for value in reversed(values):
+            text = f"Pair({value.text}, {text})"
+        return self.temporary(Code(text, TRUE))
+
+    def checked_call(self, builtin: Builtin, node: ast.Application, values: Sequence[Code]) -> Code:
+        signature = builtin.signature
+        parameters = (*signature.required, *signature.optional)
+        checks, texts, given = [], [], []
+        for index, value in enumerate(values):
+            parameter = parameters[index] if index < len(parameters) else signature.rest
+            assert parameter is not None
+            is_checked = not builtin.checks_arguments and parameter.type.is_checked
+            check = parameter.type.checker(self.rt) if is_checked else None
+            checks.append(check)
+            needs = check is not None and not self._fits(parameter.type.name, value)
+            texts.append(self._checked(parameter.type.name, check, value) if needs else value.text)
+            given.append(self._operand(value.text))
+        site = BuiltinSite(builtin, tuple(checks), tuple(given), node.span)
+        name = self.fresh("t")
+        self.line(f"{name} = {self.constant(builtin.function)}(rt{''.join(f', {t}' for t in texts)})", site)
+        kind = _RESULTS.get(builtin.result, ANY)
+        self.kinds[name] = kind
+        return Code(name, kind)
+
+    def _checked(self, expected: str, check: Any, value: Code) -> str:
+        """Return the Python expression for the converted argument of a builtin."""
+        test, text = _FITTING.get(expected), f"{self.constant(check)}({value.text})"
+        if value.text in self.literals:
+            return text
+        return f"{value.text} if {test.format(value.text)} else {text}" if test is not None else text
+
+    def _operand(self, text: str) -> Any:
+        if text in self.literals:
+            return self.literals[text]
+        return self.constants[text] if text in self.constants else Local(text)
+
+    def _fits(self, expected: str, value: Code) -> bool:
+        kind = self.kind_of(value).type
+        if kind == "s":
+            return expected in ("String", "Word")
+        return (kind == "i" and expected in ("Integer", "Float", "Number")) or (
+            kind in ("f", "n") and expected in ("Float", "Number")
+        )
+
+    def _is_number(self, code: Code) -> str:
+        """Return the Python condition for whether a value is a number; empty if it is known to be one."""
+        if self.kind_of(code).type in "ifn":
+            return ""
+        return f"(type({code.text}) is int or type({code.text}) is float)"
+
+    def comparison(self, operator: str, x: Code, y: Code, slow: str) -> Code:
+        tests = [test for test in (self._is_number(x), self._is_number(y)) if test]
+        text = f"{x.text} {operator} {y.text}"
+        for code in (x, y):
+            if code.text[0] in "vt" and code.text not in self.mutable and self.kind_of(code).type not in "ifn":
+                self.kinds[code.text] = NUMBER
+        if not tests:
+            return Code(f"({text})", BOOLEAN, True, False)
+        test = " and ".join(tests)
+        return Code(f"({text} if {test} else {slow}({x.text}, {y.text}))", BOOLEAN, False, False)
+
+    def arithmetic(self, name: str, x: Code, y: Code, slow: str) -> Code:
+        operator, left, right = OPERATORS[name], self.kind_of(x), self.kind_of(y)
+        text = f"({x.text} {operator} {y.text})"
+        kind = arithmetic_kind(name, left, right)
+        if kind.type == "f" and self._safe_float(left) and self._safe_float(right):
+            return Code(text, FLOAT, True, False)
+        if kind.type == "i" and 0 < kind.bits <= MAX_BITS:
+            return Code(text, kind, True, False)
+        if kind.type in "in" and name != "mul" and self._is_small(left, right):
+            return Code(text, kind, True, False)  # grows by a constant per step, so the step limit bounds it
+        result = self.fresh("t")
+        self._guarded_arithmetic(result, operator, x, y, slow)
+        self.kinds[result] = kind
+        return Code(result, kind)
+
+    def _safe_float(self, kind: Kind) -> bool:
+        """Whether the conversion of a number to a Float cannot overflow."""
+        return kind.type == "f" or (kind.type == "i" and 0 < kind.bits <= MAX_BITS)
+
+    def _is_small(self, left: Kind, right: Kind) -> bool:
+        return any(k.type == "i" and 0 < k.bits <= 64 for k in (left, right))
+
+    def _guarded_arithmetic(self, result: str, operator: str, x: Code, y: Code, slow: str) -> None:
+        text = f"{x.text} {operator} {y.text}"
+        left, right = self.kind_of(x).type, self.kind_of(y).type
+        fallback = f"{result} = {slow}({x.text}, {y.text})"
+        ints = self._types("int", "i", x, y)
+        floats = self._types("float", "f", x, y)
+        keyword = "if"
+        if "i" in (left, right) and self._is_small(self.kind_of(x), self.kind_of(y)) and operator != "*":
+            numbers = " and ".join(test for test in (self._is_number(x), self._is_number(y)) if test)
+            self.line(f"if {numbers or 'True'}: {result} = {text}")
+            keyword = "elif"
+        elif left in "?ni" and right in "?ni":
+            self.line(f"if {ints}:")
+            self.line(f" {result} = {text}")
+            self.line(f" if {result} > {_SMALL} or {result} < -{_SMALL}: {fallback}")
+            keyword = "elif"
+        if left in "?nf" and right in "?nf":
+            self.line(f"{keyword} {floats}: {result} = {text}")
+            keyword = "elif"
+        if keyword == "elif":
+            self.line(f"else: {fallback}")
+        else:
+            self.line(fallback)
+
+    def _types(self, python: str, letter: str, *codes: Code) -> str:
+        tests = [f"type({c.text}) is {python}" for c in dict.fromkeys(codes) if self.kind_of(c).type != letter]
+        return " and ".join(tests) or "True"
+
+    def division(self, x: Code, y: Code, slow: str) -> Code:
+        left, right = self.kind_of(x), self.kind_of(y)
+        if self._safe_float(left) and self._safe_float(right):
+            text = f"({x.text} / {y.text} if {y.text} else {slow}({x.text}, {y.text}))"
+            return Code(text, FLOAT, False, False)
+        tests = [f"type({c.text}) is float" for c in (x, y) if not self._safe_float(self.kind_of(c))]
+        test = " and ".join([*tests, y.text])
+        return self.temporary(Code(f"{x.text} / {y.text} if {test} else {slow}({x.text}, {y.text})"))
+
+    def integer_division(self, name: str, x: Code, y: Code, slow: str) -> Code:
+        left, right = self.kind_of(x), self.kind_of(y)
+        operator = "//" if name == "floordiv" else "%"
+        tests = [f"type({c.text}) is int" for c in (x, y) if self.kind_of(c).type != "i"]
+        test = " and ".join([*tests, y.text])
+        kind = ANY
+        if left.type == right.type == "i":
+            kind = Kind("i", left.bits if name == "floordiv" else right.bits)
+        elif left.type in "ifn" and right.type in "ifn":
+            kind = NUMBER
+        return self.temporary(Code(f"{x.text} {operator} {y.text} if {test} else {slow}({x.text}, {y.text})", kind))
+
+    def known_call(self, result: str, cell: str, known: Closure, texts: Sequence[str], node: ast.Application) -> None:
+        """Write a call of a global function that is known, unless it is defined again."""
+        code = known.code
+        itself = self.direct is not None and known is self.direct[0]
+        callee = "g" if itself else self.constant(code.direct) if code.direct else f"{self.constant(code)}.entry"
+        site = CallSite(self.constants[cell], node.span)
+        call = ", ".join([f"{callee}({self.constant(known.env)}", *texts])
+        other = self.other(cell, node)
+        test = f"{cell}.value is {self.constant(known)} and next(ticks) is None"
+        self.line(f"{result} = {call}) if {test} else {other}({', '.join(texts)})", site)
+        if itself:
+            self.own_checks.append(len(self.lines))
+        if itself or code.direct is None or code.returns_tail:
+            self.line(f"if {result} is TAIL: {result} = bounce()", site)
+
+    def other(self, cell: str, node: ast.Application) -> str:
+        """Return the constant that calls whatever a global variable is when it is called."""
+        return self.constant(global_caller(self.rt, self.constants[cell], self.global_head(node), node.span))
+
+    def global_head(self, node: ast.Application) -> Any:
+        head = node.function
+        if type(head) is ast.Reference and isinstance(head.target, Variable):
+            return calls.GlobalHead(None, head.target.name, head.span)  # type: ignore[arg-type]
+        return None
+
+    def known_global(self, target: Variable) -> Any:
+        """Return the closure that a global variable has now and will have unless it is defined again, or None."""
+        if not target.is_global or target.assigned:
+            return None
+        value = self.compiler.global_cell(target).value
+        return value if type(value) is Closure else None
+
+    def leave_all(self, leaves: str, loops: Sequence[int]) -> None:
+        """Write the end of all loops of a ``for`` form, inside a condition."""
+        self.indent += 1
+        self.line(f"{leaves} = True")
+        if loops:
+            self.line("break")
+        self.indent -= 1
+        if not loops:
+            raise Unsupported
+
+    def choice_step(self, kind: str, code: Code, out: str, leaves: str, loops: Sequence[int]) -> None:
+        truth = self.truth(code)
+        if kind == "or":
+            self.line(f"if {truth}: {out} = {code.text}")
+            self.line(f"if {truth}:")
+        elif kind == "and":
+            self.line(f"{out} = {code.text} if {truth} else False")
+            self.line(f"if not {truth}:")
+        else:
+            self.line(f"{out} = {code.text}")
+            self.line("if True:")
+        self.leave_all(leaves, loops)
+
+    def slow(self, builtin: Builtin, node: ast.Application) -> Callable[[Any, Any], Any]:
+        slow = calls.slow_call(self.rt, builtin, node.span)
+        return lambda x, y: slow([x, y])
+
+    def truth(self, code: Code) -> str:
+        """Return the Python condition for whether a value is true."""
+        kind = self.kind_of(code)
+        if kind.type == "b":
+            return code.text
+        if code.text in self.literals:
+            return repr(code.text != "None")
+        if kind.type in "ifnst":
+            if not code.pure:
+                self.temporary(code)
+            return "True"
+        name = self.atom(code).text
+        return f"({name} is not False and {name} is not None)"
