@@ -58,8 +58,8 @@ def dataclass(
             "__match_args__": () if kw_only else tuple(name for name, each in known.items() if each.init),
             "__init__": _first_constructor(made, frozen, kw_only),
             "__signature__": _Signature(made, frozen, kw_only),
-            "__dataclass_fields__": _Standard("__dataclass_fields__", made, frozen, eq),
-            "__dataclass_params__": _Standard("__dataclass_params__", made, frozen, eq),
+            "__dataclass_fields__": _Standard("__dataclass_fields__", made, frozen, eq, kw_only),
+            "__dataclass_params__": _Standard("__dataclass_params__", made, frozen, eq, kw_only),
         }
         if repr:
             methods["__repr__"] = _repr
@@ -145,8 +145,8 @@ def _complete(kind: type, frozen: bool, kw_only: bool) -> None:
 class _Standard:
     """Attribute by which ``dataclasses`` knows its classes; it is made when somebody asks."""
 
-    def __init__(self, name: str, kind: type, frozen: bool, eq: bool) -> None:
-        self._name, self._kind, self._frozen, self._eq = name, kind, frozen, eq
+    def __init__(self, name: str, kind: type, frozen: bool, eq: bool, kw_only: bool) -> None:
+        self._name, self._kind, self._frozen, self._eq, self._kw_only = name, kind, frozen, eq, kw_only
 
     def __get__(self, instance: object, owner: type) -> Any:
         import dataclasses
@@ -156,7 +156,7 @@ class _Standard:
             options: dict[str, Any] = {"init": each.init, "repr": each.repr, "compare": each.compare}
             options |= {} if each.default is _MISSING else {"default": each.default}
             options |= {} if each.factory is _MISSING else {"default_factory": each.factory}
-            space[each.name] = dataclasses.field(metadata=each.metadata, kw_only=True, **options)
+            space[each.name] = dataclasses.field(metadata=each.metadata, kw_only=self._kw_only, **options)
             space["__annotations__"][each.name] = _annotation(self._kind, each.name)
         made: Any = type(self._kind.__name__, (), space)
         made = dataclasses.dataclass(frozen=self._frozen, eq=self._eq)(made)

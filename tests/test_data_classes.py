@@ -127,3 +127,21 @@ def test_signatures_are_those_of_the_constructor_before_there_is_an_instance() -
     assert str(inspect.signature(Fresh)) == "(a: 'int', b: 'int' = 2) -> None"
     assert datum.replace(Fresh(1), b=3) == Fresh(1, 3)
     assert [each.name for each in datum.fields(Fresh)] == ["a", "b"]
+
+
+def test_those_of_the_standard_library_extend_ours() -> None:
+    @datum.dataclass(eq=False)
+    class Ours(Exception):
+        a: int
+        b: list[int] = datum.field(default_factory=list)
+
+        def __post_init__(self) -> None:
+            self.args = (self.a,)
+
+    @dataclasses.dataclass(eq=False)
+    class Theirs(Ours):
+        c: int = 3
+
+    one = Theirs(1, [2], 5)
+    assert (one.a, one.b, one.c, one.args) == (1, [2], 5, (1,))
+    assert Theirs(1, c=4).b == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
@@ -168,6 +169,8 @@ def _unused_globals(program: Program, own: Sequence[FormFacts]) -> Iterator[Diag
     for each in program.facts:
         for variable in each.used:
             users.setdefault(variable, set()).add(id(each))
+    longest = max((len(variable.name) for each in own for variable in each.defined), default=0)
+    mentions = _mentions(program.main.text, longest) if own else Counter()
     for each in own:
         if each.form.span.source.name != program.main.name or each.form.span in params:
             continue
@@ -175,15 +178,23 @@ def _unused_globals(program: Program, own: Sequence[FormFacts]) -> Iterator[Diag
             used = bool(users.get(variable, set()) - {id(each)})
             if used or len(each.defined) > 1 or not is_user_written(variable) or variable.name.startswith("_"):
                 continue
-            if not _is_mentioned(program, variable.name):
+            if mentions[variable.name] <= 1:  # its definition
                 fixes = (remove(each.form, safe=False),) if is_removable(each.form) else ()  # other files may import it
                 yield Diagnostic("unused", f"`{variable.name}` is never used", variable.span, fixes=fixes)
 
 
-def _is_mentioned(program: Program, name: str) -> bool:
-    """Return whether the name occurs in the main file outside its definition, for example in a macro."""
-    alone = rf"(?<![^\s()\[\]'`,@]){re.escape(name)}(?![^\s()\[\]])"
-    return len(re.findall(alone, program.main.text)) > 1
+def _mentions(text: str, longest: int) -> Counter[str]:
+    """Count the names up to a length that a text has, wherever they are, for example in a macro or after a quote."""
+    found: Counter[str] = Counter()
+    for word in _WORD.findall(text):
+        end = word[-longest - 1 :]
+        found[word] += 1
+        found.update(end[match.end() :] for match in _QUOTE.finditer(end))
+    return found
+
+
+_WORD = re.compile(r"[^\s()\[\]]+")
+_QUOTE = re.compile(r"['`,@]")
 
 
 # Warnings about forms that are added to a session.

@@ -1,0 +1,69 @@
+"""Reading, checking and formatting take as many steps for twice the text as twice."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from scenelang.grammar.datum import Source
+from scenelang.grammar.formatter import format_text
+from scenelang.grammar.reader import read
+from scenelang.interpreter.expand.forms import INDENTS
+from scenelang.interpreter.lint import lint
+from scenelang.session import Session
+
+TEXTS: dict[str, Callable[[int], str]] = {
+    "numbers": lambda n: "\n".join(f"{i:09d}" for i in range(n)),
+    "words": lambda n: "\n".join(f'(bind "w{i}" (lambda () (call "cube" :scale {i})))' for i in range(n)),
+    "definitions": lambda n: "\n".join(f"(define v{i} (+ {i} 1))" for i in range(n)),
+    "one list": lambda n: "(define x (list " + " ".join(map(str, range(n))) + "))",
+    "nested": lambda n: "(list " * 50 + " 1" * n + ")" * 50,
+    "comments": lambda n: "\n".join(f"; {i}\n#| b |# #; c {i}" for i in range(n)),
+    "unclosed": lambda n: "(a b)\n" * n + "(",
+    "wrong": lambda n: "3px\n" * n,
+}
+
+
+def calls(action: Callable[[], object]) -> int:
+    """How many functions are called, those in C too."""
+    count = 0
+
+    def note(frame: Any, event: str, argument: Any) -> None:
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    sys.setprofile(note)
+    try:
+        action()
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+def check(text: str) -> None:
+    Session()._check(Source("<test>", text), None)
+
+
+@pytest.mark.parametrize("text", TEXTS)
+@pytest.mark.parametrize("step", ["read", "check", "format"])
+def test_twice_the_text_takes_twice_the_calls(step: str, text: str) -> None:
+    if step != "read" and text in ("unclosed", "wrong"):
+        pytest.skip("a text that cannot be read")
+    actions: dict[str, Callable[[str], object]] = {
+        "read": lambda text: read(Source("<test>", text)),
+        "check": check,
+        "format": lambda text: format_text(text, INDENTS),
+    }
+    make, action = TEXTS[text], actions[step]
+    action(make(300))  # what is made once
+    few, many = (calls(lambda n=n: action(make(n))) for n in (300, 600))
+    assert many < 2.3 * few
+
+
+def test_names_are_counted_in_one_pass() -> None:
+    """The text was searched for every definition."""
+    found = lint._mentions("(define a 'a) `(,b ,@b) 'c''c b@d \"e\"", 3)
+    assert (found["a"], found["b"], found["c"], found["d"]) == (2, 2, 1, 1)
