@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import argparse
 import json
+import re
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, TextIO
+from typing import Any, NoReturn, TextIO
 
 from scenelang.backends.files import write_text
-from scenelang.grammar.diagnostics import Diagnostic, printable, render_text, to_json
+from scenelang.grammar.diagnostics import Diagnostic, printable, render_text, suggest, to_json
 
 _PATIENCE = 1.0  # delay before progress is shown, in seconds
 _WIDTH = 30
@@ -99,3 +101,30 @@ def once(report: Callable[[Diagnostic], None]) -> Callable[[Diagnostic], None]:
             report(diagnostic)
 
     return warn
+
+
+class Parser(argparse.ArgumentParser):
+    """Argument parser whose errors are one line, with the nearest option for an unknown one."""
+
+    def error(self, message: str) -> NoReturn:
+        command = self._command()
+        unknown = re.match(r"unrecognized arguments: (--[^\s=]+)", message)
+        if unknown is not None:
+            known = [flag for action in command._actions for flag in action.option_strings]
+            near = suggest(unknown[1], known)
+            message += f"; {near}" if near else ""
+        self.exit(2, f"{command.prog}: error: {message}\nsee `{command.prog} --help`\n")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        self._words = list(sys.argv[1:] if args is None else args)
+        return super().parse_known_args(args, namespace)
+
+    def _command(self) -> argparse.ArgumentParser:
+        """Return the parser of the command on the line, which the error is about."""
+        for action in self._actions:
+            if isinstance(action, argparse._SubParsersAction):
+                for word in getattr(self, "_words", ()):
+                    if word in action.choices:
+                        found: argparse.ArgumentParser = action.choices[word]
+                        return found
+        return self

@@ -147,6 +147,8 @@ FORMS: Sequence[Idiom] = (
          "`for/union` collects the entities of a loop, `for/list` its values"),
     Idiom("JavaScript", "(bind ?word {?body ...})", "(bind ?word (lambda () (?body ...)))",
          "a word is bound to a function"),
+    Idiom("Python", "(for ?x in range (?n ...) ?body ...)", "(for/union ((?x (range ?n ...))) ?body ...)",
+         "`for/union` collects the entities of a loop, `for/list` its values"),
     Idiom("Python", "(for ?x in ?xs ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
          "`for/union` collects the entities of a loop, `for/list` its values"),
     Idiom("JavaScript", "(for (?x in ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
@@ -328,7 +330,8 @@ def explain(source: Source, diagnostics: Sequence[Diagnostic]) -> list[Diagnosti
         return list(diagnostics)
     found = [each for each in _foreign_pieces(source) if any(_explains(each, d) for d in own)]
     rest: list[Habit] = []
-    for habit in sorted(_habits(source, _regions(source.text, own)), key=lambda each: (each.start, -each.end)):
+    unbound = frozenset(d.span.start for d in own if d.name == "unbound" and d.span is not None)
+    for habit in sorted(_habits(source, _regions(source.text, own), unbound), key=lambda each: (each.start, -each.end)):
         if any(_covers(other, habit) for other in found):
             continue
         (found if any(_explains(habit, d) for d in own) else rest).append(habit)
@@ -399,7 +402,7 @@ def _shown(text: str) -> str:
     return text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 4] + " ..."
 
 
-def _habits(source: Source, regions: Sequence[tuple[int, int]]) -> Iterator[Habit]:
+def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozenset[int]) -> Iterator[Habit]:
     words = frozenset(re.findall(r'\(bind\s+"([^"\s]+)"', source.text))
     for start, end in regions:
         root = trees(source.text, start, end)
@@ -408,7 +411,7 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]]) -> Iterator[Habi
         for tree in _walk(root):
             if tree.opener:
                 yield from _forms(source, tree)
-                yield from _calls_of_words(source, tree, words)
+                yield from _calls_of_words(source, tree, words, unbound)
             else:
                 yield from _named(source, tree)
         yield from _assignments(source, root)
@@ -454,13 +457,13 @@ def _module_function(text: str) -> str:
     return name if name in _SAME else _OTHER.get(name, "")
 
 
-def _calls_of_words(source: Source, tree: Tree, words: frozenset[str]) -> Iterator[Habit]:
-    """``(cube :scale 2)`` and ``(call cube)``: words that are used as names."""
+def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: frozenset[int]) -> Iterator[Habit]:
+    """``(cube :scale 2)`` and ``(call cube)``: words used as names, unless they are names, as ``ring`` is."""
     items = tree.items
     if tree.opener != "(" or not items:
         return
     head = items[0]
-    if is_word(head.text) or head.text in words:
+    if head.start in unbound and (is_word(head.text) or head.text in words):
         instead = f'call "{head.text}"'
         rest = source.text[head.end : tree.end]
         text = f"({instead}{rest}"

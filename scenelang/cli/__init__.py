@@ -1,5 +1,5 @@
 """Command-line interface: each command parses its arguments, calls the API, and prints the result.
 
-``main`` runs it, ``commands`` is the table of commands, ``options`` converts settings to options,
-``output`` prints; the other modules implement the commands by subject. No other package imports this one.
+``main`` runs it, ``commands`` is the table of commands, ``options`` what they share;
+the other modules implement the commands by subject. No other package imports this one.
 """

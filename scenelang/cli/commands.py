@@ -8,11 +8,11 @@ from importlib import import_module
 from typing import Any, NamedTuple
 
 from scenelang.cli.options import add_common, add_file, add_output
+from scenelang.reports import Parser
 
 
 class CommandKind(NamedTuple):
-    """Properties shared by commands: a leading FILE argument, ``groups`` of options, and whether the command evaluates
-    programs, which requires hard limits."""
+    """Properties of commands: a leading FILE, ``groups`` of options, and whether programs run, under hard limits."""
 
     takes_file: bool = False
     groups: Callable[[argparse.ArgumentParser], None] | None = None
@@ -29,8 +29,7 @@ SERVER = CommandKind(evaluates=False)
 
 
 class Command(NamedTuple):
-    """A command: ``run_NAME`` in ``module`` runs it, ``add_NAME`` (optional) declares its arguments, ``help`` is its
-    one-line summary."""
+    """A command, run by ``run_NAME`` of ``module``; ``add_NAME``, if defined, declares its arguments."""
 
     kind: CommandKind
     module: str
@@ -105,7 +104,7 @@ class _Version(argparse.Action):
 
 def build_parser(only: str | None = None) -> argparse.ArgumentParser:
     """Create the argument parser; with ``only``, it has that command alone, or no arguments of commands."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="scenelang",
         usage="scenelang [-h] [--version] COMMAND ...",
         description="The Scene Language: scenes as programs, words and embeddings.",
@@ -113,7 +112,9 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
-    subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", help=argparse.SUPPRESS)
+    subparsers = parser.add_subparsers(
+        prog="scenelang", dest="command", required=True, metavar="COMMAND", help=argparse.SUPPRESS
+    )
     for name in [only] if only in COMMANDS else COMMANDS:
         mine = subparsers.add_parser(name, help=COMMANDS[name].help)
         if only in (None, name):

@@ -139,7 +139,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     """Add the options shared by all commands that evaluate programs."""
     add_output(parser)
     group = parser.add_argument_group("evaluation")
-    group.add_argument("--root", metavar="WORD", help="word to evaluate (default: see docs/language.md)")
+    group.add_argument("--root", metavar="WORD", help="word to evaluate (default: the one no other word calls)")
     add_seed(group)
     group.add_argument(
         "--define", action="append", default=[], metavar="NAME=VALUE", help="override a `param` of the program"
