@@ -130,7 +130,9 @@ def _complete(kind: type, frozen: bool, kw_only: bool) -> None:
         if each.init:
             parameters.append(name if each.factory is each.default else f"{name}={default}")
         elif each.factory is _MISSING:
-            continue
+            if each.default is _MISSING:
+                continue
+            value = f"_default_{name}"
         lines.append(f" _set(self, {name!r}, {value})" if frozen else f" self.{name} = {value}")
     if hasattr(kind, "__post_init__"):
         lines.append(" self.__post_init__()")

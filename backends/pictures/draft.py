@@ -1,7 +1,7 @@
 """Draft backend: an analytic ray caster with soft shadows and ambient occlusion, in numpy alone.
 
 Four samples per pixel; a sample sees the nearest opaque solid, the ground, or the backdrop, behind at most six
-transparent layers. Lighting, ground and tone curve are those of final pictures (``studio``).
+transparent layers. Lighting, ground and tone curve are those of final pictures (``appearance``).
 """
 
 from __future__ import annotations
