@@ -46,7 +46,7 @@ session = Session()
 def _untried() -> Iterator[None]:
     """Macros that do no harm are expanded without a trial in a copy of this process first."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("scenelang.session.trial", lambda work: None)
+        patch.setattr("scenelang.sandbox.worker.trial", lambda work: None)
         yield
 
 
