@@ -229,14 +229,22 @@ else:
 
     def fields(kind):
         """Return the fields of a data class, as ``dataclasses.fields`` does."""
-        return kind.__record__ if hasattr(kind, "__record__") else _standard("fields")(kind)
+        return (
+            kind.__record__ if _is_ours(kind if isinstance(kind, type) else type(kind)) else _standard("fields")(kind)
+        )
 
     def replace(record, /, **changes):
         """Return a copy of a data class with changes, as ``dataclasses.replace`` does."""
-        if not hasattr(record, "__record__"):
+        if not _is_ours(type(record)):
             return _standard("replace")(record, **changes)
         kept = {each.name: getattr(record, each.name) for each in record.__record__ if each.init}
         return type(record)(**kept | changes)
+
+    def _is_ours(kind):
+        """Whether the nearest class with fields is ours, not one of the standard library that extends one of ours."""
+        declared = (base.__dict__ for base in kind.__mro__)
+        found = next((each for each in declared if "__record__" in each or "__dataclass_fields__" in each), {})
+        return "__record__" in found
 
     def _standard(name):
         import dataclasses

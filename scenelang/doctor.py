@@ -86,7 +86,7 @@ def _film(ending: str, folder: Path) -> str:
 
 
 def _view(folder: Path) -> str:
-    from scenelang.backends.viewer.page import STATIC, served_page, static
+    from scenelang.backends.viewer.packet import STATIC, served_page, static
 
     size = len(served_page()) + sum(len(static(name)) for name in STATIC)
     return f"page complete ({size:,} bytes)"

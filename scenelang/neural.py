@@ -440,11 +440,9 @@ def _shot_layout(
 
 
 def _checkpoint(settings: ImagineSettings, models: Models) -> Checkpoint:
-    from scenelang.backends.neural.imagine import migc, regional, sampling
+    from scenelang.backends.neural.imagine import layout, migc, sampling
 
-    default = {"gligen": regional.DEFAULT_MODEL, "migc": migc.DEFAULT_MODEL}.get(
-        settings.method, sampling.DEFAULT_MODEL
-    )
+    default = {"gligen": layout.DEFAULT_MODEL, "migc": migc.DEFAULT_MODEL}.get(settings.method, sampling.DEFAULT_MODEL)
     name = settings.model or default
     return sampling.load_checkpoint(name, models.hub(), models.resolve_device(), settings.scheduler)
 

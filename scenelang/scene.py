@@ -423,7 +423,7 @@ class ViewerPage:
         return Path(path)
 
     def _repr_html_(self) -> str:
-        from scenelang.backends.viewer.page import iframe
+        from scenelang.backends.viewer.packet import iframe
 
         return iframe(self.html, self.height)
 
@@ -787,8 +787,7 @@ class Scene:
 
     def html(self) -> str:
         """Return the interactive viewer as a self-contained HTML page."""
-        from scenelang.backends.viewer.packet import packet_of
-        from scenelang.backends.viewer.page import SavedScene, self_contained_page
+        from scenelang.backends.viewer.packet import SavedScene, packet_of, self_contained_page
 
         state: dict[str, Any] = {"name": self.word, "version": 1, "ok": True, "picture": 1}
         state |= {"diagnostics": [], "params": []}

@@ -38,7 +38,7 @@ from scenelang.backends.pictures.film import (
     write_still,
 )
 from scenelang.backends.pictures.stage import BELOW, Shot, Staging, box_of, unit_size
-from scenelang.backends.viewer.page import inline_page
+from scenelang.backends.viewer.packet import inline_page
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import Scene

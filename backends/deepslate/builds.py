@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.minecraft.blocks import AIR, AIR_STATE, BlockState, Build
+from scenelang.backends.minecraft.blocks import AIR, AIR_STATE, BlockKind, BlockState, Build, load_table
 from scenelang.backends.minecraft.connections import settled
-from scenelang.backends.minecraft.table import BlockKind, load_table
 from scenelang.backends.minecraft.voxels import voxelised
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.entity import Entity

@@ -17,9 +17,8 @@ import numpy.typing as npt
 from scenelang.backends.base import require
 from scenelang.backends.deepslate.builds import WATER_TEXTURES, is_wet
 from scenelang.backends.deepslate.layers import HINT, Layer, full_name, stacked
-from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState
+from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, load_table, variants
 from scenelang.backends.minecraft.models import Bar, model_of
-from scenelang.backends.minecraft.table import load_table, variants
 from scenelang.backends.pictures.film import png_of
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 

@@ -18,7 +18,18 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.files import atomic_write, atomic_write_all, write_text
-from scenelang.backends.minecraft.blocks import AIR, AIR_STATE, NOTHING, BlockState, Build, merged, trimmed, unified
+from scenelang.backends.minecraft.blocks import (
+    AIR,
+    AIR_STATE,
+    NOTHING,
+    RENAMES,
+    BlockState,
+    Build,
+    load_table,
+    merged,
+    trimmed,
+    unified,
+)
 from scenelang.backends.minecraft.nbt import (
     Compounds,
     Damaged,
@@ -39,7 +50,6 @@ from scenelang.backends.minecraft.nbt import (
     whole,
     write_nbt,
 )
-from scenelang.backends.minecraft.table import RENAMES, load_table
 from scenelang.backends.minecraft.voxels import NAMESPACE
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 

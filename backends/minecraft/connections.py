@@ -11,8 +11,20 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.minecraft.blocks import AIR_STATE, SIDES, BlockState, Build, Cells, unified
-from scenelang.backends.minecraft.table import BlockKind, BlockTable, alias, load_table, nearest, renamed
+from scenelang.backends.minecraft.blocks import (
+    AIR_STATE,
+    SIDES,
+    BlockKind,
+    BlockState,
+    BlockTable,
+    Build,
+    Cells,
+    alias,
+    load_table,
+    nearest,
+    renamed,
+    unified,
+)
 from scenelang.backends.minecraft.voxels import NAMESPACE, Voxels, ignored, modern, namespaced
 from scenelang.backends.neural.clip import nearest_by_meaning
 from scenelang.grammar.datum import Span

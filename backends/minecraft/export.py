@@ -15,7 +15,7 @@ import numpy as np
 
 from scenelang.backends.base import Accepts, Backend, BackendOptions, Option, Work, check_settings, frame_of
 from scenelang.backends.files import atomic_write, atomic_write_all, write_text
-from scenelang.backends.minecraft.blocks import BlockState, Build, Cuboids, merged
+from scenelang.backends.minecraft.blocks import BlockKind, BlockState, Build, Cuboids, load_table, merged, renamed
 from scenelang.backends.minecraft.build_files import (
     DEFAULT,
     GameVersion,
@@ -38,7 +38,6 @@ from scenelang.backends.minecraft.build_files import (
 from scenelang.backends.minecraft.connections import CONNECTED, settled
 from scenelang.backends.minecraft.filling import USUAL, filled, in_blocks, palette_of
 from scenelang.backends.minecraft.nbt import LARGEST, Damaged, read_nbt
-from scenelang.backends.minecraft.table import BlockKind, load_table, renamed
 from scenelang.backends.minecraft.voxels import NAMESPACE, voxelised
 from scenelang.grammar.datum import string_text
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.minecraft.table import RENAMES, variants
+from scenelang.backends.minecraft.blocks import RENAMES, variants
 
 # The average colour of a block's faces, from the game's models and textures.
 

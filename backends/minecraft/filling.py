@@ -14,9 +14,18 @@ import numpy as np
 
 from scenelang.backends.base import require
 from scenelang.backends.geometry.solids import Solids, solids_of
-from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build, Cells, trimmed, unified
+from scenelang.backends.minecraft.blocks import (
+    AIR_STATE,
+    BlockKind,
+    BlockState,
+    BlockTable,
+    Build,
+    Cells,
+    load_table,
+    trimmed,
+    unified,
+)
 from scenelang.backends.minecraft.models import as_cubes
-from scenelang.backends.minecraft.table import BlockKind, BlockTable, load_table
 from scenelang.backends.minecraft.voxels import BoolArray, FloatArray, IntArray, namespaced
 from scenelang.backends.neural.descriptions import oklab
 from scenelang.backends.pictures.appearance import Looks, from_srgb

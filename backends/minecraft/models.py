@@ -13,9 +13,19 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.minecraft.blocks import AIR, AIR_STATE, SIDES, BlockState, Build, Cells, Cuboids, merged
+from scenelang.backends.minecraft.blocks import (
+    AIR,
+    AIR_STATE,
+    SIDES,
+    BlockKind,
+    BlockState,
+    Build,
+    Cells,
+    Cuboids,
+    load_table,
+    merged,
+)
 from scenelang.backends.minecraft.connections import settled
-from scenelang.backends.minecraft.table import BlockKind, load_table
 from scenelang.backends.minecraft.voxels import (
     BoolArray,
     FloatArray,

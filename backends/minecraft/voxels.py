@@ -21,13 +21,16 @@ from scenelang.backends.minecraft.blocks import (
     AIR,
     AIR_STATE,
     NOTHING,
+    BlockKind,
     BlockState,
+    BlockTable,
     Build,
     Cells,
     numbers_in,
+    renamed,
     smallest_box,
+    without_number,
 )
-from scenelang.backends.minecraft.table import BlockKind, BlockTable, renamed, without_number
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.runtime.show import NotPlain, plain_value

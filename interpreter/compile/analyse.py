@@ -298,7 +298,7 @@ MAX_LITERAL = 1 << 60
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class NumberKind:
     """What is known of a value: its type (``?`` if nothing), and a bound for the bits of an Integer (0 if none).
 
     The types are ``i`` (Integer), ``f`` (Float), ``n`` (either), ``b`` (Boolean), ``s`` (String) and ``t`` (any type
@@ -309,37 +309,37 @@ class Kind:
     bits: int = 0
 
 
-ANY, INTEGER, FLOAT, NUMBER, BOOLEAN, STRING, TRUE = map(Kind, "?ifnbst")
+ANY, INTEGER, FLOAT, NUMBER, BOOLEAN, STRING, TRUE = map(NumberKind, "?ifnbst")
 
 
-def joined(a: Kind | None, b: Kind | None) -> Kind:
+def joined(a: NumberKind | None, b: NumberKind | None) -> NumberKind:
     """Return the kind of a value that has one of two kinds; None is the kind of no value."""
     if a is None or b is None:
         return b or a or ANY
     if a.type == b.type:
-        return Kind(a.type, max(a.bits, b.bits) if a.bits and b.bits else 0)
+        return NumberKind(a.type, max(a.bits, b.bits) if a.bits and b.bits else 0)
     if a.type in "ifn" and b.type in "ifn":
         return NUMBER
     return TRUE if a.type in "ifnst" and b.type in "ifnst" else ANY
 
 
-def constant_kind(value: Any) -> Kind:
+def constant_kind(value: Any) -> NumberKind:
     """Return the kind of a constant."""
     kind = type(value)
     if kind is int:
-        return Kind("i", max(1, value.bit_length())) if -MAX_LITERAL < value < MAX_LITERAL else INTEGER
+        return NumberKind("i", max(1, value.bit_length())) if -MAX_LITERAL < value < MAX_LITERAL else INTEGER
     if value is None:
         return ANY
     return {bool: BOOLEAN, float: FLOAT, str: STRING}.get(kind, TRUE)
 
 
-def arithmetic_kind(name: str, left: Kind, right: Kind) -> Kind:
+def arithmetic_kind(name: str, left: NumberKind, right: NumberKind) -> NumberKind:
     """Return the kind of a sum, difference or product."""
     if left.type == right.type == "i":
         if not (left.bits and right.bits):
             return INTEGER
         bits = left.bits + right.bits if name == "mul" else max(left.bits, right.bits) + 1
-        return Kind("i", bits if bits <= MAX_BITS else 0)
+        return NumberKind("i", bits if bits <= MAX_BITS else 0)
     if left.type in "ifn" and right.type in "ifn":
         return FLOAT if "f" in (left.type, right.type) else NUMBER
     return ANY
@@ -371,14 +371,14 @@ class LoopKinds:
     are bounded where it adds a bounded number.
     """
 
-    def __init__(self, outer: Callable[[Variable], Kind]) -> None:
+    def __init__(self, outer: Callable[[Variable], NumberKind]) -> None:
         self.outer = outer  # kinds of the variables around the loop
-        self.known: dict[Variable, Kind] = {}
+        self.known: dict[Variable, NumberKind] = {}
 
-    def loop(self, loop: Loop, starts: Sequence[Kind]) -> list[Kind]:
+    def loop(self, loop: Loop, starts: Sequence[NumberKind]) -> list[NumberKind]:
         parameters = [p.target for p in loop.function.parameters]
         turns = _continuations(loop)
-        types = [Kind(k.type) if not p.assigned else ANY for p, k in zip(parameters, starts)]
+        types = [NumberKind(k.type) if not p.assigned else ANY for p, k in zip(parameters, starts)]
         for _ in range(len(parameters) + 2):
             self.known.update(zip(parameters, types))
             found = [
@@ -395,8 +395,8 @@ class LoopKinds:
     def _bound(
         self,
         parameters: Sequence[Variable],
-        types: Sequence[Kind],
-        starts: Sequence[Kind],
+        types: Sequence[NumberKind],
+        starts: Sequence[NumberKind],
         turns: list[tuple[Any, ...]],
     ) -> None:
         self.known.update(zip(parameters, types))
@@ -409,7 +409,7 @@ class LoopKinds:
                 if all(step > 0 for step in steps):
                     bits = max([starts[index].bits, *steps]) + 65
                     if bits <= MAX_BITS:
-                        self.known[variable] = Kind("i", bits)
+                        self.known[variable] = NumberKind("i", bits)
 
     def _step(self, node: Any, variable: Variable) -> int:
         """Return a bound for the bits by which a continuation changes a variable, or 0 if there is none."""
@@ -426,7 +426,7 @@ class LoopKinds:
         kind = self.kind(node)
         return kind.bits if kind.type == "i" else 0
 
-    def kind(self, node: Any) -> Kind:
+    def kind(self, node: Any) -> NumberKind:
         kind = type(node)
         if kind is ast.Constant:
             return constant_kind(node.value)
@@ -454,11 +454,11 @@ def _continuations(loop: Loop) -> list[tuple[Any, ...]]:
     ]
 
 
-def _joined_types(kind: Kind, others: Sequence[Kind]) -> Kind:
-    found: Kind = kind
+def _joined_types(kind: NumberKind, others: Sequence[NumberKind]) -> NumberKind:
+    found: NumberKind = kind
     for other in others:
-        found = joined(found, Kind(other.type))
-    return Kind(found.type)
+        found = joined(found, NumberKind(other.type))
+    return NumberKind(found.type)
 
 
 # Storage of variables at run time: the slots of a frame, and the closures that read and write them.

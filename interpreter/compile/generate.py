@@ -5,7 +5,7 @@ that the closures of ``compile`` use, so that code of both tiers shares frames. 
 line number of a call in a traceback is the key of its *site* (see ``generated``), so that no call needs a ``try``. No
 text of a program enters the source: variables are numbered, and values are constants of the function's namespace.
 
-What has no translation here is compiled to a closure and called with the frame (``_embed``). Code that is too deep or
+What has no translation here is compiled to a closure and called with the frame (``_embed``). CodeText that is too deep or
 too long for CPython stays with the closures.
 """
 
@@ -25,9 +25,9 @@ from scenelang.interpreter.compile.analyse import (
     BOOLEAN,
     TRUE,
     FrameLayout,
-    Kind,
     Loop,
     LoopKinds,
+    NumberKind,
     children,
     joined,
     pattern_variables,
@@ -39,7 +39,7 @@ from scenelang.interpreter.compile.generated import (
     COMPARISONS,
     OPERATORS,
     CallSite,
-    Code,
+    CodeText,
     Local,
     Text,
     Unsupported,
@@ -94,8 +94,8 @@ _COLLECTING = ("list", "union", "append")
 _FOR_KINDS = frozenset({*_COLLECTING, "each", "sum", "and", "or", "first", "fold"})
 
 
-class Writer(Text):
-    """Writer of one function."""
+class FunctionWriter(Text):
+    """FunctionWriter of one function."""
 
     def __init__(self, compiler: Compiler, layout: FrameLayout, root: Any) -> None:
         super().__init__(compiler, layout)
@@ -262,10 +262,10 @@ class Writer(Text):
 
     # --- variables -----------------------------------------------------------------------------------------------
 
-    def reference(self, node: ast.Reference) -> Code:
+    def reference(self, node: ast.Reference) -> CodeText:
         target = node.target
         if not isinstance(target, Variable):
-            return Code(self.constant(target), TRUE)
+            return CodeText(self.constant(target), TRUE)
         if target.is_global:
             return self._global_reference(target, node)
         name = self.names.get(target)
@@ -274,29 +274,29 @@ class Writer(Text):
             if self.in_cell(target):
                 return self.read_cell(text, target, node)
             if target.recursive:
-                found = self.temporary(Code(text))
+                found = self.temporary(CodeText(text))
                 self.check_defined(found.text, target, node)
                 return found
-            return self.temporary(Code(text)) if target.assigned else Code(text, ANY, True, False)
+            return self.temporary(CodeText(text)) if target.assigned else CodeText(text, ANY, True, False)
         if target.recursive and name not in self.kinds:
             self.check_defined(name, target, node)
         if target.assigned:
-            return self.temporary(Code(name))
-        return Code(name, self.kinds.get(name, ANY))
+            return self.temporary(CodeText(name))
+        return CodeText(name, self.kinds.get(name, ANY))
 
-    def _global_reference(self, target: Variable, node: ast.Reference) -> Code:
+    def _global_reference(self, target: Variable, node: ast.Reference) -> CodeText:
         cell = self.compiler.global_cell(target)
         name = self.constant(cell)
         if target.assigned:
             return self.read_cell(name, target, node)
-        found = self.temporary(Code(f"{name}.value"))
+        found = self.temporary(CodeText(f"{name}.value"))
         if cell.value is UNDEFINED:
             self.check_defined(found.text, target, node)
         return found
 
     # --- expressions ---------------------------------------------------------------------------------------------
 
-    def value(self, node: Any) -> Code:
+    def value(self, node: Any) -> CodeText:
         """Write what a node needs, and return the Python expression of its value."""
         kind = type(node)
         if kind is ast.Constant:
@@ -309,7 +309,7 @@ class Writer(Text):
                 return self.builtin(target, node)
         simple = _VALUES.get(kind)
         if simple is not None:
-            found: Code = simple(self, node)
+            found: CodeText = simple(self, node)
             return found
         if self.is_embedded(node):
             return self._embed(node)
@@ -322,9 +322,9 @@ class Writer(Text):
         name = self.fresh("t")
         result = self.into(node, Dest(name))
         self.kinds[name] = result or ANY
-        return Code(name, self.kinds[name])
+        return CodeText(name, self.kinds[name])
 
-    def operands(self, nodes: Sequence[Any], atomic: bool = True) -> list[Code]:
+    def operands(self, nodes: Sequence[Any], atomic: bool = True) -> list[CodeText]:
         """Return the values of several nodes, evaluated in order, as names or constants, or pure expressions."""
         found = []
         for node in nodes:
@@ -332,23 +332,23 @@ class Writer(Text):
             found.append(code if code.atomic or (code.pure and not atomic) else self.temporary(code))
         return found
 
-    def _embed(self, node: Any) -> Code:
+    def _embed(self, node: Any) -> CodeText:
         run = self.compiler.embedded(node, self.layout)
-        return self.temporary(Code(f"{self.constant(run)}({self.frames[self.layout]})"))
+        return self.temporary(CodeText(f"{self.constant(run)}({self.frames[self.layout]})"))
 
-    def by_values(self, make: Callable[[list[Node]], Node], nodes: Sequence[Any]) -> Code:
+    def by_values(self, make: Callable[[list[Node]], Node], nodes: Sequence[Any]) -> CodeText:
         """Evaluate nodes, and call a closure that expects them as compiled nodes with the list of their values."""
         run = make([itemgetter(i) for i in range(len(nodes))])
         values = self.operands(nodes)
-        return self.temporary(Code(f"{self.constant(run)}(({''.join(f'{v.text}, ' for v in values)}))"))
+        return self.temporary(CodeText(f"{self.constant(run)}(({''.join(f'{v.text}, ' for v in values)}))"))
 
-    def _lambda(self, node: ast.Lambda) -> Code:
+    def _lambda(self, node: ast.Lambda) -> CodeText:
         code = self.compiler.codes.get(id(node))
         if code is None:
             raise Unsupported
-        return self.temporary(Code(f"Closure({self.constant(code)}, {self.frames[self.layout]})", TRUE))
+        return self.temporary(CodeText(f"Closure({self.constant(code)}, {self.frames[self.layout]})", TRUE))
 
-    def _assignment(self, node: ast.Assignment) -> Code:
+    def _assignment(self, node: ast.Assignment) -> CodeText:
         value = self.atom(self.value(node.value))
         target = node.target
         if target.is_global or self.in_cell(target):
@@ -359,12 +359,12 @@ class Writer(Text):
             self.line(f"{self.names[target]} = {value.text}")
         else:
             self.line(f"{self.slot_text(target)} = {value.text}")
-        return Code("None")
+        return CodeText("None")
 
-    def _array(self, node: ast.ArrayLiteral) -> Code:
+    def _array(self, node: ast.ArrayLiteral) -> CodeText:
         if all(type(item) is ast.Constant for item in node.items):
             try:
-                return Code(self.constant(array_literal([item.value for item in node.items])), TRUE)  # type: ignore[union-attr]
+                return CodeText(self.constant(array_literal([item.value for item in node.items])), TRUE)  # type: ignore[union-attr]
             except SceneError:
                 pass  # reported at run time
         if len(node.items) != 3:
@@ -373,40 +373,40 @@ class Writer(Text):
         texts = [v.text for v in values]
         kinds = [self.kind_of(v) for v in values]
         if all(k.type == "f" for k in kinds) or all(k.type == "i" for k in kinds):
-            return self.temporary(Code(f"Vector(({', '.join(texts)}))", TRUE))
+            return self.temporary(CodeText(f"Vector(({', '.join(texts)}))", TRUE))
         run = self.constant(generated.vector_maker(self.rt, node.span))
-        return self.temporary(Code(f"{run}({', '.join(texts)})"))
+        return self.temporary(CodeText(f"{run}({', '.join(texts)})"))
 
-    def _first(self, node: ast.First) -> Code:
+    def _first(self, node: ast.First) -> CodeText:
         first = self.temporary(self.value(node.items[0]))
         for item in node.items[1:]:
             self.effect(item)
         return first
 
-    def _transform(self, node: ast.Transform) -> Code:
+    def _transform(self, node: ast.Transform) -> CodeText:
         part, matrix = self.operands((node.part, node.matrix))
         slow = self.constant(calls.transform_node(self.rt, itemgetter(0), itemgetter(1), node.span))
         test = f"type({part.text}) is Entity and type({matrix.text}) is Matrix and isfinite(sum({matrix.text}))"
         text = f"Pair({part.text}, {matrix.text}) if {test} else {slow}(({part.text}, {matrix.text}))"
-        return self.temporary(Code(text, TRUE))
+        return self.temporary(CodeText(text, TRUE))
 
-    def _union(self, node: ast.Union) -> Code:
+    def _union(self, node: ast.Union) -> CodeText:
         return self.by_values(lambda nodes: calls.union_node(self.rt, nodes, node), node.members)
 
-    def _union_loop(self, node: ast.UnionLoop) -> Code:
+    def _union_loop(self, node: ast.UnionLoop) -> CodeText:
         make = lambda nodes: calls.union_loop_node(self.rt, nodes[0], nodes[1], node.span)
         return self.by_values(make, (node.count, node.function))
 
-    def _bind(self, node: ast.Bind) -> Code:
+    def _bind(self, node: ast.Bind) -> CodeText:
         make = lambda nodes: calls.bind_node(self.rt, nodes[0], nodes[1], node.span)
         return self.by_values(make, (node.word, node.function))
 
-    def _entity(self, node: ast.Call) -> Code:
+    def _entity(self, node: ast.Call) -> CodeText:
         make = lambda nodes: calls.call_node(self.rt, nodes[0], nodes[1:], node)
         return self.by_values(make, (node.word, *calls.call_operands(node)))
 
-    def _handle(self, node: ast.HandleLiteral) -> Code:
-        return Code(self.constant(self.rt.handle(node.name)), TRUE)
+    def _handle(self, node: ast.HandleLiteral) -> CodeText:
+        return CodeText(self.constant(self.rt.handle(node.name)), TRUE)
 
     # --- tests ---------------------------------------------------------------------------------------------------
 
@@ -442,7 +442,7 @@ class Writer(Text):
     def effect(self, node: Any) -> None:
         self.into(node, NOWHERE)
 
-    def into(self, node: Any, dest: Dest) -> Kind | None:
+    def into(self, node: Any, dest: Dest) -> NumberKind | None:
         """Write a node and send its value to ``dest``; return the kind of the value, or None if there is none."""
         kind = type(node)
         if kind is ast.If:
@@ -461,11 +461,11 @@ class Writer(Text):
             )
             values = self.operands(node.arguments)
             self.returns_tail = True
-            code = self.temporary(Code(f"{self.constant(run)}(({''.join(f'{v.text}, ' for v in values)}))"))
+            code = self.temporary(CodeText(f"{self.constant(run)}(({''.join(f'{v.text}, ' for v in values)}))"))
             return self.finish(dest, code)
         return self.finish(dest, self.value(node))
 
-    def finish(self, dest: Dest, code: Code) -> Kind:
+    def finish(self, dest: Dest, code: CodeText) -> NumberKind:
         """Send a value to its destination, and leave the loops that end with it."""
         kind = self.kind_of(code)
         if dest.loops and not (code.atomic and code.pure):
@@ -490,7 +490,7 @@ class Writer(Text):
             if loop.counter is not None:
                 self.line(f"charge({loop.counter})")
 
-    def _if(self, node: ast.If, dest: Dest) -> Kind | None:
+    def _if(self, node: ast.If, dest: Dest) -> NumberKind | None:
         test = self.test(node.test)
         kinds = dict(self.kinds)
         self.line(f"if {test}:")
@@ -505,7 +505,7 @@ class Writer(Text):
             self.line("else:")
             self.indent += 1
         if node.otherwise is None:
-            other: Kind | None = self.finish(dest, Code("None"))
+            other: NumberKind | None = self.finish(dest, CodeText("None"))
         else:
             other = self.into(node.otherwise, dest)
         if not dest.exits:
@@ -514,17 +514,17 @@ class Writer(Text):
         self.kinds = kinds
         return joined(then, other)
 
-    def _and_or(self, node: Any, dest: Dest) -> Kind | None:
+    def _and_or(self, node: Any, dest: Dest) -> NumberKind | None:
         is_and = type(node) is ast.And
         if not node.items:
-            return self.finish(dest, Code(repr(is_and), BOOLEAN))
+            return self.finish(dest, CodeText(repr(is_and), BOOLEAN))
         *tests, last = node.items
         kinds, indent = None, self.indent
-        result: Kind | None = None
+        result: NumberKind | None = None
         for item in tests:
             code = self.value(item)
             if self.kind_of(code).type == "b":
-                truth, code = code.text, Code(repr(not is_and), BOOLEAN)
+                truth, code = code.text, CodeText(repr(not is_and), BOOLEAN)
             else:
                 code, result = self.atom(code), ANY
                 truth = self.truth(code)
@@ -545,7 +545,7 @@ class Writer(Text):
             self.kinds = kinds
         return joined(BOOLEAN if tests and result is None else result, found)
 
-    def _body(self, node: ast.Body, dest: Dest) -> Kind | None:
+    def _body(self, node: ast.Body, dest: Dest) -> NumberKind | None:
         loop = self.compiler.analysis.loops.get(id(node))
         if loop is not None:
             return self._loop_body(loop, dest)
@@ -555,7 +555,7 @@ class Writer(Text):
         last = node.items[-1]
         if type(last) is ast.Define:
             self._define(last)
-            return self.finish(dest, Code("None"))
+            return self.finish(dest, CodeText("None"))
         return self.into(last, dest)
 
     def _prepare(self, node: ast.Body) -> None:
@@ -590,7 +590,7 @@ class Writer(Text):
 
     # --- loops ---------------------------------------------------------------------------------------------------
 
-    def _loop_body(self, loop: Loop, dest: Dest) -> Kind | None:
+    def _loop_body(self, loop: Loop, dest: Dest) -> NumberKind | None:
         function = loop.function
         region = self.compiler.analysis.regions[id(function)]
         starts = self.operands(loop.start.arguments)
@@ -616,7 +616,9 @@ class Writer(Text):
         if self.is_stored(variable):
             self.line(f"{self.slot_text(variable)} = {name}")
 
-    def write_loop(self, loop: Loop, dest: Dest, kinds: Sequence[Kind], resumed: bool = False) -> Kind | None:
+    def write_loop(
+        self, loop: Loop, dest: Dest, kinds: Sequence[NumberKind], resumed: bool = False
+    ) -> NumberKind | None:
         """Write a loop whose parameters have their first values; ``kinds`` are those of the values."""
         parameters = [p.target for p in loop.function.parameters]
         known = LoopKinds(self.kind_of_variable).loop(loop, kinds)
@@ -660,7 +662,7 @@ class Writer(Text):
             self.line(f"if q == {parent.number}: continue")
         self.line("break")
 
-    def _framed_loop(self, loop: Loop, dest: Dest, starts: Sequence[Code]) -> Kind | None:
+    def _framed_loop(self, loop: Loop, dest: Dest, starts: Sequence[CodeText]) -> NumberKind | None:
         """Write a loop with a frame for each turn, because closures capture its variables."""
         function = loop.function
         layout = self.compiler.layouts.get(id(function))
@@ -710,7 +712,7 @@ class Writer(Text):
         self.line(f"q = {record.number}")
         self.line("break")
 
-    def _assign_parameters(self, record: LoopCode, values: Sequence[Code]) -> None:
+    def _assign_parameters(self, record: LoopCode, values: Sequence[CodeText]) -> None:
         targets, texts, slots = [], [], []
         for parameter, value in zip(record.function.parameters, values):
             variable = parameter.target
@@ -729,7 +731,7 @@ class Writer(Text):
         for text in slots:
             self.line(text)
 
-    def _while(self, node: ast.While) -> Code:
+    def _while(self, node: ast.While) -> CodeText:
         before, around = dict(self.kinds), self.around
         self.around = node.span
         self.open("while True:")
@@ -738,9 +740,9 @@ class Writer(Text):
         self.effect(node.body)
         self.close()
         self.kinds, self.around = before, around
-        return Code("None")
+        return CodeText("None")
 
-    def _for(self, node: ast.For) -> Code:
+    def _for(self, node: ast.For) -> CodeText:
         """Write a ``for`` form as nested loops of Python around the update of its result."""
         out, leaves = self.fresh("t"), self.fresh("t")
         starts = [self.temporary(self.value(a.value)) for a in node.accumulators]
@@ -774,17 +776,17 @@ class Writer(Text):
             self.line(f"if {leaves}: break")
         self.indent, self.blocks, self.kinds = indent, blocks, before
         if node.kind == "fold":
-            return Code(results[0]) if len(results) == 1 else self.list_of([Code(result) for result in results])
+            return CodeText(results[0]) if len(results) == 1 else self.list_of([CodeText(result) for result in results])
         if node.kind in _COLLECTING:
-            return self.temporary(Code(f"make_list({out})", TRUE))
-        return Code("None" if node.kind == "each" else out)
+            return self.temporary(CodeText(f"make_list({out})", TRUE))
+        return CodeText("None" if node.kind == "each" else out)
 
     def _each(self, clause: ast.Clause) -> None:
         items = []
         for value in clause.values:
             code = self.value(value)
             iterate = self.constant(generated.iterator(self.rt, value.span))
-            items.append(self.temporary(Code(f"{iterate}({code.text})")))
+            items.append(self.temporary(CodeText(f"{iterate}({code.text})")))
             kind = self.kind_of(code)
         names = [self.fresh("p") for _ in clause.targets]
         if len(items) == 1:
@@ -796,7 +798,7 @@ class Writer(Text):
         for target, name in zip(clause.targets, names):
             self._bind_item(target, name, kind if kind.type == "i" else ANY)
 
-    def _bind_item(self, target: Variable | None, text: str, kind: Kind = ANY) -> None:
+    def _bind_item(self, target: Variable | None, text: str, kind: NumberKind = ANY) -> None:
         if target is not None:
             self.layout.add(target)
             self.bind(target, text, kind)
@@ -818,7 +820,9 @@ class Writer(Text):
             self.line(f"{add}({out}, {code.text})")
         elif node.kind == "sum":
             slow = calls.slow_call(self.rt, self.rt.library.builtins["+"], node.span)
-            total = self.arithmetic("add", Code(out), code, self.constant(intrinsics.adder(lambda x, y: slow([x, y]))))
+            total = self.arithmetic(
+                "add", CodeText(out), code, self.constant(intrinsics.adder(lambda x, y: slow([x, y])))
+            )
             self.line(f"{out} = {total.text}")
         else:
             self.choice_step(node.kind, code, out, leaves, loops)
@@ -835,7 +839,7 @@ class Writer(Text):
 
     # --- calls of procedures -------------------------------------------------------------------------------------
 
-    def _application(self, node: ast.Application, dest: Dest) -> Kind | None:
+    def _application(self, node: ast.Application, dest: Dest) -> NumberKind | None:
         head = node.function
         target = head.target if type(head) is ast.Reference else None
         for index, loop in enumerate(dest.loops):
@@ -847,7 +851,7 @@ class Writer(Text):
             return ANY
         return self.finish(dest, self.call(node))
 
-    def _head(self, node: ast.Application) -> tuple[Code | None, str, Any]:
+    def _head(self, node: ast.Application) -> tuple[CodeText | None, str, Any]:
         """Return the function of a call if it is evaluated first, or the cell of a global, and its closure if known."""
         head = node.function
         target = head.target if type(head) is ast.Reference else None
@@ -855,7 +859,7 @@ class Writer(Text):
             return None, self.constant(self.compiler.global_cell(target)), self.known_global(target)
         return self.atom(self.value(head)), "", None
 
-    def call(self, node: ast.Application) -> Code:
+    def call(self, node: ast.Application) -> CodeText:
         """Write a call that is not in tail position."""
         head, cell, known = self._head(node)
         values = self.operands(node.arguments, atomic=False)
@@ -863,7 +867,7 @@ class Writer(Text):
         texts = [v.text for v in values]
         if known is not None and known.arity == len(values):
             self.known_call(result, cell, known, texts, node)
-            return Code(result)
+            return CodeText(result)
         function = self.fresh("p")
         self.line(f"{function} = {cell}.value" if head is None else f"{function} = {head.text}")
         site = CallSite(Local(function), node.span)
@@ -873,7 +877,7 @@ class Writer(Text):
         arguments = "".join(f"{text}, " for text in texts)
         self.line(f"{result} = {call}) if {test} else {other}({function}, ({arguments}))", site)
         self.line(f"if {result} is TAIL: {result} = bounce()", site)
-        return Code(result)
+        return CodeText(result)
 
     def _tail_call(self, node: ast.Application, dest: Dest) -> None:
         head, cell, known = self._head(node)
@@ -907,7 +911,7 @@ class Writer(Text):
         self._leave(dest.loops)
         self.line(f"return {result}")
 
-    def _assign_own(self, values: Sequence[Code]) -> None:
+    def _assign_own(self, values: Sequence[CodeText]) -> None:
         assert self.self_tail is not None
         pairs = [(name, v.text) for name, v in zip(self.self_tail, values) if name != v.text]
         if pairs:
@@ -915,7 +919,7 @@ class Writer(Text):
 
     # --- builtins ------------------------------------------------------------------------------------------------
 
-    def builtin(self, builtin: Builtin, node: ast.Application) -> Code:
+    def builtin(self, builtin: Builtin, node: ast.Application) -> CodeText:
         if builtin.intrinsic is not None:
             code = self._intrinsic(builtin, builtin.intrinsic, node)
             if code is not None:
@@ -932,7 +936,7 @@ class Writer(Text):
             return self.list_of(values)
         return self.checked_call(builtin, node, values)
 
-    def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application) -> Code | None:
+    def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application) -> CodeText | None:
         operands = node.arguments
         if len(operands) == 1 and name in _UNARY:
             return self._unary(builtin, name, node)
@@ -940,7 +944,7 @@ class Writer(Text):
             x, y = self.operands(operands)
             slow = self.constant(self.slow(builtin, node))
             text = f"Pair({x.text}, {y.text}) if type({y.text}) is not MutableList else {slow}({x.text}, {y.text})"
-            return self.temporary(Code(text, TRUE))
+            return self.temporary(CodeText(text, TRUE))
         if name not in _BINARY:
             return None
         if len(operands) > 2 and name in ("add", "mul", "matmul"):
@@ -958,27 +962,27 @@ class Writer(Text):
             return self.comparison(OPERATORS[name], x, y, other)
         if name == "matmul":
             text = f"compose({x.text}, {y.text}) if type({x.text}) is type({y.text}) is Matrix else "
-            return self.temporary(Code(f"{text}{other}({x.text}, {y.text})"))
+            return self.temporary(CodeText(f"{text}{other}({x.text}, {y.text})"))
         return self.integer_division(name, x, y, other)
 
-    def _unary(self, builtin: Builtin, name: str, node: ast.Application) -> Code:
+    def _unary(self, builtin: Builtin, name: str, node: ast.Application) -> CodeText:
         if name == "not":
-            return Code(f"(not {self.test(node.arguments[0])})", BOOLEAN, True, False)
+            return CodeText(f"(not {self.test(node.arguments[0])})", BOOLEAN, True, False)
         x = self.named(self.value(node.arguments[0])).text
         call = calls.slow_call(self.rt, builtin, node.span)
         slow = self.constant(lambda value: call([value]))
         if name == "null?":
-            return Code(f"({x} is NIL or (type({x}) is not Pair and {slow}({x})))", BOOLEAN, False, False)
+            return CodeText(f"({x} is NIL or (type({x}) is not Pair and {slow}({x})))", BOOLEAN, False, False)
         field = name
-        return Code(f"({x}.{field} if type({x}) is Pair else {slow}({x}))", ANY, False, False)
+        return CodeText(f"({x}.{field} if type({x}) is Pair else {slow}({x}))", ANY, False, False)
 
 
 _STARTS = {"sum": "0", "and": "True", "or": "False", "first": "False"}
 _UNARY = frozenset({"not", "car", "cdr", "null?"})
 _BINARY = frozenset({*OPERATORS, "div", "floordiv", "mod", "matmul"})
 _VALUES: dict[type, Any] = {
-    ast.Lambda: Writer._lambda, ast.Assignment: Writer._assignment, ast.ArrayLiteral: Writer._array,
-    ast.First: Writer._first, ast.Transform: Writer._transform, ast.Union: Writer._union,
-    ast.UnionLoop: Writer._union_loop, ast.Bind: Writer._bind, ast.Call: Writer._entity,
-    ast.HandleLiteral: Writer._handle,
+    ast.Lambda: FunctionWriter._lambda, ast.Assignment: FunctionWriter._assignment, ast.ArrayLiteral: FunctionWriter._array,
+    ast.First: FunctionWriter._first, ast.Transform: FunctionWriter._transform, ast.Union: FunctionWriter._union,
+    ast.UnionLoop: FunctionWriter._union_loop, ast.Bind: FunctionWriter._bind, ast.Call: FunctionWriter._entity,
+    ast.HandleLiteral: FunctionWriter._handle,
 }  # fmt: skip

@@ -27,7 +27,7 @@ from scenelang.interpreter.compile.analyse import (
     STRING,
     TRUE,
     FrameLayout,
-    Kind,
+    NumberKind,
     arithmetic_kind,
     constant_kind,
     undefined,
@@ -308,11 +308,11 @@ class Unsupported(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Code:
+class CodeText:
     """Python expression. ``pure`` is set if it cannot fail, and its value does not change before it is used."""
 
     text: str
-    kind: Kind = ANY
+    kind: NumberKind = ANY
     pure: bool = True
     atomic: bool = True
 
@@ -339,7 +339,7 @@ class Text:
         self.numbered: dict[int, str] = {}  # names of constants by id
         self.count = 0
         self.names: dict[Variable, str] = {}  # local variables
-        self.kinds: dict[str, Kind] = {}
+        self.kinds: dict[str, NumberKind] = {}
         self.frames: dict[FrameLayout, str] = {}
         self.direct: tuple[Closure, str] | None = None  # this function as a global, and its cell
         self.self_tail: tuple[str, ...] | None = None  # parameters, if tail calls of itself are turns of a loop
@@ -387,17 +387,17 @@ class Text:
             self.constants[name] = value
         return name
 
-    def temporary(self, code: Code) -> Code:
+    def temporary(self, code: CodeText) -> CodeText:
         name = self.fresh("t")
         self.line(f"{name} = {code.text}")
         self.kinds[name] = code.kind
-        return Code(name, code.kind)
+        return CodeText(name, code.kind)
 
-    def named(self, code: Code) -> Code:
+    def named(self, code: CodeText) -> CodeText:
         """Return a variable: CPython warns of ``is`` with a literal."""
         return self.temporary(code) if not code.atomic or code.text in self.literals else code
 
-    def atom(self, code: Code) -> Code:
+    def atom(self, code: CodeText) -> CodeText:
         return code if code.atomic else self.temporary(code)
 
     def name_of(self, variable: Variable) -> str:
@@ -409,11 +409,11 @@ class Text:
                 self.mutable.add(name)
         return name
 
-    def kind_of_variable(self, variable: Variable) -> Kind:
+    def kind_of_variable(self, variable: Variable) -> NumberKind:
         name = self.names.get(variable)
         return ANY if name is None else self.kinds.get(name, ANY)
 
-    def kind_of(self, code: Code) -> Kind:
+    def kind_of(self, code: CodeText) -> NumberKind:
         return self.kinds.get(code.text, code.kind)
 
     def in_cell(self, variable: Variable) -> bool:
@@ -446,13 +446,13 @@ class Text:
         fail = self.constant(undefined_raiser(self.rt, target.name, node.span))
         self.line(f"if {name} is U: {fail}()")
 
-    def read_cell(self, text: str, target: Variable, node: ast.Reference) -> Code:
+    def read_cell(self, text: str, target: Variable, node: ast.Reference) -> CodeText:
         cell, value = self.fresh("t"), self.fresh("t")
         self.line(f"{cell} = {text}")
         self.line(f"if {cell}.birth < rt.serial: rt.read({cell})")
         self.line(f"{value} = {cell}.value")
         self.check_defined(value, target, node)
-        return Code(value)
+        return CodeText(value)
 
     def _literal(self, value: Any) -> str:
         text = repr(value)
@@ -466,7 +466,7 @@ class Text:
         frame, _, slot = text.rpartition("[")
         return frame, int(slot[:-1])
 
-    def bind(self, variable: Variable, text: str, kind: Kind) -> None:
+    def bind(self, variable: Variable, text: str, kind: NumberKind) -> None:
         """Write the definition of a local variable of this function."""
         if self.in_cell(variable):
             frame, slot = self.slot_of(variable)
@@ -483,28 +483,28 @@ class Text:
         if self.is_stored(variable):
             self.line(f"{self.slot_text(variable)} = {name}")
 
-    def literal(self, value: Any) -> Code:
+    def literal(self, value: Any) -> CodeText:
         kind = type(value)
         if kind is bool or value is None:
-            return Code(self._literal(value), BOOLEAN if kind is bool else ANY)
+            return CodeText(self._literal(value), BOOLEAN if kind is bool else ANY)
         small = kind is int and -MAX_LITERAL < value < MAX_LITERAL
         if small or (kind is float and isfinite(value)):
-            return Code(self._literal(value), constant_kind(value))
-        return Code(self.constant(value), constant_kind(value))
+            return CodeText(self._literal(value), constant_kind(value))
+        return CodeText(self.constant(value), constant_kind(value))
 
-    def roll_back(self, lines: int, kinds: dict[str, Kind], names: dict[Variable, str]) -> None:
+    def roll_back(self, lines: int, kinds: dict[str, NumberKind], names: dict[Variable, str]) -> None:
         del self.lines[lines:]
         for number in [number for number in self.sites if number > lines]:
             del self.sites[number]
         self.kinds, self.names = kinds, names
 
-    def list_of(self, values: Sequence[Code]) -> Code:
+    def list_of(self, values: Sequence[CodeText]) -> CodeText:
         text = "NIL"
         for value in reversed(values):
             text = f"Pair({value.text}, {text})"
-        return self.temporary(Code(text, TRUE))
+        return self.temporary(CodeText(text, TRUE))
 
-    def checked_call(self, builtin: Builtin, node: ast.Application, values: Sequence[Code]) -> Code:
+    def checked_call(self, builtin: Builtin, node: ast.Application, values: Sequence[CodeText]) -> CodeText:
         signature = builtin.signature
         parameters = (*signature.required, *signature.optional)
         checks, texts, given = [], [], []
@@ -522,9 +522,9 @@ class Text:
         self.line(f"{name} = {self.constant(builtin.function)}(rt{''.join(f', {t}' for t in texts)})", site)
         kind = _RESULTS.get(builtin.result, ANY)
         self.kinds[name] = kind
-        return Code(name, kind)
+        return CodeText(name, kind)
 
-    def _checked(self, expected: str, check: Any, value: Code) -> str:
+    def _checked(self, expected: str, check: Any, value: CodeText) -> str:
         """Return the Python expression for the converted argument of a builtin."""
         test, text = _FITTING.get(expected), f"{self.constant(check)}({value.text})"
         if value.text in self.literals:
@@ -536,7 +536,7 @@ class Text:
             return self.literals[text]
         return self.constants[text] if text in self.constants else Local(text)
 
-    def _fits(self, expected: str, value: Code) -> bool:
+    def _fits(self, expected: str, value: CodeText) -> bool:
         kind = self.kind_of(value).type
         if kind == "s":
             return expected in ("String", "Word")
@@ -544,46 +544,46 @@ class Text:
             kind in ("f", "n") and expected in ("Float", "Number")
         )
 
-    def _is_number(self, code: Code) -> str:
+    def _is_number(self, code: CodeText) -> str:
         """Return the Python condition for whether a value is a number; empty if it is known to be one."""
         if self.kind_of(code).type in "ifn":
             return ""
         return f"(type({code.text}) is int or type({code.text}) is float)"
 
-    def comparison(self, operator: str, x: Code, y: Code, slow: str) -> Code:
+    def comparison(self, operator: str, x: CodeText, y: CodeText, slow: str) -> CodeText:
         tests = [test for test in (self._is_number(x), self._is_number(y)) if test]
         text = f"{x.text} {operator} {y.text}"
         for code in (x, y):
             if code.text[0] in "vt" and code.text not in self.mutable and self.kind_of(code).type not in "ifn":
                 self.kinds[code.text] = NUMBER
         if not tests:
-            return Code(f"({text})", BOOLEAN, True, False)
+            return CodeText(f"({text})", BOOLEAN, True, False)
         test = " and ".join(tests)
-        return Code(f"({text} if {test} else {slow}({x.text}, {y.text}))", BOOLEAN, False, False)
+        return CodeText(f"({text} if {test} else {slow}({x.text}, {y.text}))", BOOLEAN, False, False)
 
-    def arithmetic(self, name: str, x: Code, y: Code, slow: str) -> Code:
+    def arithmetic(self, name: str, x: CodeText, y: CodeText, slow: str) -> CodeText:
         operator, left, right = OPERATORS[name], self.kind_of(x), self.kind_of(y)
         text = f"({x.text} {operator} {y.text})"
         kind = arithmetic_kind(name, left, right)
         if kind.type == "f" and self._safe_float(left) and self._safe_float(right):
-            return Code(text, FLOAT, True, False)
+            return CodeText(text, FLOAT, True, False)
         if kind.type == "i" and 0 < kind.bits <= MAX_BITS:
-            return Code(text, kind, True, False)
+            return CodeText(text, kind, True, False)
         if kind.type in "in" and name != "mul" and self._is_small(left, right):
-            return Code(text, kind, True, False)  # grows by a constant per step, so the step limit bounds it
+            return CodeText(text, kind, True, False)  # grows by a constant per step, so the step limit bounds it
         result = self.fresh("t")
         self._guarded_arithmetic(result, operator, x, y, slow)
         self.kinds[result] = kind
-        return Code(result, kind)
+        return CodeText(result, kind)
 
-    def _safe_float(self, kind: Kind) -> bool:
+    def _safe_float(self, kind: NumberKind) -> bool:
         """Whether the conversion of a number to a Float cannot overflow."""
         return kind.type == "f" or (kind.type == "i" and 0 < kind.bits <= MAX_BITS)
 
-    def _is_small(self, left: Kind, right: Kind) -> bool:
+    def _is_small(self, left: NumberKind, right: NumberKind) -> bool:
         return any(k.type == "i" and 0 < k.bits <= 64 for k in (left, right))
 
-    def _guarded_arithmetic(self, result: str, operator: str, x: Code, y: Code, slow: str) -> None:
+    def _guarded_arithmetic(self, result: str, operator: str, x: CodeText, y: CodeText, slow: str) -> None:
         text = f"{x.text} {operator} {y.text}"
         left, right = self.kind_of(x).type, self.kind_of(y).type
         fallback = f"{result} = {slow}({x.text}, {y.text})"
@@ -607,30 +607,30 @@ class Text:
         else:
             self.line(fallback)
 
-    def _types(self, python: str, letter: str, *codes: Code) -> str:
+    def _types(self, python: str, letter: str, *codes: CodeText) -> str:
         tests = [f"type({c.text}) is {python}" for c in dict.fromkeys(codes) if self.kind_of(c).type != letter]
         return " and ".join(tests) or "True"
 
-    def division(self, x: Code, y: Code, slow: str) -> Code:
+    def division(self, x: CodeText, y: CodeText, slow: str) -> CodeText:
         left, right = self.kind_of(x), self.kind_of(y)
         if self._safe_float(left) and self._safe_float(right):
             text = f"({x.text} / {y.text} if {y.text} else {slow}({x.text}, {y.text}))"
-            return Code(text, FLOAT, False, False)
+            return CodeText(text, FLOAT, False, False)
         tests = [f"type({c.text}) is float" for c in (x, y) if not self._safe_float(self.kind_of(c))]
         test = " and ".join([*tests, y.text])
-        return self.temporary(Code(f"{x.text} / {y.text} if {test} else {slow}({x.text}, {y.text})"))
+        return self.temporary(CodeText(f"{x.text} / {y.text} if {test} else {slow}({x.text}, {y.text})"))
 
-    def integer_division(self, name: str, x: Code, y: Code, slow: str) -> Code:
+    def integer_division(self, name: str, x: CodeText, y: CodeText, slow: str) -> CodeText:
         left, right = self.kind_of(x), self.kind_of(y)
         operator = "//" if name == "floordiv" else "%"
         tests = [f"type({c.text}) is int" for c in (x, y) if self.kind_of(c).type != "i"]
         test = " and ".join([*tests, y.text])
         kind = ANY
         if left.type == right.type == "i":
-            kind = Kind("i", left.bits if name == "floordiv" else right.bits)
+            kind = NumberKind("i", left.bits if name == "floordiv" else right.bits)
         elif left.type in "ifn" and right.type in "ifn":
             kind = NUMBER
-        return self.temporary(Code(f"{x.text} {operator} {y.text} if {test} else {slow}({x.text}, {y.text})", kind))
+        return self.temporary(CodeText(f"{x.text} {operator} {y.text} if {test} else {slow}({x.text}, {y.text})", kind))
 
     def known_call(self, result: str, cell: str, known: Closure, texts: Sequence[str], node: ast.Application) -> None:
         """Write a call of a global function that is known, unless it is defined again."""
@@ -674,7 +674,7 @@ class Text:
         if not loops:
             raise Unsupported
 
-    def choice_step(self, kind: str, code: Code, out: str, leaves: str, loops: Sequence[int]) -> None:
+    def choice_step(self, kind: str, code: CodeText, out: str, leaves: str, loops: Sequence[int]) -> None:
         truth = self.truth(code)
         if kind == "or":
             self.line(f"if {truth}: {out} = {code.text}")
@@ -691,7 +691,7 @@ class Text:
         slow = calls.slow_call(self.rt, builtin, node.span)
         return lambda x, y: slow([x, y])
 
-    def truth(self, code: Code) -> str:
+    def truth(self, code: CodeText) -> str:
         """Return the Python condition for whether a value is true."""
         kind = self.kind_of(code)
         if kind.type == "b":

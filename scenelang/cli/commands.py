@@ -112,9 +112,8 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
-    subparsers = parser.add_subparsers(
-        prog="scenelang", dest="command", required=True, metavar="COMMAND", help=argparse.SUPPRESS
-    )
+    quiet = argparse.SUPPRESS
+    subparsers = parser.add_subparsers(prog="scenelang", dest="command", required=True, metavar="COMMAND", help=quiet)
     for name in [only] if only in COMMANDS else COMMANDS:
         mine = subparsers.add_parser(name, help=COMMANDS[name].help)
         if only in (None, name):

@@ -296,7 +296,7 @@ def _serve(arguments: argparse.Namespace, workspace: Workspace) -> int:
 
 def _open(arguments: argparse.Namespace, address: str, note: str) -> None:
     """Print an address, and open it in a browser unless the user disabled that or there is no display."""
-    from scenelang.backends.viewer.page import open_in_browser
+    from scenelang.backends.viewer.packet import open_in_browser
 
     print(address, flush=True)
     if not arguments.quiet:
@@ -307,7 +307,7 @@ def _open(arguments: argparse.Namespace, address: str, note: str) -> None:
 
 def _save(arguments: argparse.Namespace, workspace: Workspace) -> int:
     """Write the page with the scenes of all files; write nothing if one of them has errors."""
-    from scenelang.backends.viewer.page import page_path
+    from scenelang.backends.viewer.packet import page_path
     from scenelang.viewer.workspace import saved_page
 
     output = page_path(arguments.html)
@@ -322,7 +322,7 @@ def _save(arguments: argparse.Namespace, workspace: Workspace) -> int:
 def _view_build(arguments: argparse.Namespace) -> int:
     """Write the page of ``--html``, or show it in a browser until Ctrl-C; files are not watched."""
     from scenelang.backends.deepslate.backend import page_of_scene
-    from scenelang.backends.viewer.page import page_path
+    from scenelang.backends.viewer.packet import page_path
 
     if len(arguments.files) > 1:
         raise UsageError("file", "`view --minecraft` accepts only one program")

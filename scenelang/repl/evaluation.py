@@ -524,7 +524,7 @@ class LiveView:
 
     def open_browser(self) -> None:
         """Open the page in a browser if a display is available."""
-        from scenelang.backends.viewer.page import open_in_browser
+        from scenelang.backends.viewer.packet import open_in_browser
 
         open_in_browser(self.address)
 

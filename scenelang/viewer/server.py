@@ -18,7 +18,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from scenelang.backends.viewer import page
+from scenelang.backends.viewer import packet
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.viewer.workspace import Workspace, state_data
 
@@ -161,9 +161,9 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _get(self, name: str, query: dict[str, str]) -> None:
         if name == "":
-            self._send(page.served_page(), "text/html; charset=utf-8")
-        elif name in page.STATIC:
-            self._send(page.static(name), page.STATIC[name])
+            self._send(packet.served_page(), "text/html; charset=utf-8")
+        elif name in packet.STATIC:
+            self._send(packet.static(name), packet.STATIC[name])
         elif name == "files":
             self._send_json({"files": list(self.server.workspace.files)})
         elif name == "state":

@@ -464,7 +464,7 @@ def _param_data(control: ParamControl, values: Mapping[str, Any], is_live: bool)
 def saved_page(workspace: Workspace, report: Callable[[Sequence[Diagnostic]], None]) -> str | None:
     """Return a self-contained page with the scenes of all files, or None if one has errors. ``report`` receives the
     diagnostics."""
-    from scenelang.backends.viewer.page import SavedScene, self_contained_page
+    from scenelang.backends.viewer.packet import SavedScene, self_contained_page
 
     scenes = []
     for number, name in enumerate(workspace.files):

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from small_models import seeded, small_clip
 
-from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build
+from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build, load_table
 from scenelang.backends.minecraft.connections import settled
-from scenelang.backends.minecraft.table import load_table
 from scenelang.backends.minecraft.voxels import Voxels
 from scenelang.backends.neural import clip
 from scenelang.backends.neural.clip import ClipName, load_clip, nearest_by_meaning

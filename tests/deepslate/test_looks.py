@@ -21,8 +21,7 @@ from scenelang.backends.deepslate.looks import (
     texture_from,
     textures_of,
 )
-from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState
-from scenelang.backends.minecraft.table import load_table
+from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, load_table
 from scenelang.grammar.diagnostics import SceneError
 
 

@@ -25,8 +25,7 @@ from scenelang.backends.deepslate.backend import Browser, PageSurroundings, find
 from scenelang.backends.deepslate.builds import Builds, seen
 from scenelang.backends.deepslate.layers import layers_for
 from scenelang.backends.deepslate.looks import looks_of
-from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build
-from scenelang.backends.minecraft.table import load_table
+from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build, load_table
 from scenelang.backends.pictures.camera import camera_to_json, parse_viewpoint, place
 from scenelang.backends.pictures.film import Picture, PictureOptions, render
 from scenelang.grammar.diagnostics import SceneError

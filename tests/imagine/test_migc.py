@@ -12,6 +12,7 @@ import pytest
 from small_diffusion import WIDTH, small_diffusion
 from small_models import seeded
 
+from scenelang.backends.neural.imagine.layout import AttentionRegion
 from scenelang.backends.neural.imagine.migc import (
     FILE,
     Migc,
@@ -25,7 +26,6 @@ from scenelang.backends.neural.imagine.migc import (
     shared_box_mask,
     to_checkpoint,
 )
-from scenelang.backends.neural.imagine.regional import AttentionRegion
 from scenelang.backends.neural.imagine.sampling import Checkpoint, Sampling, generate_image, load_checkpoint
 from scenelang.backends.neural.weights import ModelHub
 from scenelang.grammar.diagnostics import SceneError

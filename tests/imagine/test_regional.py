@@ -10,7 +10,7 @@ import pytest
 from small_diffusion import WIDTH, small_diffusion
 from small_models import seeded
 
-from scenelang.backends.neural.imagine.regional import (
+from scenelang.backends.neural.imagine.layout import (
     AttentionRegion,
     Regional,
     RegionalAttention,

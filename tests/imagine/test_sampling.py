@@ -11,7 +11,7 @@ from small_diffusion import WIDTH, small_control, small_diffusion
 from small_models import seeded
 
 from scenelang.backends.neural.clip import parse_prompt
-from scenelang.backends.neural.imagine.regional import AttentionRegion, Gligen, Regional, grounding_tokens
+from scenelang.backends.neural.imagine.layout import AttentionRegion, Gligen, Regional, grounding_tokens
 from scenelang.backends.neural.imagine.sampling import (
     Checkpoint,
     Control,

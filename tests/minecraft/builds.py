@@ -8,8 +8,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build, trimmed, unified
-from scenelang.backends.minecraft.table import load_table
+from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build, load_table, trimmed, unified
 
 NAMES = [
     "stone", "oak_log", "oak_stairs", "oak_fence", "glass_pane", "cobblestone_wall", "oak_door", "torch", "white_wool",

@@ -18,7 +18,7 @@ from searching import many
 from minecraft.builds import BUILDS, STATES, assert_same, made, noise
 from minecraft.oracle import of_build
 from scenelang.backends.minecraft import export
-from scenelang.backends.minecraft.blocks import BlockState, Build
+from scenelang.backends.minecraft.blocks import BlockState, Build, load_table
 from scenelang.backends.minecraft.build_files import (
     LARGEST,
     GameVersion,
@@ -33,7 +33,6 @@ from scenelang.backends.minecraft.build_files import (
 )
 from scenelang.backends.minecraft.export import read
 from scenelang.backends.minecraft.nbt import packed_longs
-from scenelang.backends.minecraft.table import load_table
 from scenelang.grammar.diagnostics import SceneError
 
 NEWEST = game_version()

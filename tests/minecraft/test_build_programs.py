@@ -13,11 +13,10 @@ from searching import many
 from transpile.cases import CORPUS, IMITATIONS, Case, scene_of, translated
 
 from minecraft.builds import BUILDS, STATES, assert_same, made, noise
-from scenelang.backends.minecraft.blocks import NOTHING, BlockState, Build
+from scenelang.backends.minecraft.blocks import NOTHING, BlockState, Build, load_table
 from scenelang.backends.minecraft.build_files import game_version, write_litematic, write_schematic
 from scenelang.backends.minecraft.connections import Settled, settled
 from scenelang.backends.minecraft.export import program_text, read
-from scenelang.backends.minecraft.table import load_table
 from scenelang.backends.minecraft.voxels import voxelised
 from scenelang.formatting import formatted
 from scenelang.grammar.datum import Source

@@ -7,9 +7,8 @@ import pytest
 from transpile.cases import CORPUS, IMITATIONS, Case, scene_of, translated
 
 from minecraft.oracle import of_build
-from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build
+from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build, load_table
 from scenelang.backends.minecraft.connections import Settled, settled
-from scenelang.backends.minecraft.table import load_table
 from scenelang.backends.minecraft.voxels import Voxels, voxelised
 
 MINECRAFT = [case for case in (*CORPUS, *IMITATIONS) if "set_cuboid" in case.text]

@@ -15,8 +15,8 @@ from transpile.cases import scene_of
 from minecraft.oracle import Cuboid, of_build
 from minecraft.scenes import CUBOIDS, STEPS, group, placed
 from scenelang.backends.minecraft import models
+from scenelang.backends.minecraft.blocks import load_table
 from scenelang.backends.minecraft.models import as_cubes
-from scenelang.backends.minecraft.table import load_table
 from scenelang.backends.minecraft.voxels import voxelised
 from scenelang.backends.pictures.appearance import from_srgb, look_of
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError

@@ -15,8 +15,8 @@ from searching import many
 from transpile.cases import scene_of
 
 from scenelang.backends.minecraft import filling
+from scenelang.backends.minecraft.blocks import load_table
 from scenelang.backends.minecraft.filling import FAMILIES, USUAL, Filled, filled, in_blocks, palette_of
-from scenelang.backends.minecraft.table import load_table
 from scenelang.backends.pictures.appearance import from_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError
 

@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build
+from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build, load_table
 from scenelang.backends.minecraft.build_files import fitted, game_version, too_new
 from scenelang.backends.minecraft.connections import resolve
-from scenelang.backends.minecraft.table import load_table
 from scenelang.cli.main import main
 
 

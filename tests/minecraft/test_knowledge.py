@@ -12,9 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenelang.backends.minecraft.blocks import BlockState
+from scenelang.backends.minecraft.blocks import ALIASES, RENAMES, BlockState, jaro_winkler, load_table
 from scenelang.backends.minecraft.connections import resolve
-from scenelang.backends.minecraft.table import ALIASES, RENAMES, jaro_winkler, load_table
 
 TABLE = load_table()
 ROWS: list[Any] = json.loads(Path(__file__).with_name("blocks-26.1.json").read_text("utf-8"))  # of minecraft-data

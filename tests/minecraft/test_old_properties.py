@@ -8,9 +8,9 @@ import pytest
 from transpile.cases import scene_of
 
 from scenelang.backends.base import BackendOptions
+from scenelang.backends.minecraft.blocks import load_table
 from scenelang.backends.minecraft.connections import resolve
 from scenelang.backends.minecraft.export import SCHEM
-from scenelang.backends.minecraft.table import load_table
 from scenelang.grammar.diagnostics import Diagnostic
 
 TABLE = load_table()

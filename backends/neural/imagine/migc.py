@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from scenelang.backends.base import require
-from scenelang.backends.neural.imagine.regional import (
+from scenelang.backends.neural.imagine.layout import (
     AttentionRegion,
     LayoutConditioning,
     attention_processors,

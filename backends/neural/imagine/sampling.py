@@ -18,17 +18,21 @@ from scenelang.backends.labels.ground_truth import Truth, truth_of
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.neural.clip import Prompt
 from scenelang.backends.neural.diffusion import TransformersPromptEncoder, silence_libraries
-from scenelang.backends.neural.imagine.layout import MAX_INSTANCES, PictureLayout, conditions_in, handles_in, layout_of
-from scenelang.backends.neural.imagine.migc import MAX_INSTANCES as MIGC_MAX_INSTANCES
-from scenelang.backends.neural.imagine.migc import Migc, MigcConditioning
-from scenelang.backends.neural.imagine.regional import (
+from scenelang.backends.neural.imagine.layout import (
     DEFAULT_WEIGHT,
+    MAX_INSTANCES,
     AttentionRegion,
     Gligen,
     LayoutConditioning,
     NoConditioning,
+    PictureLayout,
     Regional,
+    conditions_in,
+    handles_in,
+    layout_of,
 )
+from scenelang.backends.neural.imagine.migc import MAX_INSTANCES as MIGC_MAX_INSTANCES
+from scenelang.backends.neural.imagine.migc import Migc, MigcConditioning
 from scenelang.backends.neural.prompts import (
     Granularity,
     IntArray,
