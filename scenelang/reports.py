@@ -113,7 +113,7 @@ class Parser(argparse.ArgumentParser):
             known = [flag for action in command._actions for flag in action.option_strings]
             near = suggest(unknown[1], known)
             message += f"; {near}" if near else ""
-        self.exit(2, f"{command.prog}: error: {message}\nsee `{command.prog} --help`\n")
+        self.exit(2, f"{command.prog}: error: {message}\nusage: see `{command.prog} --help`\n")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         self._words = list(sys.argv[1:] if args is None else args)

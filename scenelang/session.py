@@ -12,7 +12,7 @@ import sys
 import threading
 from codecs import BOM_UTF8
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from types import TracebackType
@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from scenelang.backends.files import read_regular, rewrite
 from scenelang.grammar.ast import check_strict
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, dataclass, field, replace, walk
-from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, UsageError, error_of
+from scenelang.grammar.diagnostics import CODES, Diagnostic, Note, SceneError, UsageError, error_of
 from scenelang.grammar.reader import read
 from scenelang.interpreter.kinds.book import findings
 from scenelang.interpreter.lint.lint import (
@@ -443,9 +443,9 @@ class Session:
         if is_scene_file(source):
             return self._read_scene(source)
         checked = self.check(source)
-        if not checked.ok or checked.program is None:
-            return Evaluated(checked.program, None, checked.diagnostics)
         program = checked.program
+        if program is None or not (checked.ok or _may_run(program, checked.diagnostics)):
+            return Evaluated(program, None, checked.diagnostics)
         _import_evaluator()
         runtime = self._runtime(source)
         runtime.meter.reset(started)
@@ -460,7 +460,7 @@ class Session:
             note = Note(f"embeddings are applied to {used}; remove one with `embeddings FILE set HANDLE --clear`")
             problem = replace(problem, notes=(*problem.notes, note))
         warnings = without_suppressed(runtime.warnings.values(), program.sources)
-        diagnostics = [*checked.diagnostics, *warnings, *([problem] if problem else [])]
+        diagnostics = [*_confirmed(checked.diagnostics, problem), *warnings]
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total)
 
     def check_geometry(self, source: Source) -> list[Diagnostic]:
@@ -614,6 +614,28 @@ def _outside_library(diagnostic: Diagnostic) -> Diagnostic:
             note = Note("in the standard library", diagnostic.span)
             return replace(diagnostic, span=place, notes=(note, *diagnostic.notes))
     return diagnostic
+
+
+def _may_run(program: Program, diagnostics: Iterable[Diagnostic]) -> bool:
+    """Return whether the only errors are those of kinds, which may concern code that a run never evaluates."""
+    return program.ok and all(CODES[d.name].code[:2] in ("E4", "E6") for d in diagnostics if d.is_error)
+
+
+def _confirmed(found: Sequence[Diagnostic], problem: Diagnostic | None) -> list[Diagnostic]:
+    """Return the findings of the check and the error of the run, each mistake once.
+
+    Errors of the check that the run did not meet are warnings: the code was guarded, or not evaluated.
+    """
+    if problem is None or CODES[problem.name].code.startswith("E5"):
+        found = [replace(d, name="conditional-failure") if d.is_error else d for d in found]
+        return [*found, problem] if problem else found
+    is_known = any(d.is_error and (d.name == problem.name or _overlaps(d, problem)) for d in found)
+    return list(found) if is_known else [*found, problem]
+
+
+def _overlaps(one: Diagnostic, other: Diagnostic) -> bool:
+    a, b = one.span, other.span
+    return a is not None and b is not None and a.source is b.source and a.start < b.end and b.start < a.end
 
 
 def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:

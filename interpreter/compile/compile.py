@@ -702,7 +702,7 @@ def _sequence(steps: list[Node]) -> Node:
 def replace_function(compiler: Compiler, node: ast.Lambda, code: ClosureCode, layout: FrameLayout) -> None:
     """Replace the body of a function by generated code, if possible."""
     try:
-        writer = generate.Writer(compiler, layout, node.body)
+        writer = generate.FunctionWriter(compiler, layout, node.body)
         entry = writer.function(node, code)
     except (generated.Unsupported, RecursionError, SyntaxError, MemoryError):
         return
@@ -716,7 +716,7 @@ def loop_function(
 ) -> Callable[[Frame, int], Any] | None:
     """Return a function of the frame that continues a loop after a number of turns, if it can be generated."""
     try:
-        return generate.Writer(compiler, layout, loop.function.body).loop(loop, tail)
+        return generate.FunctionWriter(compiler, layout, loop.function.body).loop(loop, tail)
     except (generated.Unsupported, RecursionError, SyntaxError, MemoryError):
         return None
 

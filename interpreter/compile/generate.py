@@ -5,7 +5,7 @@ that the closures of ``compile`` use, so that code of both tiers shares frames. 
 line number of a call in a traceback is the key of its *site* (see ``generated``), so that no call needs a ``try``. No
 text of a program enters the source: variables are numbered, and values are constants of the function's namespace.
 
-What has no translation here is compiled to a closure and called with the frame (``_embed``). CodeText that is too deep or
+What has no translation here is compiled to a closure and called with the frame (``_embed``). Code that is too deep or
 too long for CPython stays with the closures.
 """
 
@@ -981,7 +981,8 @@ _STARTS = {"sum": "0", "and": "True", "or": "False", "first": "False"}
 _UNARY = frozenset({"not", "car", "cdr", "null?"})
 _BINARY = frozenset({*OPERATORS, "div", "floordiv", "mod", "matmul"})
 _VALUES: dict[type, Any] = {
-    ast.Lambda: FunctionWriter._lambda, ast.Assignment: FunctionWriter._assignment, ast.ArrayLiteral: FunctionWriter._array,
+    ast.Lambda: FunctionWriter._lambda, ast.Assignment: FunctionWriter._assignment,
+    ast.ArrayLiteral: FunctionWriter._array,
     ast.First: FunctionWriter._first, ast.Transform: FunctionWriter._transform, ast.Union: FunctionWriter._union,
     ast.UnionLoop: FunctionWriter._union_loop, ast.Bind: FunctionWriter._bind, ast.Call: FunctionWriter._entity,
     ast.HandleLiteral: FunctionWriter._handle,

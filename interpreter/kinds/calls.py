@@ -445,7 +445,8 @@ def _check_values(
     angle = ANGLES.get(name)
     if angle is not None and len(nodes) > angle:
         check_angle(inference, nodes[angle])
-    if builtin.check is not None and all(type(each) is ast.Constant for each in nodes):
+    # the value of a literal that could not be read is None
+    if builtin.check is not None and all(type(each) is ast.Constant and each.value is not None for each in nodes):
         try:
             builtin.check(*(each.value for each in nodes))
         except SceneError as error:
