@@ -238,7 +238,7 @@ class FunctionWriter(Text):
         self.line(" raise")
         self.line("raise found from None")
         source = "\n".join(self.lines) + "\n"
-        exec(compile(source, "<generated>", "exec", dont_inherit=True), self.constants)  # noqa: S102
+        exec(compile(source, "<generated>", "exec", dont_inherit=True), self.constants)  # noqa: S102  # nosec B102: of our own templates; no text of a program
         self.rt.units.append(self.constants)
         entry: Callable[..., Any] = self.constants["g"]
         return entry

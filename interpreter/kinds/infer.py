@@ -126,6 +126,7 @@ class KindInference:
         self.narrowed: set[Variable] = set()  # variables whose kind a test may have narrowed
         self.caller: ast.Lambda | None = None  # the function around
         self.is_reached = True  # whether the function around always comes here
+        self.exits = 0  # number of calls so far by which the function around may be left
 
     # --- findings ----------------------------------------------------------------------------------------------
 
@@ -165,7 +166,7 @@ class KindInference:
     @contextmanager
     def uncertain(self, *tests: Any) -> Iterator[None]:
         """Context of code that may not run. Variables that ``tests`` mention may have a narrower kind there."""
-        before, narrowed, reached = self.is_certain, self.narrowed, self.is_reached
+        before, narrowed, reached, exits = self.is_certain, self.narrowed, self.is_reached, self.exits
         self.is_certain = self.is_reached = False
         if tests:
             mentioned = {node.target for node in walk(*tests) if type(node) is ast.Reference}
@@ -173,7 +174,7 @@ class KindInference:
         try:
             yield
         finally:
-            self.is_certain, self.narrowed, self.is_reached = before, narrowed, reached
+            self.is_certain, self.narrowed, self.is_reached = before, narrowed, reached and exits == self.exits
 
     # --- expressions -------------------------------------------------------------------------------------------
 
@@ -228,7 +229,7 @@ class KindInference:
 
     def function(self, node: ast.Lambda, entity_word: bool = False, arguments: Sequence[Kind] | None = None) -> Kind:
         """Infer the body of a function once, and return the kind of the function."""
-        caller, reached = self.caller, self.is_reached
+        caller, reached, exits = self.caller, self.is_reached, self.exits
         self.caller, self.is_reached = node, True
         position = 0
         for parameter in node.parameters:
@@ -246,7 +247,7 @@ class KindInference:
                 for variable in pattern_variables(parameter.target):
                     self.env[variable] = ANY
         result = self.infer(node.body)
-        self.caller, self.is_reached = caller, reached
+        self.caller, self.is_reached, self.exits = caller, reached, exits
         return Kind("Function", None, result, node)
 
     def note_call(self, callee: Any, span: Span) -> None:
@@ -256,6 +257,7 @@ class KindInference:
                 self.result.always_calls.append((self.caller, callee, span))
         elif callee is None or isinstance(callee, str):
             self.is_reached = False
+            self.exits += 1
 
     # --- loops -------------------------------------------------------------------------------------------------
 
@@ -463,7 +465,10 @@ def _application(inference: KindInference, node: ast.Application) -> Kind:
     kind = inference.infer(function)
     arguments = inference.infer_all(node.arguments)
     inference.note_call(kind.code, node.span)
-    return calls.call(inference, node, kind, arguments)
+    result = calls.call(inference, node, kind, arguments)
+    if result is NEVER:  # such as `raise`
+        inference.note_call(None, node.span)
+    return result
 
 
 def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
@@ -499,7 +504,7 @@ def _for(inference: KindInference, node: ast.For) -> Kind:
         for variable in pattern_variables(accumulator.target):
             inference.env[variable] = ANY  # its kind may change from one iteration to the next
     certain, narrowed, reached = inference.is_certain, inference.narrowed, inference.is_reached
-    inference.is_reached = False
+    exits, inference.is_reached = inference.exits, False
     for clause in node.clauses:
         if clause.kind == "each":
             for target, value in zip(clause.targets, clause.values):
@@ -514,7 +519,8 @@ def _for(inference: KindInference, node: ast.For) -> Kind:
         inference.check_parts(_value_of(node.body), body, "`for/union`")
     elif node.kind == "append":
         scene_forms.check_appended(inference, _value_of(node.body), body)
-    inference.is_certain, inference.narrowed, inference.is_reached = certain, narrowed, reached
+    inference.is_certain, inference.narrowed = certain, narrowed
+    inference.is_reached = reached and exits == inference.exits
     return _result_of_loop(node, body)
 
 

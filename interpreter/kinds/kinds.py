@@ -417,5 +417,5 @@ def may_be_parts(kind: Kind) -> bool:
 
 def _may_be_parts(kind: Kind) -> bool:
     if kind.tag == "List":
-        return all(map(may_be_parts, kind.items)) if kind.items is not None else may_be_parts(item_of(kind))
+        return kind.items is None or all(map(may_be_parts, kind.items))  # a list of unknown length may be empty
     return kind.tag in ("Entity", "Part", "Pair", "MutableList")

@@ -80,6 +80,21 @@ def test_calls_that_were_not_sound(call: str) -> None:
     assert_sound(trace(Source("<call>", around(call)), session()), call)
 
 
+@pytest.mark.parametrize(
+    ("function", "is_endless"),
+    [
+        ("(define (f n) (when (= n 0) (raise 'done)) (f (- n 1)))", False),
+        ("(define (f n) (assert (> n 0)) (f (- n 1)))", False),
+        ('(define (f n k) (when (= n 0) (k (call "cube"))) (f (- n 1) k))', False),
+        ("(define (f) (let/ec k (let loop ((i 0)) (when (> i 3) (k 1)) (loop (+ i 1)))))", False),
+        ("(define (f n) (print n) (f n))", True),
+    ],
+)
+def test_recursion_that_ends_by_an_exit_is_not_endless(function: str, is_endless: bool) -> None:
+    found = session().check(Source("<test>", f'{function} (bind "a" (lambda () (call "cube")))')).diagnostics
+    assert ("endless-recursion" in {d.name for d in found}) == is_endless
+
+
 def test_random_calls_of_builtins() -> None:
     random, here = Random(20), session()
     failed = found = 0

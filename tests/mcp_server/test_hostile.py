@@ -135,7 +135,7 @@ def test_calls_at_once_do_not_disturb_one_another(agent: Any) -> None:
 
 
 def test_a_loop_without_end_ends(serve: Callable[..., Any]) -> None:
-    with serve("--max-seconds", "1") as agent:
+    with serve("--max-seconds", "1", "--max-steps", "1G") as agent:
         found = agent.told("run", program=f"(define (f) (f)) (f) {CUBE}")
         assert [d["name"] for d in found["diagnostics"] if d["severity"] == "error"] == ["time"]
 
