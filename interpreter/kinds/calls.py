@@ -590,13 +590,15 @@ def check_callback(
         f"{'at least ' if high == math.inf else ''}{low if low == high or high == math.inf else f'{low} to {high}'}"
     )
     fixes: tuple[Fix, ...] = ()
+    hint = f"parameters: {usage}"
     head = re.match(r"\(lambda\s+\(\)", node.span.text) if node.span.expansion is None else None
     if head is not None and count == 1:
         at = Span(node.span.source, node.span.start + head.end() - 1, node.span.start + head.end() - 1)
         fixes = (Fix("Add a parameter", (Edit(at, "_"),), safe=True),)
+        hint = "add a parameter: `(lambda (i) ...)`"
     inference.report(
         "arity", f"{caller} calls {name} with {plural(count, 'argument')}, but it expects {expected}", node.span,
-        f"parameters: {usage}", fixes=fixes, always=runs, expected=f"a Function of {plural(count, 'argument')}",
+        hint, fixes=fixes, always=runs, expected=f"a Function of {plural(count, 'argument')}",
         found=f"a Function of {expected}", signature=usage,
     )  # fmt: skip
 

@@ -451,5 +451,6 @@ def report_loop_body(inference: KindInference, node: ast.UnionLoop, kind: Kind) 
 def report_count(inference: KindInference, node: Any, kind: Kind) -> None:
     inference.report(
         "type", f"`union-loop` expects an Integer count, got {shown(node, kind)}", node.span,
-        "round it: `(round n)`, `(floor n)`", expected="an Integer", found=describe(kind),
+        "write the number without quotes" if kind.tag == "String" else "round it: `(round n)`, `(floor n)`",
+        expected="an Integer", found=describe(kind),
     )  # fmt: skip

@@ -51,7 +51,11 @@ def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
     words = program.words or program.all_words
     if not words:
         hint = 'bind a word, such as `(bind "word" (lambda () (call "cube")))`'
-        raise SceneError("no-root", "the program binds no word, so there is nothing to evaluate", hint)
+        nested = next((node for each in program.facts for node in walk(each.form) if type(node) is ast.Bind), None)
+        if nested is not None:
+            hint = "this `bind` stands inside another form: move it to the top level"
+        message = "the program binds no word, so there is nothing to evaluate"
+        raise SceneError("no-root", message, hint, nested.span if nested is not None else None)
     used = {text for each in program.facts for text in each.strings}
     candidates = [word for word in words if word not in used]
     if not candidates:

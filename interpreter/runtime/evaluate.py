@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.ast import parse_core
-from scenelang.grammar.datum import Datum
+from scenelang.grammar.datum import Datum, Span
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.compile.compile import compile_forms
 from scenelang.interpreter.expand.expand import RunMacro
@@ -66,13 +67,15 @@ class ProgramRun:
         """Seed the random streams, evaluate the root ``word`` and return its scene."""
         rt = self.rt
         rt.streams.seed(seed)
-        z, gamma = self._root_call(program, word)
-        cell = rt.words.get(word)
         span = program.all_words.get(word) or (program.scene.span if program.scene else None)
+        with _located(word, program.scene.span if program.scene else span):
+            z, gamma = self._root_call(program, word)
+        cell = rt.words.get(word)
         if cell is None or cell.function is None:
             hint = suggest(word, rt.words) or 'bind it with `(bind "word" (lambda () ...))`'
             raise SceneError("root", f'the root "{word}" is not bound', hint, span)
-        return self.evaluate_root(word, cell.function, z, gamma)
+        with _located(word, program.scene.span if program.scene else span):
+            return self.evaluate_root(word, cell.function, z, gamma)
 
     def _root_call(self, program: Program, word: str) -> tuple[Embedding, Any]:
         """Return the root's embedding and gamma: the defaults, merged with the arguments of ``(scene ...)``."""
@@ -170,3 +173,15 @@ def macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], 
         return value, not run.rt.drew_random
 
     return run_macro
+
+
+@contextmanager
+def _located(word: str, span: Span | None) -> Iterator[None]:
+    """Give errors about the call of the root, which no code makes, the place of ``scene`` or of the root's ``bind``."""
+    try:
+        yield
+    except SceneError as error:
+        if error.span is None and error.name in ("keyword", "embedding"):
+            error.span = span
+            error.hint = f'write `(scene "{word}" :name value)`, or give the parameter a default: `(:name value)`'
+        raise
