@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -177,6 +177,32 @@ def _uses(pattern: Pattern) -> bool:
     return isinstance(pattern, RuleUse) or (isinstance(pattern, Either) and any(map(_uses, pattern.options)))
 
 
+def _pattern_text(
+    pattern: Pattern,
+    use: Callable[[str], str],
+    quoted: Callable[[str], str],
+    characters: Callable[[Chars], str],
+    repeated: Callable[[str, Many], str],
+) -> str:
+    """Write a token's pattern in the notation of EBNF and GBNF, which differ in names, literals, classes and counts."""
+
+    def write(part: Pattern) -> str:
+        if isinstance(part, RuleUse):
+            return use(part.token)
+        if isinstance(part, Text):
+            return quoted(part.text)
+        if isinstance(part, Chars):
+            return characters(part)
+        if isinstance(part, Joined):
+            return " ".join(f"({write(each)})" if isinstance(each, Either) else write(each) for each in part.parts)
+        if isinstance(part, Either):
+            return " | ".join(write(option) for option in part.options)
+        text = write(part.part)
+        return repeated(text if isinstance(part.part, (Chars, Text, RuleUse)) else f"({text})", part)
+
+    return write(pattern)
+
+
 _EBNF_ABOUT = (
     "White space and comments are allowed between tokens: `; to the end of the line`, `#| nested |#`, `#; datum`.",
     "Adjacent words must be separated by white space. `A - B` matches what A matches but B does not.",
@@ -196,9 +222,6 @@ def _ebnf_leaf(leaf: Leaf) -> str:
     return _ebnf_quoted(leaf.text) if isinstance(leaf, Literal) else leaf.name
 
 
-# --- tokens --------------------------------------------------------------------------------------------------------
-
-
 def _ebnf_token(token: TerminalToken) -> str:
     text = _ebnf_pattern(token.pattern)
     if not token.excluded:
@@ -208,25 +231,11 @@ def _ebnf_token(token: TerminalToken) -> str:
 
 
 def _ebnf_pattern(pattern: Pattern) -> str:
-    if isinstance(pattern, RuleUse):
-        return pattern.token
-    if isinstance(pattern, Text):
-        return _ebnf_quoted(pattern.text)
-    if isinstance(pattern, Chars):
-        return _ebnf_class(pattern)
-    if isinstance(pattern, Joined):
-        return " ".join(
-            f"({_ebnf_pattern(part)})" if isinstance(part, Either) else _ebnf_pattern(part) for part in pattern.parts
-        )
-    if isinstance(pattern, Either):
-        return " | ".join(_ebnf_pattern(option) for option in pattern.options)
-    return _ebnf_repeated(pattern)
+    return _pattern_text(pattern, lambda name: name, _ebnf_quoted, _ebnf_class, _ebnf_repeated)
 
 
-def _ebnf_repeated(pattern: Many) -> str:
+def _ebnf_repeated(item: str, pattern: Many) -> str:
     """Write a repetition; W3C notation has no counts, so they are expanded."""
-    text = _ebnf_pattern(pattern.part)
-    item = text if isinstance(pattern.part, (Chars, Text, RuleUse)) else f"({text})"
     if pattern.maximum is None:
         return item + ("*" if not pattern.minimum else "+")
     return " ".join([item] * pattern.minimum + [f"{item}?"] * (pattern.maximum - pattern.minimum))
@@ -287,30 +296,14 @@ def _gbnf_leaf(leaf: Leaf, start: str) -> str:
     return _gbnf_token(leaf.name) if isinstance(leaf, Terminal) else _gbnf_rule(leaf.name, start)
 
 
-# --- tokens --------------------------------------------------------------------------------------------------------
-
-
 def _gbnf_pattern(pattern: Pattern) -> str:
-    if isinstance(pattern, Text):
-        return _gbnf_quoted(pattern.text)
-    if isinstance(pattern, Chars):
-        return _gbnf_class(pattern)
-    if isinstance(pattern, Joined):
-        return " ".join(
-            f"({_gbnf_pattern(part)})" if isinstance(part, Either) else _gbnf_pattern(part) for part in pattern.parts
-        )
-    if isinstance(pattern, Either):
-        return " | ".join(_gbnf_pattern(option) for option in pattern.options)
-    if isinstance(pattern, RuleUse):
-        return _gbnf_token(pattern.token)
-    text = _gbnf_pattern(pattern.part)
-    return (text if isinstance(pattern.part, (Chars, Text, RuleUse)) else f"({text})") + _gbnf_times(pattern)
+    return _pattern_text(pattern, _gbnf_token, _gbnf_quoted, _gbnf_class, _gbnf_repeated)
 
 
-def _gbnf_times(pattern: Many) -> str:
+def _gbnf_repeated(item: str, pattern: Many) -> str:
     signs = {(0, None): "*", (1, None): "+", (0, 1): "?"}
     minimum, maximum = pattern.minimum, pattern.maximum
-    return signs.get(
+    return item + signs.get(
         (minimum, maximum),
         f"{{{minimum}}}" if minimum == maximum else f"{{{minimum},{'' if maximum is None else maximum}}}",
     )
