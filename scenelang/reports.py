@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -107,24 +106,20 @@ class Parser(argparse.ArgumentParser):
     """Argument parser whose errors are one line, with the nearest option for an unknown one."""
 
     def error(self, message: str) -> NoReturn:
-        command = self._command()
-        unknown = re.match(r"unrecognized arguments: (--[^\s=]+)", message)
-        if unknown is not None:
-            known = [flag for action in command._actions for flag in action.option_strings]
-            near = suggest(unknown[1], known)
-            message += f"; {near}" if near else ""
-        self.exit(2, f"{command.prog}: error: {message}\nusage: see `{command.prog} --help`\n")
+        self.exit(2, f"{self.prog}: error: {message}\nusage: see `{self.prog} --help`\n")
 
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        self._words = list(sys.argv[1:] if args is None else args)
-        return super().parse_known_args(args, namespace)
+    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
+        found, unknown = self.parse_known_args(args, namespace)
+        if unknown:
+            self._parser_of(found)._report_unknown(unknown)
+        return found
 
-    def _command(self) -> argparse.ArgumentParser:
-        """Return the parser of the command on the line, which the error is about."""
-        for action in self._actions:
-            if isinstance(action, argparse._SubParsersAction):
-                for word in getattr(self, "_words", ()):
-                    if word in action.choices:
-                        found: argparse.ArgumentParser = action.choices[word]
-                        return found
-        return self
+    def _parser_of(self, found: Any) -> Parser:
+        """Return the parser of the command that ``found`` names, else this one."""
+        commands = next((each for each in self._actions if isinstance(each, argparse._SubParsersAction)), None)
+        return self if commands is None else commands.choices[getattr(found, commands.dest)]
+
+    def _report_unknown(self, arguments: Sequence[str]) -> NoReturn:
+        first = arguments[0].partition("=")[0]
+        near = suggest(first, self._option_string_actions) if first.startswith("--") else None
+        self.error(f"unrecognized arguments: {' '.join(arguments)}" + (f"; {near}" if near else ""))
