@@ -329,6 +329,35 @@ def with_locals(body: Node, count: int) -> Node:
     return run
 
 
+def item_adder(rt: Runtime, span: Span) -> Callable[[list[Any], Any], None]:
+    """Return a function that adds the items of the value of a turn to the list of ``for/append``."""
+
+    def add(out: list[Any], value: Any) -> None:
+        try:
+            items = items_of(rt, value)
+        except SceneError as error:
+            if error.span is None:
+                error.span = span
+            raise
+        rt.meter.check_size(len(out) + len(items), "a list")
+        out.extend(items)
+
+    return add
+
+
+def unpacker(rt: Runtime, count: int, span: Span) -> Callable[[Any], list[Any]]:
+    """Return a function that returns the values of several accumulators of ``for/fold``."""
+
+    def values_of(value: Any) -> list[Any]:
+        values = items_of(rt, value)
+        if len(values) != count:
+            message = f"the body of `for/fold` must return a list of {count} values, got {len(values)}"
+            raise SceneError("value", message, span=span)
+        return values
+
+    return values_of
+
+
 # --- loops -----------------------------------------------------------------------------------------------------
 
 

@@ -9,6 +9,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile.analyse import FrameLayout
+from scenelang.interpreter.compile.calls import item_adder, unpacker
 from scenelang.interpreter.runtime.procedures import Frame, Node, items_of, iterate
 from scenelang.interpreter.runtime.types import type_name
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix, Pair, make_list, table_key
@@ -190,16 +191,13 @@ _TESTS = {"when": _when, "unless": _unless, "break": _break}
 
 def _fold_step(rt: Runtime, body: Node, accumulators: Sequence[Any], span: Span) -> Step:
     """Return the step of ``for/fold``, which binds the accumulators in the frame of the iteration and updates them."""
+    is_single, values_of = len(accumulators) == 1, unpacker(rt, len(accumulators), span)
 
     def step(f: Frame, out: Any) -> Any:
         for bind, value in zip(accumulators, out):
             bind(f, value)
         value = body(f)
-        values = [value] if len(accumulators) == 1 else items_of(rt, value)
-        if len(values) != len(accumulators):
-            message = f"the body of `for/fold` must return a list of {len(accumulators)} values, got {len(values)}"
-            raise SceneError("value", message, span=span)
-        out[:] = values
+        out[:] = [value] if is_single else values_of(value)
 
     return step
 
@@ -263,18 +261,8 @@ class _Union(_Kind):
 class _Append(_Kind):
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
-        def step(f: Frame, out: Any) -> Any:
-            value = body(f)
-            try:
-                items = items_of(rt, value)
-            except SceneError as error:
-                if error.span is None:
-                    error.span = span
-                raise
-            rt.meter.check_size(len(out) + len(items), "a list")
-            out.extend(items)
-
-        return step
+        add = item_adder(rt, span)
+        return lambda f, out: add(out, body(f))
 
 
 class _Sum(_Kind):

@@ -816,7 +816,7 @@ class FunctionWriter(Text):
             add = self.constant(generated.part_adder(self.rt, node.span))
             self.line(f"{add}({out}, {code.text})")
         elif node.kind == "append":
-            add = self.constant(generated.item_adder(self.rt, node.span))
+            add = self.constant(calls.item_adder(self.rt, node.span))
             self.line(f"{add}({out}, {code.text})")
         elif node.kind == "sum":
             slow = calls.slow_call(self.rt, self.rt.library.builtins["+"], node.span)
@@ -834,7 +834,7 @@ class FunctionWriter(Text):
         code = self.value(node.body)
         text = code.text
         if len(results) > 1:
-            text = f"{self.constant(generated.unpacker(self.rt, len(results), node.span))}({text})"
+            text = f"{self.constant(calls.unpacker(self.rt, len(results), node.span))}({text})"
         self.line(f"{', '.join(results)} = {text}")
 
     # --- calls of procedures -------------------------------------------------------------------------------------

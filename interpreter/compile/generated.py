@@ -38,7 +38,6 @@ from scenelang.interpreter.runtime.procedures import (
     UNDEFINED,
     Cell,
     Closure,
-    items_of,
     iterate,
     python_error,
 )
@@ -166,35 +165,6 @@ def iterator(rt: Runtime, place: Span) -> Callable[[Any], Any]:
 def part_adder(rt: Runtime, span: Span) -> Callable[[list[Any], Any], None]:
     """Return a function that adds the value of a turn to the parts of ``for/union``."""
     return lambda out, value: calls.add_parts(rt, out, value, span)
-
-
-def item_adder(rt: Runtime, span: Span) -> Callable[[list[Any], Any], None]:
-    """Return a function that adds the items of the value of a turn to the list of ``for/append``."""
-
-    def add(out: list[Any], value: Any) -> None:
-        try:
-            items = items_of(rt, value)
-        except SceneError as error:
-            if error.span is None:
-                error.span = span
-            raise
-        rt.meter.check_size(len(out) + len(items), "a list")
-        out.extend(items)
-
-    return add
-
-
-def unpacker(rt: Runtime, count: int, span: Span) -> Callable[[Any], list[Any]]:
-    """Return a function that returns the values of several accumulators of ``for/fold``."""
-
-    def values_of(value: Any) -> list[Any]:
-        values = items_of(rt, value)
-        if len(values) != count:
-            message = f"the body of `for/fold` must return a list of {count} values, got {len(values)}"
-            raise SceneError("value", message, span=span)
-        return values
-
-    return values_of
 
 
 def forget(rt: Runtime, function: Closure) -> None:
