@@ -317,6 +317,10 @@ class Span(NamedTuple):
     end: int
     expansion: Expansion | None = None
 
+    def overlaps(self, other: Span) -> bool:
+        """Return whether both are ranges of one source that share a character."""
+        return self.source is other.source and self.start < other.end and other.start < self.end
+
     @property
     def text(self) -> str:
         return self.source.text[self.start : self.end]

@@ -383,11 +383,7 @@ class Session:
         from scenelang.interpreter.transpile.translate import in_python
 
         found = [*findings(program, None, is_written=False), *unread_attributes(program)]
-        return [
-            in_python(d)
-            for d in found
-            if d.span is not None and not any(s.start < d.span.end and d.span.start < s.end for s in known)
-        ]
+        return [in_python(d) for d in found if d.span is not None and not any(map(d.span.overlaps, known))]
 
     def warnings(self, program: Program, is_written: bool = True) -> list[Diagnostic]:
         """Return what the kinds of a program show to be wrong, and the lint warnings of a program without errors,
@@ -629,13 +625,11 @@ def _confirmed(found: Sequence[Diagnostic], problem: Diagnostic | None) -> list[
     if problem is None or CODES[problem.name].code.startswith("E5"):
         found = [replace(d, name="conditional-failure") if d.is_error else d for d in found]
         return [*found, problem] if problem else found
-    is_known = any(d.is_error and (d.name == problem.name or _overlaps(d, problem)) for d in found)
+    errors = [d for d in found if d.is_error]
+    place = problem.span
+    here = [d for d in errors if place is not None and d.span is not None and d.span.overlaps(place)]
+    is_known = bool(here) or any(d.name == problem.name for d in errors)
     return list(found) if is_known else [*found, problem]
-
-
-def _overlaps(one: Diagnostic, other: Diagnostic) -> bool:
-    a, b = one.span, other.span
-    return a is not None and b is not None and a.source is b.source and a.start < b.end and b.start < a.end
 
 
 def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
