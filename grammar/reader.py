@@ -328,7 +328,7 @@ def _token_pattern() -> re.Pattern[str]:
 
 
 def _tokens(text: str) -> Iterator[tuple[str, Place]]:
-    """Iterate over the terminals of a text and their places, up to the end or the first that is none."""
+    """Iterate over the terminals of a text and their places, up to the end or the first invalid one."""
     for match in _token_pattern().finditer(text):
         terminal = match.lastgroup or ""
         if terminal == "END":

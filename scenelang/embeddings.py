@@ -478,7 +478,7 @@ class Embeddings:
         Raises
         ------
         SceneError
-            If there is no embeddings file, the scene is empty, or the weights are unavailable.
+            If the embeddings file is missing, the scene is empty, or the weights are unavailable.
 
         Examples
         --------

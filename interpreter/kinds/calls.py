@@ -579,7 +579,7 @@ def check_angle(inference: KindInference, node: Any) -> None:
 def check_callback(
     inference: KindInference, node: Any, function: Kind, arguments: Sequence[Kind], caller: str, runs: bool
 ) -> None:
-    """Check that a function can be called with so many arguments. ``runs``: it is surely called at least once."""
+    """Check that a function accepts the number of arguments. ``runs``: it is surely called at least once."""
     if function.tag != "Function":
         return
     code, count = function.code, len(arguments)

@@ -349,7 +349,7 @@ def _takes_nothing(kind: Kind) -> bool:
 
 
 def _not_a_part(kind: Kind) -> Kind:
-    """Return the kind of the item that is no part, of a list; otherwise the kind itself."""
+    """Return the kind of the first item of a list that cannot be a part; otherwise the kind itself."""
     while kind.tag == "List":
         items = kind.items if kind.items is not None else (item_of(kind),)
         inner = next((item for item in items if not may_be_parts(item)), None)
@@ -403,7 +403,7 @@ def report_array_item(inference: KindInference, around: ast.ArrayLiteral, node: 
 
 
 def check_appended(inference: KindInference, node: Any, kind: Kind) -> None:
-    """Report a body of ``for/append`` whose value is no list."""
+    """Report a body of ``for/append`` whose value is not a list."""
     if not accepts("List", kind):
         found = describe(kind)
         inference.report(
@@ -437,7 +437,7 @@ def report_swapped_loop(inference: KindInference, node: ast.UnionLoop) -> None:
 
 
 def report_loop_body(inference: KindInference, node: ast.UnionLoop, kind: Kind) -> None:
-    """Report a body of ``union-loop`` that is no function."""
+    """Report a body of ``union-loop`` that is not a function."""
     body, found = node.function, describe(kind)
     fixes: tuple[Fix, ...] = ()
     if body.span.expansion is None:

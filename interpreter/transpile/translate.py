@@ -223,7 +223,7 @@ def in_python(diagnostic: Diagnostic) -> Diagnostic:
 
 
 def _python_signature(signature: str | None) -> str | None:
-    """Return the signature of the helper that a function of the language stands for, as Python writes it."""
+    """Return the signature of the helper that corresponds to a function of the language, in Python's notation."""
     name = signature.lstrip("(").split(" ", 1)[0].rstrip(")") if signature is not None else ""
     helper = HELPERS.get(_FUNCTIONS.get(name, ""))
     return f"{helper.name}({helper.signature}) -> {helper.result}" if helper is not None else None

@@ -344,7 +344,7 @@ def explain(name: str) -> ToolAnswer:
 
 
 def _of_scene(project: Project, program: ProjectProgram, reply: Callable[[Scene, Evaluated], ToolAnswer]) -> ToolAnswer:
-    """Apply ``reply`` to the program's scene; return its diagnostics if there is no scene or ``reply`` raises."""
+    """Apply ``reply`` to the program's scene; return its diagnostics if the program has errors or ``reply`` raises."""
     try:
         with limited(project.limits):
             session, source = project.opened(program)
