@@ -400,6 +400,14 @@ def _bracket_problem(text: str) -> _Found | None:
     return None
 
 
+class _Unindented(NamedTuple):
+    """Opener that the first token of a later line is not indented beyond, and what closes all such openers there."""
+
+    opener: _Token
+    closing: str
+    line: int
+
+
 class _Brackets:
     """Stack of open brackets, with the places where indentation contradicts the nesting."""
 
@@ -408,7 +416,10 @@ class _Brackets:
         self.depths: list[int] = [0]  # nesting at each opener, including prefixes such as `'`
         self.prefixes = 0  # prefixes just before this point
         self.last: _Token | None = None
-        self.suspect: _Token | None = None  # first unclosed opener that a later line is not indented beyond
+        self.indents: list[int] = []  # the column at which the line of each opener starts
+        self.indent = 1
+        self.suspect: _Unindented | None = None
+        self.closed_suspect: _Unindented | None = None
         self.early_close: _Token | None = None  # last top-level closer that is followed by an indented line
 
     def problem(self, token: _Token) -> _ReadProblem | None:
@@ -418,13 +429,15 @@ class _Brackets:
             return self._problem_at_end()
         if kind == _WRONG:
             return _problem("unclosed", "unclosed string", token, 1, Completeness.INCOMPLETE)
-        if last is not None:
+        if last is None:
+            self.indent = token.column
+        else:
             if token.line != last.end_line:
                 self._note_indentation(token, last)
             wrong = _wrong_neighbours(token, last)
             if wrong is not None:
                 return wrong
-        elif kind == "DOT":
+        if kind == "DOT" and last is None:
             return _bad_dot(token)
         if kind in ("RPAR", "RSQB"):
             self.prefixes = 0
@@ -441,6 +454,7 @@ class _Brackets:
         elif kind == "LPAR" or kind == "LSQB":
             depth = self.depths[-1] + self.prefixes + 1
             self.openers.append(token)
+            self.indents.append(self.indent)
             self.depths.append(depth)
             self.prefixes = 0
         else:
@@ -450,8 +464,10 @@ class _Brackets:
         return _wrong("nesting", f"parentheses are nested too deeply (more than {MAX_NESTING:,} levels)", token)
 
     def _note_indentation(self, token: _Token, last: _Token) -> None:
-        if self.openers and self.suspect is None and token.column <= self.openers[-1].column:
-            self.suspect = self.openers[-1]
+        self.indent = token.column
+        if self.openers and self.suspect is None and token.type not in _OPENER and token.column <= self.indents[-1]:
+            closing = [_CLOSING[o.type] for o, n in zip(self.openers, self.indents, strict=True) if token.column <= n]
+            self.suspect = _Unindented(self.openers[-1], "".join(reversed(closing)), token.line)
         if not self.openers and token.column > 1 and last.type == "RPAR":
             self.early_close = last
 
@@ -470,14 +486,23 @@ class _Brackets:
             message = f"mismatched closing `{token.text}`: expected `{closing}` to close `{opener.text}`"
             return _wrong("extra-close", message, token)._replace(notes=(("opened here", opener.start),))
         self.openers.pop()
+        self.indents.pop()
         self.depths.pop()
+        if self.suspect is not None and self.suspect.opener is opener:
+            self.closed_suspect, self.suspect = self.closed_suspect or self.suspect, None
         return None
 
     def _problem_at_end(self) -> _ReadProblem | None:
         last = self.last
         if self.openers:
-            opener = self.suspect or self.openers[-1]
-            return _problem("unclosed", f"unclosed `{opener.text}`", opener, 1, Completeness.INCOMPLETE)
+            suspect = self.suspect or self.closed_suspect
+            opener = suspect.opener if suspect is not None else self.openers[-1]
+            closing = _short("".join(_CLOSING[o.type] for o in reversed(self.openers)))
+            hint = f"add `{closing}` at the end of line {last.end_line if last is not None else opener.line}"
+            if suspect is not None:
+                missing, line = _short(suspect.closing), suspect.line
+                hint = f"add `{missing}` before line {line}, which is not indented as a part of this form"
+            return _problem("unclosed", f"unclosed `{opener.text}`", opener, 1, Completeness.INCOMPLETE, hint)
         if last is not None and last.type in _OPEN_ENDED:
             message = f"expected a datum after `{last.text}`"
             return _problem("unclosed", message, last, len(last.text), Completeness.INCOMPLETE)

@@ -53,22 +53,28 @@ class _Brackets:
         self.depths: list[int] = [0]  # nesting at each opener, including prefixes such as `'`
         self.prefixes = 0  # prefixes just before this point
         self.last: Token | None = None
-        self.suspect: Token | None = None  # first unclosed opener that a later line is not indented beyond
+        self.indents: list[int] = []  # the column at which the line of each opener starts
+        self.indent = 1
+        self.suspect: tuple[Token, str, int] | None = None  # opener that a later line is not indented beyond
+        self.closed_suspect: tuple[Token, str, int] | None = None
         self.early_close: Token | None = None  # last top-level closer that is followed by an indented line
 
     def check(self, token: Token) -> None:
         kind, last, openers = token.type, self.last, self.openers
-        if last is not None:
+        if last is None:
+            self.indent = token.column or 1
+            if kind == "DOT":
+                raise _bad_dot(token)
+        else:
             if token.line != last.end_line:
                 self._note_indentation(token, last)
             _check_neighbours(token, last)
-        elif kind == "DOT":
-            raise _bad_dot(token)
         if kind in _OPEN_ENDED:
             self.prefixes += 1
             self._check_depth(self.depths[-1] + self.prefixes, token)
         elif kind == "LPAR" or kind == "LSQB":
             openers.append(token)
+            self.indents.append(self.indent)
             self.depths.append(self.depths[-1] + self.prefixes + 1)
             self._check_depth(self.depths[-1], token)
             self.prefixes = 0
@@ -86,9 +92,10 @@ class _Brackets:
             raise _wrong("nesting", f"parentheses are nested too deeply (more than {MAX_NESTING:,} levels)", token)
 
     def _note_indentation(self, token: Token, last: Token) -> None:
-        column = token.column or 1
-        if self.openers and self.suspect is None and column <= (self.openers[-1].column or 1):
-            self.suspect = self.openers[-1]
+        self.indent = column = token.column or 1
+        if self.openers and self.suspect is None and token.type not in _OPENER and column <= self.indents[-1]:
+            closing = [_CLOSING[o.type] for o, n in zip(self.openers, self.indents, strict=True) if column <= n]
+            self.suspect = self.openers[-1], "".join(closing[::-1]), token.line or 1
         if not self.openers and column > 1 and last.type == "RPAR":
             self.early_close = last
 
@@ -106,13 +113,22 @@ class _Brackets:
             error.note("opened here", opener)
             raise error
         self.openers.pop()
+        self.indents.pop()
         self.depths.pop()
+        if self.suspect is not None and self.suspect[0] is opener:
+            self.closed_suspect, self.suspect = self.closed_suspect or self.suspect, None
 
     def check_end(self) -> None:
         last = self.last
         if self.openers:
-            opener = self.suspect or self.openers[-1]
-            raise _problem("unclosed", f"unclosed `{opener}`", opener, 1, Completeness.INCOMPLETE)
+            closing = "".join(_CLOSING[o.type] for o in reversed(self.openers))
+            opener = self.openers[-1]
+            hint = f"add `{_short(closing)}` at the end of line {last.end_line if last is not None else opener.line}"
+            suspect = self.suspect or self.closed_suspect
+            if suspect is not None:
+                opener, closing, line = suspect
+                hint = f"add `{_short(closing)}` before line {line}, which is not indented as a part of this form"
+            raise _problem("unclosed", f"unclosed `{opener}`", opener, 1, Completeness.INCOMPLETE, hint)
         if last is not None and last.type in _OPEN_ENDED:
             raise _problem("unclosed", f"expected a datum after `{last}`", last, len(last), Completeness.INCOMPLETE)
 

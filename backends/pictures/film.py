@@ -102,7 +102,7 @@ def picture_backend(name: str) -> PictureBackend:
     """Return the picture backend for a backend name or a quality preset; raises SceneError("backend")."""
     quality = QUALITIES.get(name) or Quality(name, "", name)
     if QUALITIES.get(name) is None and name not in names():
-        known = [*QUALITIES.names(), *(each.name for each in all_backends(Work.PICTURE))]
+        known = list(dict.fromkeys((*QUALITIES.names(), *(each.name for each in all_backends(Work.PICTURE)))))
         hint = suggest(name.lower(), known)
         raise SceneError("backend", f"unknown quality or backend `{name}` (available: {', '.join(known)})", hint=hint)
     backend = find(quality.backend)

@@ -8,7 +8,7 @@ from scenelang.grammar.ast import Head
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Span, Symbol
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError
 from scenelang.interpreter.expand import expand
-from scenelang.interpreter.expand.expand import Expander, core, is_identifier, opaque, syntax_error
+from scenelang.interpreter.expand.expand import Expander, bracket_error, core, is_identifier, opaque, syntax_error
 from scenelang.interpreter.expand.forms import FORMS
 from scenelang.interpreter.expand.macros import quoted_value
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
@@ -139,20 +139,13 @@ def expand_bind(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 def _bindings(datum: ListDatum, operand: Datum, form: str) -> list[tuple[Datum, Datum]]:
     """Parse the bindings ``((target value) ...)`` of a ``let``."""
     if isinstance(operand, ArrayDatum):
-        raise SceneError(
-            "bracket",
-            f"expected parentheses around the bindings of `{form}`, found square brackets",
-            None,
-            operand.span,
-        )
+        raise bracket_error(f"the bindings of `{form}`", operand)
     if not isinstance(operand, ListDatum) or operand.tail is not None:
         raise syntax_error(form, f"`{form}` expects bindings ((name value) ...)", operand.span)
     pairs = []
     for binding in operand.items:
         if isinstance(binding, ArrayDatum):
-            raise SceneError(
-                "bracket", "expected parentheses around a binding, found square brackets", None, binding.span
-            )
+            raise bracket_error("a binding", binding)
         if not isinstance(binding, ListDatum) or len(binding.items) != 2 or binding.tail is not None:
             hint = "write each binding as `(name value)`, and put all of them in another pair of parentheses"
             raise _with_parentheses(syntax_error(form, "invalid binding", binding.span, hint), operand)
@@ -297,9 +290,7 @@ def _cond_clauses(expander: Expander, clauses: Sequence[Datum], scope: Scope, sp
     for index in range(len(clauses) - 1, -1, -1):
         clause = clauses[index]
         if isinstance(clause, ArrayDatum):
-            raise SceneError(
-                "bracket", "expected parentheses around a clause, found square brackets", None, clause.span
-            )
+            raise bracket_error("a clause", clause)
         if not isinstance(clause, ListDatum) or not clause.items or clause.tail is not None:
             raise syntax_error("cond", "invalid clause", clause.span)
         if expander.is_literal(clause.items[0], "else", scope):
@@ -443,9 +434,7 @@ def _expand_for(expander: Expander, datum: ListDatum, scope: Scope, kind: str, n
 def _clauses(expander: Expander, operand: Datum, scope: Scope, form: str, nested: bool) -> tuple[list[Datum], Scope]:
     """Return the core clauses of a loop, and the scope in which all their variables are visible."""
     if isinstance(operand, ArrayDatum):
-        raise SceneError(
-            "bracket", f"expected parentheses around the clauses of `{form}`, found square brackets", None, operand.span
-        )
+        raise bracket_error(f"the clauses of `{form}`", operand)
     if not isinstance(operand, ListDatum) or operand.tail is not None:
         raise syntax_error(form, f"`{form}` expects clauses ((name sequence) ...)", operand.span)
     clauses: list[Datum] = []
@@ -469,7 +458,7 @@ def _clauses(expander: Expander, operand: Datum, scope: Scope, form: str, nested
 
 def _sequence_clause(item: Datum, form: str, operand: ListDatum) -> tuple[Datum, Datum]:
     if isinstance(item, ArrayDatum):
-        raise SceneError("bracket", "expected parentheses around a clause, found square brackets", None, item.span)
+        raise bracket_error("a clause", item)
     if not isinstance(item, ListDatum) or len(item.items) != 2 or item.tail is not None:
         hint = "write each clause as `(name sequence)`, and put all of them in another pair of parentheses"
         raise _with_parentheses(syntax_error(form, "invalid clause", item.span, hint), operand)

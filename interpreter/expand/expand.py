@@ -73,10 +73,21 @@ def is_identifier(datum: Any) -> TypeGuard[Atom]:
     return isinstance(datum, Atom) and isinstance(datum.value, Symbol)
 
 
+_MAX_SHOWN = 40  # characters of source text in a hint
+
+
 def syntax_error(form: str, message: str, span: Span, hint: str | None = None) -> SceneError:
     """Return the error for a malformed special form; the default hint is its usage."""
     usage = FORMS[form].usage if form in FORMS else None
     return SceneError("syntax", message, hint or (f"usage: {usage}" if usage else None), span)
+
+
+def bracket_error(what: str, array: ArrayDatum) -> SceneError:
+    """Return the error for ``[...]`` in a place of ``(...)``."""
+    text = array.span.text
+    is_short = len(text) <= _MAX_SHOWN and "\n" not in text and text.startswith("[")
+    hint = f"write `({text[1:-1]})`" if is_short else "replace `[` and `]` with parentheses"
+    return SceneError("bracket", f"expected parentheses around {what}, found square brackets", hint, array.span)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -162,6 +173,8 @@ class Expander:
 
         A search takes a millisecond or more, so the number of searches is limited for texts with many unknown names.
         """
+        if name.startswith("make-") and name[5:] in self.record_names:  # the constructor's name in Scheme
+            return [name[5:]]
         self.searches += 1
         if self.searches > _MAX_SEARCHES:
             return []
@@ -458,9 +471,7 @@ class Expander:
         elif isinstance(datum, ListDatum):
             items, tail = datum.items, datum.tail
         elif isinstance(datum, ArrayDatum):
-            raise SceneError(
-                "bracket", "expected parentheses around parameters, found square brackets", None, datum.span
-            )
+            raise bracket_error("parameters", datum)
         else:
             raise SceneError("lambda-list", "expected a parameter list", None, datum.span)
         plain: list[ast.Parameter] = []

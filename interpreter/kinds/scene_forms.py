@@ -99,6 +99,9 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         fixes: tuple[Fix, ...] = ()
         if len(node.arguments) == 1 and type(node.word) is ast.Constant and argument.span.expansion is None:
             only = _only_attribute(inference, node.word.value, kind)
+            names = _attribute_names(inference, node.word.value)
+            if len(names) > 1 and only is None:
+                hint = f"name the attribute: {', '.join(f'`:{name}`' for name in names[:6])}"
             if only is not None:
                 short = len(text) <= MAX_SHOWN
                 hint = f"name the attribute: `:{only} {text}`" if short else f"write `:{only}` before it"
@@ -110,6 +113,15 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         )  # fmt: skip
         return False
     return True
+
+
+def _attribute_names(inference: KindInference, word: str) -> list[str]:
+    """Return the attributes that a word reads, as far as they are known."""
+    function = inference.world.word_function(word)
+    if function is not None:
+        return [p.name for p in function.parameters if p.kind == "keyword"]
+    cls = None if inference.world.may_be_bound(word) else _primitive(word)
+    return [each.name for each in cls.attributes] if cls is not None else []
 
 
 def _only_attribute(inference: KindInference, word: str, kind: Kind) -> str | None:

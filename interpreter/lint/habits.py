@@ -223,7 +223,7 @@ SPELLINGS: Sequence[Spelling] = (
         "Python",
         rf"(?<![\w.$\"])({_WORD})\.([xyz])\b(?![.(])",
         r"(\2-of \1)",
-        "a coordinate is read by `x-of`, `y-of` or `z-of`",
+        "a coordinate is read by `x-of`, `y-of` or `z-of`, the field of a record by its function, such as `point-x`",
     ),
     Spelling(
         "Python",

@@ -627,7 +627,7 @@ _PAPER_USAGE = {
     "call": 'usage: (call word embedding-or-attribute ...), such as (call "cube" :color [1 0 0])',
     "union": "usage: (union part ...)",
     "union-loop": "usage: (union-loop count function)",
-    "transform": "usage: (transform part matrix)",
+    "transform": "usage: (transform part matrix); (@ pose ...) combines poses, the last applies first",
 }
 
 

@@ -45,7 +45,8 @@ def outline(scene: Scene, depth: int | None = None, poses: bool = False, expand:
         level = len(inner) // 3
         groups = _groups(numbering, part.car, before, expand)
         if groups and depth is not None and level >= depth:
-            yield inner + f"└─ ... {sum(map(len, groups)):,} parts"
+            count = sum(map(len, groups))
+            yield inner + f"└─ ... {count:,} part{'s' * (count != 1)}"
             continue
         for position in range(len(groups) - 1, -1, -1):
             last = position == len(groups) - 1

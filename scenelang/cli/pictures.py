@@ -91,8 +91,8 @@ def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.
 
 
 def add_render(parser: argparse.ArgumentParser) -> None:
-    endings = ".png .jpg .webp .exr .gif .apng .mp4"
-    parser.add_argument("-o", "--output", metavar="OUT", help=f"{endings} (default: FILE.png, FILE.gif for films)")
+    output = ".png .jpg .webp .exr .gif .apng .mp4 (default: FILE.png; FILE.gif with --frames or --orbit)"
+    parser.add_argument("-o", "--output", metavar="OUT", help=output)
     _add_quality(parser, "of the picture")
     parser.add_argument("--backend", metavar="NAME,...", help="render with these backends side by side")
     add_fields(parser, film.PictureOptions, ("frame",), frame="frame of a 4D scene to render, counted from 0")
