@@ -149,6 +149,7 @@ CODES: dict[str, DiagnosticCode] = {
         "W405", "A word is called with an attribute that its function takes as a positional parameter."
     ),
     "endless-recursion": DiagnosticCode("W406", "A function calls itself whenever it is called, so it never returns."),
+    "elementwise-poses": DiagnosticCode("W407", "Two matrices are multiplied item by item instead of composed."),
     "turned-after-moved": DiagnosticCode(
         "W609", "A part is rotated about the origin after it was translated, so it swings to another place."
     ),
@@ -679,6 +680,7 @@ _WARNINGS = {
     "out-of-range": "Use the unit and range of the hint: radians for angles, 0 to 1 for colours and shares.",
     "dropped-value": "Put everything that belongs to the scene into one `(union ...)`, which the body returns.",
     "unreachable-code": "Remove the code, or move it before the call that never returns.",
+    "elementwise-poses": "Compose poses with `(@ a b)`: the last one is applied first.",
     "plain-parameter": "Make it a keyword parameter of the word's function: `(lambda (:height) ...)`.",
     "endless-recursion": "Put the call into a branch, such as `(if (> n 0) (f (- n 1)) ...)`.",
     "undefined-word": "Move the `bind` before the call, or call the word inside a function.",

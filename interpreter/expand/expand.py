@@ -486,13 +486,17 @@ class Expander:
                         raise SceneError("lambda-list", "expected a name after `&keys`", None, item.span)
                     position += 1
                     self._add(plain, self._parameter(items[position], scope, "keys"), items[position].span)
+                elif is_identifier(item) and base_name(item.value) in _MARKERS:
+                    error, position = _marker_error(items, position), len(items) - 1
+                    raise error
                 else:
                     self._one_parameter(item, scope, plain, defaults)
             except LimitError:
                 raise
             except SceneError as error:
-                self.recover(_default_outside(error, items, position), item.span)
-                self._declare_names(item, scope)
+                self.recover(_default_outside(error, items, items.index(item)), item.span)
+                for each in items[items.index(item) : position + 1]:
+                    self._declare_names(each, scope)
                 if plain and plain[-1].kind == "keyword":
                     plain.pop()  # the item may be its default
                 is_broken = True
@@ -583,6 +587,33 @@ class Expander:
             name = str(unknown.args[0])
             hint = suggest(name, {*BASE_TYPES, *self.record_names})
             raise SceneError("type-name", f"unknown type `{name}`", hint, span) from None
+
+
+# Markers in the parameter lists of Common Lisp and Clojure, and how what follows them is written here.
+_MARKERS = {"&optional": "({} none)", "&key": "(:{} none)", "&rest": ". {}", "&body": ". {}", "&": ". {}"}
+
+
+def _marker_error(items: Sequence[Datum], position: int) -> SceneError:
+    """Return the error for ``&optional`` and its like, with the parameters behind it as they are written here."""
+    marker = items[position]
+    assert is_identifier(marker)
+    name = base_name(marker.value)
+    names: list[str] = []
+    end = marker.span.end
+    for item in items[position + 1 :]:
+        if not is_identifier(item) or base_name(item.value) in _MARKERS:
+            break
+        names.append(item.span.text)
+        end = item.span.end
+    template = _MARKERS[name]
+    names = names[:1] if template.startswith(".") else names
+    written = " ".join(template.format(each) for each in names or ("name",))
+    fixes: tuple[Fix, ...] = ()
+    if names and marker.span.expansion is None and len(names) == len(items) - position - 1:
+        edit = Edit(Span(marker.span.source, marker.span.start, end), written)
+        fixes = (Fix(f"Write `{written[:_MAX_SHOWN]}`", (edit,), safe=True),)
+    message = f"`{name}` is not used in parameter lists"
+    return SceneError("lambda-list", message, f"write `{written}`", marker.span, fixes=fixes)
 
 
 def _default_outside(error: SceneError, items: Sequence[Datum], position: int) -> SceneError:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field, replace
-from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, Note, near_names
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.kinds.infer import FormKinds, infer_form
-from scenelang.interpreter.kinds.kinds import ANY, ARRAYS, LIST, PARTS, Kind, join
+from scenelang.interpreter.kinds.calls import shown
+from scenelang.interpreter.kinds.infer import FormKinds, Need, Passed, infer_form
+from scenelang.interpreter.kinds.kinds import ANY, ARRAYS, LIST, PARTS, Kind, accepts, describe, join
 from scenelang.interpreter.kinds.scene_forms import keyword_fixes
 from scenelang.interpreter.runtime.types import STD
 
@@ -196,16 +197,35 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
     results = program.kinds.of(program)
     reached = reached_forms(program.facts, root) if root is not None else None
     found: list[Diagnostic] = []
+    needs = needs_of(results)
     for each, result in zip(program.facts, results):
-        own = [d for d in result.findings if not _is_library(d)]
+        own = [d for d in (*result.findings, *(d for _, d in misuses(result, needs))) if not _is_library(d)]
         if reached is not None and id(each) not in reached:
             own = [_unreached(d) for d in own if d.found != "`none`"]  # a word may be a stub until it is used
         found += own
     found += endless_recursions(results)
+    found += _unbound_root(program, root)
     if not is_written:
         found = [d for d in found if d.is_error or d.name in ("out-of-range", "endless-recursion")]
     functions = [each.form.function for each in program.facts if type(each.form) is ast.Bind]
     return _with_parameters(found, functions)
+
+
+def _unbound_root(program: Program, root: str | None) -> Iterator[Diagnostic]:
+    """Report ``(scene "word")`` for a word that nothing binds."""
+    form = program.scene
+    if form is None or type(form.word) is not ast.Constant or type(form.word.value) is not str:
+        return
+    word = form.word.value
+    if word != root:  # another root is named by an option
+        return
+    _, bound, any_word = _word_functions(program)
+    if any_word or word in bound:
+        return
+    near = near_names(word, bound)
+    fixes = tuple(Fix(f'Change to "{each}"', (Edit(form.word.span, f'"{each}"'),), len(near) == 1) for each in near)
+    hint = f'did you mean "{near[0]}"?' if near else 'bind it with `(bind "word" (lambda () ...))`'
+    yield Diagnostic("root", f'the root "{word}" is not bound', form.span, hint, fixes=fixes, near=tuple(near))
 
 
 def _unreached(finding: Diagnostic) -> Diagnostic:
@@ -268,6 +288,51 @@ def _parameter_at(span: Span, functions: Sequence[Any]) -> tuple[ast.Lambda, str
 
 def _is_library(finding: Diagnostic) -> bool:
     return finding.span is not None and str(finding.span.source.name).startswith(STD)
+
+
+# Arguments that the function which takes them cannot use.
+
+
+Needs = Mapping[Variable, Sequence[Need]]
+
+
+def needs_of(results: Sequence[FormKinds]) -> Needs:
+    """Return what the functions of a program do with their parameters."""
+    return {variable: uses for result in results for variable, uses in result.needs.items()}
+
+
+def misuses(result: FormKinds, needs: Needs) -> Iterator[tuple[Passed, Diagnostic]]:
+    """Iterate over the arguments in a form that fail in the function to which they are passed, with the findings."""
+    for passed in result.passed:
+        use = _unmet(passed, needs)
+        if use is not None:
+            yield passed, _misuse(passed, use)
+
+
+def _unmet(passed: Passed, needs: Needs) -> Need | None:
+    """Return the first use of a parameter, or of one that it is passed on to, that fails for an argument."""
+    pending, seen = [passed.parameter], {passed.parameter}
+    while pending:
+        for need in needs.get(pending.pop(), ()):
+            if need.types and not any(accepts(type_, passed.kind) for type_ in need.types):
+                return need
+            if need.passed is not None and need.passed not in seen:
+                seen.add(need.passed)
+                pending.append(need.passed)
+    return None
+
+
+def _misuse(passed: Passed, use: Need) -> Diagnostic:
+    value = shown(passed.argument, passed.kind)
+    message = f"the parameter `{passed.parameter.name}` of {passed.owner} must be {use.expected}, got {value}"
+    if use.error == "not-a-procedure":
+        message = f"{passed.owner} calls its parameter `{passed.parameter.name}`, but it is {value}"
+    name = use.error if passed.is_certain else "conditional-failure"
+    note = Note(use.place, use.span)
+    return Diagnostic(
+        name, message, passed.argument.span, f"parameters: {passed.usage}", (note,), expected=use.expected,
+        found=describe(passed.kind), signature=passed.usage,
+    )  # fmt: skip
 
 
 # Recursion without end: functions that call themselves, directly or through others, whenever they are called.

@@ -23,11 +23,13 @@ from scenelang.interpreter.kinds.builtins import (
 from scenelang.interpreter.kinds.kinds import (
     ANY,
     ENTITY,
+    MATRIX,
     NEVER,
     Kind,
     accepts,
     describe,
     length_of,
+    may_be_parts,
 )
 from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter
 from scenelang.interpreter.runtime.values import Keyword
@@ -203,7 +205,11 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
     for index, (argument, kind) in enumerate(zip(nodes, kinds)):
         parameter = parameters[index] if index < len(parameters) else signature.rest
         assert parameter is not None
-        if not _fits(parameter, argument, kind):
+        if kind is ANY:
+            inference.need(
+                argument, f"passed to `{builtin.name}`", (parameter.type,), expected_name(parameter.type.name)
+            )
+        elif not _fits(parameter, argument, kind):
             return _report_type(inference, node, builtin, parameter, argument, kind, nodes, kinds)
     if not _check_values(inference, node, builtin, nodes, kinds):
         return ANY
@@ -367,7 +373,10 @@ def _check_builtin_keywords(
     for key, key_node, value in keywords:
         parameter = known.get(key)
         kind = inference.result.kinds[value]
-        if parameter is None:
+        if parameter is not None and kind is ANY:
+            place = f"passed to `{builtin.name}` as `:{key}`"
+            inference.need(value, place, (parameter.type,), expected_name(parameter.type.name))
+        elif parameter is None:
             report_unknown_keyword(inference, f"`{builtin.name}`", key, key_node.span, known, builtin.usage)
             ok = False
         elif not accepts(parameter.type, kind):
@@ -442,6 +451,9 @@ def _check_values(
         return False
     if name in ("min", "max") and len(nodes) > 1 and not _check_extremes(inference, node, name, nodes, kinds):
         return False
+    further = _FURTHER.get(name)
+    if further is not None and not further(inference, node, name, nodes, kinds):
+        return False
     angle = ANGLES.get(name)
     if angle is not None and len(nodes) > angle:
         check_angle(inference, nodes[angle])
@@ -469,6 +481,93 @@ def _check_extremes(
             )  # fmt: skip
             return False
     return True
+
+
+def _check_shapes(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Check that the lengths of the vectors that are combined item by item agree; one of length 1 fits all."""
+    lengths = {length_of(kind) for kind in kinds if kind.tag == "Vector"} - {None, 1}
+    if len(lengths) > 1 and all(kind.tag in ("Vector", "Integer", "Float") for kind in kinds):
+        shapes = " and ".join(f"({length_of(kind)})" for kind in kinds if kind.tag == "Vector")
+        verb = "multiply" if name == "dot" else "broadcast"
+        inference.report("value", f"`{name}` cannot {verb} arrays of the shapes {shapes}", node.span,
+                         "the arrays need the same length", expected="arrays of one length", found=shapes)  # fmt: skip
+        return False
+    if name == "*" and sum(kind is MATRIX for kind in kinds) > 1:
+        head = node.function.span
+        fixes = (Fix("Write `@`", (Edit(head, "@"),), safe=True),) if head.expansion is None else ()
+        inference.warn("elementwise-poses", "`*` multiplies two matrices item by item", node.span,
+                       "`@` composes poses: the last applies first", fixes)  # fmt: skip
+    return True
+
+
+def _check_axis(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    axis = nodes[1] if len(nodes) > 1 else None
+    if type(axis) is not ast.ArrayLiteral or not axis.items or not all(map(_is_zero, axis.items)):
+        return True
+    hint = "the axes are `[1 0 0]`, `[0 1 0]` and `[0 0 1]`"
+    inference.report("value", f"`{name}`: the rotation axis must be a finite non-zero vector", axis.span, hint,
+                     expected="a non-zero Vector", found=axis.span.text)  # fmt: skip
+    return False
+
+
+def _check_sequence(
+    inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]
+) -> bool:
+    """Check the last argument of ``apply``, and the list of ``frames``."""
+    kind = kinds[-1]
+    wrong = not accepts("Sequence", kind) or (name == "frames" and kind is ENTITY)
+    if wrong:
+        hint = "put the arguments into a list: `(apply f (list a b))`"
+        if name == "frames":
+            hint = "one item for each frame: `(frames (for/list ((t 10)) ...))`"
+        inference.report("type", f"`{name}` expects a list, got {shown(nodes[-1], kind)}", node.span, hint,
+                         expected="a List", found=describe(kind))  # fmt: skip
+    return not wrong
+
+
+_ORDINALS = {"first": 1, "second": 2, "third": 3, "fourth": 4, "fifth": 5, "last": 1}
+
+
+def _check_ordinal(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    length = length_of(kinds[0]) if kinds[0].tag in ("List", "Vector") else None
+    if length is None or length >= _ORDINALS[name]:
+        return True
+    message = f"`{name}` expects at least {plural(_ORDINALS[name], 'item')}, got {shown(nodes[0], kinds[0])}"
+    inference.report("index", message, node.span, expected=f"at least {plural(_ORDINALS[name], 'item')}",
+                     found=str(length))  # fmt: skip
+    return False
+
+
+def _check_rgb(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Warn about components from 0 to 1 where 0 to 255 are meant."""
+    values = [number_of(each) for each in nodes]
+    known = [value for value in values if value is not None]
+    if len(known) == len(values) == 3 and 0 < max(known) <= 1 and min(known) >= 0 and node.span.expansion is None:
+        written = f"[{' '.join(each.span.text for each in nodes)}]"
+        inference.warn(
+            "out-of-range", f"the components of `rgb` go from 0 to 255, got {written[1:-1]}", node.span,
+            f"a color with components from 0 to 1 is written `{written}`",
+            (Fix(f"Write `{written}`", (Edit(node.span, written),)),),
+        )  # fmt: skip
+    return True
+
+
+def _check_hsv(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    if node.span.expansion is None:
+        for parameter, value in zip(("hue", "saturation", "value"), map(number_of, nodes)):
+            if value is not None and not 0 <= value <= 1:
+                message = f"the {parameter} of `hsv` goes from 0 to 1, got {value:g}"
+                hint = "degrees are divided by 360: `(hsv (/ 120 360) 1 1)`" if parameter == "hue" else None
+                inference.warn("out-of-range", message, node.span, hint)
+                break
+    return True
+
+
+_FURTHER: dict[str, Callable[..., bool]] = {
+    **dict.fromkeys(("+", "-", "*", "/", "dot", "distance"), _check_shapes), "rotate": _check_axis,
+    "apply": _check_sequence, "frames": _check_sequence, **dict.fromkeys(_ORDINALS, _check_ordinal),
+    "rgb": _check_rgb, "hsv": _check_hsv,
+}  # fmt: skip
 
 
 def _check_triple(
@@ -741,6 +840,7 @@ def _check_parameter(
 ) -> bool:
     """Check an argument against the type of a parameter."""
     if parameter.type is None:
+        inference.pass_argument(parameter, owner, value, usage)
         return True
     kind = inference.result.kinds[value]
     fits = accepts(parameter.type, kind)
@@ -816,6 +916,10 @@ def _report_positional_keyword(
     return False
 
 
+def _is_parts(kind: Kind) -> bool:
+    return kind is not ANY and may_be_parts(kind)
+
+
 def _report_lambda_arity(
     inference: KindInference,
     node: Any,
@@ -844,7 +948,19 @@ def _report_lambda_arity(
         span = Span(node.span.source, nodes[0].span.start, nodes[-1].span.end)
         hint = "the objects are given as one list: `(list ...)`"
         fixes = (Fix("Write a list", (Edit(span, f"(list {span.text})"),), safe=True),)
-    elif named and extra and len(extra) <= len(free) and all(each.span.expansion is None for each in extra):
+    elif named and extra and len(extra) <= len(free) and all(each.span.expansion is None for each in nodes):
+        parts = [each for each in nodes if _is_parts(inference.result.kinds[each])]
+        if most == 1 and len(parts) == 1 and parts[0] is not nodes[0]:  # the object is not the first
+            extra = [each for each in nodes if each is not parts[0]]
+            written = " ".join(f":{name} {each.span.text}" for name, each in zip(free, extra))
+            text = f"{parts[0].span.text} {written}"
+            hint = f"the object comes first: `{text}`" if len(text) <= MAX_SHOWN else f"name the arguments: `{written}`"
+            span = Span(node.span.source, nodes[0].span.start, nodes[-1].span.end)
+            fixes = (Fix("Put the object first", (Edit(span, text),)),)
+            return inference.report(
+                "arity", f"{owner} expects {expected} {positional}{noun}, got {given}", node.span, hint, fixes=fixes,
+                expected=f"{expected} {positional}{noun}", found=plural(given, "argument"), signature=code.usage,
+            )  # fmt: skip
         pairs = [f":{name} {each.span.text}" for name, each in zip(free, extra)]
         hint = f"name the argument{'s' * (len(pairs) > 1)}: `{' '.join(pairs)}`"
         safe = len(extra) == len(free) == 1

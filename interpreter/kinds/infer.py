@@ -1,4 +1,4 @@
-"""KindInference of kinds by abstract interpretation of the core AST, one top-level form at a time.
+"""Inference of kinds by abstract interpretation of the core AST, one top-level form at a time.
 
 Each expression is given a kind that contains every value it can have. A variable that is assigned, a parameter without
 a type, and everything that another file or a loop can change has the kind ANY, so that nothing is concluded from it. A
@@ -88,6 +88,35 @@ class RecordCode:
     types: tuple[Any, ...] = ()
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Need:
+    """Use of a parameter in the body of its function, to which every call of the function comes.
+
+    ``types`` are the types that it accepts, any of them, and ``error`` is the name of the diagnostic of a run that
+    fails; ``passed`` is the parameter of another function to which the value is passed unchanged.
+    """
+
+    place: str
+    span: Span
+    types: tuple[Any, ...] = ()
+    expected: str = ""
+    error: str = "type"
+    passed: Variable | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Passed:
+    """Argument of a known kind for a parameter without a type."""
+
+    parameter: Variable
+    owner: str
+    argument: Any
+    kind: Kind
+    call: Any
+    is_certain: bool
+    usage: str
+
+
 @dataclass(slots=True)
 class FormKinds:
     """Result of the inference of one top-level form.
@@ -104,6 +133,10 @@ class FormKinds:
         Kinds of the variables that the form defines.
     always_calls
         Calls that a function makes whenever it is called: caller, callee and the location of the call.
+    needs
+        What the functions of the form always do with their parameters.
+    passed
+        Arguments of calls that must meet the needs of a parameter.
     """
 
     kinds: dict[Any, Kind] = field(default_factory=dict)
@@ -111,10 +144,12 @@ class FormKinds:
     failing: list[tuple[Any, str]] = field(default_factory=list)
     defined: dict[Variable, Kind] = field(default_factory=dict)
     always_calls: list[tuple[ast.Lambda, ast.Lambda, Span]] = field(default_factory=list)
+    needs: dict[Variable, list[Need]] = field(default_factory=dict)
+    passed: list[Passed] = field(default_factory=list)
 
 
 class KindInference:
-    """KindInference of one form."""
+    """Inference of one form."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -127,6 +162,7 @@ class KindInference:
         self.caller: ast.Lambda | None = None  # the function around
         self.is_reached = True  # whether the function around always comes here
         self.exits = 0  # number of calls so far by which the function around may be left
+        self.may_escape = False  # whether a function of the program was called that may call an escape procedure
 
     # --- findings ----------------------------------------------------------------------------------------------
 
@@ -229,8 +265,8 @@ class KindInference:
 
     def function(self, node: ast.Lambda, entity_word: bool = False, arguments: Sequence[Kind] | None = None) -> Kind:
         """Infer the body of a function once, and return the kind of the function."""
-        caller, reached, exits = self.caller, self.is_reached, self.exits
-        self.caller, self.is_reached = node, True
+        caller, reached, exits, may_escape = self.caller, self.is_reached, self.exits, self.may_escape
+        self.caller, self.is_reached, self.may_escape = node, True, False
         position = 0
         for parameter in node.parameters:
             kind = _kind_of_parameter(parameter, position, entity_word)
@@ -247,7 +283,7 @@ class KindInference:
                 for variable in pattern_variables(parameter.target):
                     self.env[variable] = ANY
         result = self.infer(node.body)
-        self.caller, self.is_reached, self.exits = caller, reached, exits
+        self.caller, self.is_reached, self.exits, self.may_escape = caller, reached, exits, may_escape
         return Kind("Function", None, result, node)
 
     def note_call(self, callee: Any, span: Span) -> None:
@@ -258,6 +294,36 @@ class KindInference:
         elif callee is None or isinstance(callee, str):
             self.is_reached = False
             self.exits += 1
+
+    def need(self, node: Any, place: str, types: tuple[Any, ...], expected: str, error: str = "type") -> None:
+        """Record that ``node`` must have one of these types, if it is a parameter of the function around."""
+        parameter = self._parameter(node)
+        if parameter is not None:
+            self.result.needs.setdefault(parameter, []).append(Need(place, node.span, types, expected, error))
+
+    def pass_argument(self, parameter: ast.Parameter, owner: str, argument: Any, usage: str) -> None:
+        """Record an argument for a parameter without a type."""
+        target, kind = parameter.target, self.result.kinds[argument]
+        if not isinstance(target, Variable) or target.assigned or self.is_guarded:
+            return
+        if kind is ANY:
+            own = self._parameter(argument)
+            if own is not None:
+                self.result.needs.setdefault(own, []).append(Need(owner, argument.span, passed=target))
+        elif kind is not NEVER:
+            call = self.nodes[-1]
+            self.result.passed.append(Passed(target, owner, argument, kind, call, self.is_certain, usage))
+
+    def _parameter(self, node: Any) -> Variable | None:
+        """Return the parameter of the function around that ``node`` reads, where every call of the function comes."""
+        if type(node) is not ast.Reference or self.caller is None or self.is_guarded:
+            return None
+        if not (self.is_certain and self.is_reached) or self.may_escape:
+            return None
+        target = node.target
+        if not isinstance(target, Variable) or target.assigned or target in self.narrowed:
+            return None
+        return target if any(target is parameter.target for parameter in self.caller.parameters) else None
 
     # --- loops -------------------------------------------------------------------------------------------------
 
@@ -288,6 +354,8 @@ class KindInference:
 
     def check_parts(self, node: Any, kind: Kind, place: str) -> None:
         """Report a value that cannot be parts of an entity."""
+        if kind is ANY:
+            self.need(node, f"a part of {place}", ("Parts",), "an entity", "parts")
         if not may_be_parts(kind):
             scene_forms.report_parts(self, node, kind, place)
 
@@ -464,27 +532,37 @@ def _application(inference: KindInference, node: ast.Application) -> Kind:
         return calls.call(inference, node, kind, arguments)
     kind = inference.infer(function)
     arguments = inference.infer_all(node.arguments)
+    if kind is ANY and not (type(function) is ast.Reference and getattr(function.target, "shadows", False)):
+        inference.need(function, "called here", ("Function",), "a Function", "not-a-procedure")
     inference.note_call(kind.code, node.span)
     result = calls.call(inference, node, kind, arguments)
-    if result is NEVER:  # such as `raise`
+    if isinstance(kind.code, ast.Lambda) and any(k is ANY or k.tag == "Function" for k in arguments):
+        inference.may_escape = True
+    if result is NEVER or _calls_back(kind.code):  # such as `raise`; a callback may escape
         inference.note_call(None, node.span)
     return result
+
+
+def _calls_back(code: Any) -> bool:
+    """Return whether a builtin takes functions."""
+    if not isinstance(code, Builtin):
+        return False
+    signature = code.signature
+    parameters = (*signature.required, *signature.optional, *signature.keywords)
+    return any(parameter.type.name == "Function" for parameter in parameters)
 
 
 def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
     kinds = inference.infer_all(node.items)
     for item, kind in zip(node.items, kinds):
-        tags = {option.tag for option in kind.options}
-        if kind is not ANY and kind is not NEVER and not tags & _ROWS:
+        if kind is ANY:
+            inference.need(item, "an item of an array", ("ArrayItem",), "a number")
+        elif not accepts("ArrayItem", kind):
             scene_forms.report_array_item(inference, node, item, kind)
             return ANY
     if all(kind.tag in ("Integer", "Float") or kind is NUMBER for kind in kinds):
         return vector_of(len(kinds), all(kind is INTEGER for kind in kinds))
     return _ARRAYS
-
-
-_ROWS = frozenset(("Integer", "Float", "Vector", "Matrix", "Array", "MutableArray", "List", "Pair", "Part",
-                   "MutableList"))  # fmt: skip
 
 
 def _while(inference: KindInference, node: ast.While) -> Kind:

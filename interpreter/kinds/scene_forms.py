@@ -95,6 +95,9 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         if tags & {"Embedding", "String", "Keyword"}:
             continue
         text = argument.span.text
+        spelled = _spelled_attribute(inference, node, argument)
+        if spelled is not None:
+            return spelled
         hint = f"name the attribute: `:name {text}`" if len(text) <= MAX_SHOWN else "name the attribute: `:name value`"
         fixes: tuple[Fix, ...] = ()
         if len(node.arguments) == 1 and type(node.word) is ast.Constant and argument.span.expansion is None:
@@ -113,6 +116,23 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         )  # fmt: skip
         return False
     return True
+
+
+def _spelled_attribute(inference: KindInference, node: ast.Call, argument: Any) -> bool | None:
+    """Report ``(call "cube" scale 2)``, where the name of an attribute stands without its colon."""
+    if type(argument) is not ast.Reference or type(node.word) is not ast.Constant:
+        return None
+    if argument.span.expansion is not None:
+        return None
+    text = argument.span.text
+    if text not in (*_attribute_names(inference, node.word.value), COLOR.name, *(each.name for each in MATERIALS)):
+        return None
+    at = Span(argument.span.source, argument.span.start, argument.span.start)
+    inference.report(
+        "embedding", f"the attribute `{text}` lacks its colon", argument.span, f"write `:{text}`",
+        fixes=(Fix(f"Write `:{text}`", (Edit(at, ":"),), safe=True),), expected=f":{text}", found=text,
+    )  # fmt: skip
+    return False
 
 
 def _attribute_names(inference: KindInference, word: str) -> list[str]:
@@ -231,6 +251,9 @@ def check_primitive(
 
 def _check_attribute(inference: KindInference, word: str, attribute: Attribute, value: Any) -> None:
     kind = inference.result.kinds[value]
+    if kind is ANY:
+        types = (*attribute.accepts, "None")
+        inference.need(value, f'used as `:{attribute.name}` of "{word}"', types, str(attribute.type), "attribute")
     if kind is ANY or kind is NEVER or any(option.tag == "None" for option in kind.options):
         return
     if not any(accepts(name, kind) for name in attribute.accepts):
@@ -264,6 +287,9 @@ def _check_range(inference: KindInference, word: str, attribute: Attribute, valu
         return
     numbers = [number_of(item) for item in value.items] if type(value) is ast.ArrayLiteral else [number_of(value)]
     wrong = [n for n in numbers if n is not None and (n < attribute.low or n > attribute.high)]
+    if attribute.name == "color" and len(numbers) == 4 and not wrong:
+        message = f'the attribute `:color` of "{word}" has three components; the fourth is ignored'
+        inference.warn("out-of-range", message, value.span, "transparency is the attribute `:opacity`")
     if not wrong:
         return
     hint = _range_hint(attribute, value, numbers)
@@ -290,6 +316,10 @@ def _range_hint(attribute: Attribute, value: Any, numbers: Sequence[float | None
 def transform(inference: KindInference, node: ast.Transform, part: Kind, matrix: Kind) -> Kind:
     """Check ``(transform part matrix)``."""
     is_part, is_pose = may_be_parts(part), accepts("Matrix", matrix)
+    if part is ANY:
+        inference.need(node.part, "placed by `transform`", ("Parts",), "an entity", "parts")
+    if matrix is ANY:
+        inference.need(node.matrix, "used as a pose", ("Matrix",), "a pose", "pose")
     if not (is_part and is_pose):
         if part is not ANY and matrix is not ANY and accepts("Matrix", part) and may_be_parts(matrix):
             hint, fixes = swap_fix(node, node.part, node.matrix)
@@ -304,14 +334,24 @@ def transform(inference: KindInference, node: ast.Transform, part: Kind, matrix:
         else:
             _report_pose(inference, node, matrix)
         return PART
+    if type(node.matrix) is ast.ArrayLiteral and not _is_square(node.matrix):
+        _report_pose(inference, node, matrix)
     if part is ENTITY or part is PART:
         return PART
     return PARTS if part.tag == "List" else join(PART, LIST)
 
 
+def _is_square(array: ast.ArrayLiteral) -> bool:
+    """Return whether an array of arrays has four rows of four items, as far as its text shows."""
+    lengths = [len(row.items) for row in array.items if type(row) is ast.ArrayLiteral]
+    return len(lengths) < len(array.items) or set(lengths) == {4} == {len(array.items)}
+
+
 def _report_pose(inference: KindInference, node: ast.Transform, kind: Kind) -> None:
     value = node.matrix
     hint, fixes = "a vector becomes a pose with `(translate [x y z])`", ()
+    if type(value) is ast.ArrayLiteral and any(type(row) is ast.ArrayLiteral for row in value.items):
+        hint = "a pose has four rows of four numbers, the last of which is [0 0 0 1]"
     if kind.tag in ("Vector", "List") and value.span.expansion is None and (length_of(kind) in (3, None)):
         fixes = (wrap_fix(value, "translate"),)  # type: ignore[assignment]
     elif kind.tag == "Function":

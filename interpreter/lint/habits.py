@@ -8,7 +8,7 @@ error is reported: a program that is right may use any of these names for itself
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
@@ -88,6 +88,7 @@ NAMES: Mapping[str, Term] = {
     "nth": Term("Common Lisp", hint="an item is read by `(ref sequence index)`"),
     "aref": Term("Common Lisp", "ref"), "get": Term("Clojure", "ref"), "elt": Term("Common Lisp", "ref"),
     "conj": Term("Clojure", hint="lists are joined by `append`: `(append xs (list x))`"),
+    "λ": Term("Scheme", "lambda"), "otherwise": Term("Common Lisp", "else"),
     "math.radians": Term("Python", "radians"), "math.degrees": Term("Python", "degrees"),
 }  # fmt: skip
 
@@ -108,6 +109,8 @@ FORMS: Sequence[Idiom] = (
     Idiom("Python", "(def ?name (?args ...) ?body ?more ...)", "(define (?name ?args ...) ?body ?more ...)",
          "functions are defined by `define`", "name"),
     Idiom("Clojure", "(def ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Idiom("Common Lisp", "(define ?name (?args ...) ?body ?more ...)", "(define (?name ?args ...) ?body ?more ...)",
+         "the name and the parameters of a function stand in one list", "name"),
     Idiom("Common Lisp", "(defvar ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
     Idiom("Common Lisp", "(defparameter ?name ?value)", "(define ?name ?value)",
          "names are defined by `define`", "name"),
@@ -129,6 +132,8 @@ FORMS: Sequence[Idiom] = (
     Idiom("Python", "(lambda ?x: ?body ...)", "(lambda (?x) ?body ...)",
          "the parameters of `lambda` stand in parentheses", "x"),
     Idiom("Clojure", "(let [?pairs ...] ?body ...)", "(let* (?pairs/2 ...) ?body ...)",
+         "each binding of `let` stands in parentheses"),
+    Idiom("Clojure", "(let {?pairs ...} ?body ...)", "(let* (?pairs/2 ...) ?body ...)",
          "each binding of `let` stands in parentheses"),
     Idiom("Clojure", "(when-let [?name ?value] ?body ...)", "(let ((?name ?value)) (when ?name ?body ...))",
          "use `let` and `when`"),
@@ -159,6 +164,21 @@ FORMS: Sequence[Idiom] = (
          "`for/list` collects the values of a loop"),
     Idiom("Common Lisp", "(loop for ?x below ?n collect ?body)", "(for/list ((?x ?n)) ?body)",
          "`for/list` collects the values of a loop"),
+    Idiom("Common Lisp", "(loop for ?x from ?a to ?b collect ?body)", "(for/list ((?x (range ?a (+ ?b 1)))) ?body)",
+         "`for/list` collects the values of a loop"),
+    Idiom("Common Lisp", "(loop for ?x from ?a below ?b collect ?body)", "(for/list ((?x (range ?a ?b))) ?body)",
+         "`for/list` collects the values of a loop"),
+    Idiom("Common Lisp", "(loop for ?x in ?xs do ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+         "`for/union` collects the entities of a loop, `for/list` its values"),
+    Idiom("Python", "[?body for ?x in range (?n)]", "(for/list ((?x ?n)) ?body)",
+         "`for/list` collects the values of a loop", "x"),
+    Idiom("Python", "[?body for ?x in range (?n ...)]", "(for/list ((?x (range ?n ...))) ?body)",
+         "`for/list` collects the values of a loop", "x"),
+    Idiom("Python", "[?body for ?x in ?xs]", "(for/list ((?x ?xs)) ?body)",
+         "`for/list` collects the values of a loop", "x"),
+    Idiom("Common Lisp", "(funcall ?f ?args ...)", "(?f ?args ...)", "a function is called as `(f x)`"),
+    Idiom("Scheme", "(add1 ?x)", "(+ ?x 1)", "add one with `+`"),
+    Idiom("Scheme", "(sub1 ?x)", "(- ?x 1)", "subtract one with `-`"),
     Idiom("Python", "(not= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
     Idiom("Python", "(!= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
     Idiom("Common Lisp", "(/= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
@@ -181,10 +201,18 @@ FORMS: Sequence[Idiom] = (
     Idiom("Clojure", "(call ?word {?pairs ...})", "(call ?word ?pairs ...)",
          "attributes are written one after another, without braces"),
     Idiom("Clojure", "{?pairs ...}", "(table ?pairs ...)", "a table is written `(table key value ...)`", is_sure=False),
+    Idiom("OpenSCAD", "(translate ?entity ?vector)", "(transform ?entity (translate ?vector))",
+         "`translate` makes a pose; `transform` applies it to an entity"),
+    Idiom("OpenSCAD", "(rotate ?entity ?a ?vector)", "(transform ?entity (rotate ?a ?vector))",
+         "`rotate` makes a pose; `transform` applies it to an entity"),
+    Idiom("OpenSCAD", "(scale ?entity ?v)", "(transform ?entity (scale ?v))",
+         "`scale` makes a pose; `transform` applies it to an entity"),
     Idiom("OpenSCAD", "(translate ?v ?child)", "(transform ?child (translate ?v))",
          "`translate` makes a pose; `transform` applies it to an entity"),
     Idiom("OpenSCAD", "(translate ?v ?child ?more ...)", "(transform (union ?child ?more ...) (translate ?v))",
          "`translate` makes a pose; `transform` applies it to an entity"),
+    Idiom("OpenSCAD", "(rotate [?a ?b ?c] ?child)", "",
+         "`rotate` takes an angle in radians and an axis: `(transform part (rotate (radians 90) [0 1 0]))`"),
     Idiom("OpenSCAD", "(rotate ?a ?axis ?child)", "(transform ?child (rotate ?a ?axis))",
          "`rotate` makes a pose; `transform` applies it to an entity"),
     Idiom("OpenSCAD", "(scale ?s ?child)", "(transform ?child (scale ?s))",
@@ -203,6 +231,9 @@ _SYMBOL = r"[A-Za-z_][^\s\"']*"
 SPELLINGS: Sequence[Spelling] = (
     Spelling("JavaScript", r"(?m)(?<![^\s])//(?=[^\n]*$)[^\n]*", "", "a comment begins with `;`"),
     Spelling("Python", r"(?m)^[ \t]*#(?![|;\\(tf])[^\n]*|(?m:^[ \t]*#[tf]\w[^\n]*)", "", "a comment begins with `;`"),
+    Spelling("Python", r"(?<=[\s)\]])#(?= )[^\n]*", "", "a comment begins with `;`"),
+    Spelling("Haskell", r"(?m)^[ \t]*--+(?= )[^\n]*", "", "a comment begins with `;`"),
+    Spelling("Markdown", r"(?m)^[ \t]*```[\w-]*[ \t]*$\n?", "", "a program has no code fences"),
     Spelling("JavaScript", r"/\*.*?\*/", "", "a comment of several lines is `#| ... |#`"),
     Spelling("Python", r"(?<![\w\"])'([^'\n()\[\]{}\"]+)'", r'"\1"', "strings stand in double quotes"),
     Spelling("Python", r"\bf(?=\")", "", 'values are put into a text by `(format "{} m" x)`'),
@@ -237,8 +268,13 @@ SPELLINGS: Sequence[Spelling] = (
         r"(\2 \1 \3)",
         "the operator comes first",
     ),
+    Spelling("Racket", rf"#:({_WORD})", r":\1", "a keyword is written `:name`"),
+    Spelling("typeset text", r"[“”„]([^“”„\"\n]*)[“”]", r'"\1"', "strings stand in straight quotes"),
+    Spelling("typeset text", r"[−–](?=[\d.])", "-", "a minus is the character `-`"),
+    Spelling("Python", r"(?<=\)):(?=\s)", "", "forms have no `:` before their parts"),
+    Spelling("European notation", r"(:[\w-]+\s+-?\d+),(\d+)(?![\d,.])", r"\1.\2", "decimals are separated by a point"),
     Spelling("PHP", rf"\$({_WORD})", r"\1", "names have no `$`"),
-    Spelling("JavaScript", r";(?=\s*[)\]])", "", "statements have no `;` at their end"),
+    Spelling("JavaScript", r";(?=\s*[)\]}])", "", "statements have no `;` at their end"),
 )
 
 # Text that is another language as a whole, by lines that only that language has.
@@ -253,6 +289,7 @@ _LANGUAGES: Sequence[tuple[str, re.Pattern[str], str]] = (
      "a program is made of `(bind \"word\" (lambda () ...))` forms"),
     ("JSON", re.compile(r"^[{\[]\s*(?:$|\"[\w-]+\"\s*:)|^\s*\"[\w-]+\"\s*:"),
      "a scene as JSON is read from a file with the extension .json"),
+    ("prose", re.compile(r"^[A-Z][\w',;:`-]*(?: +[\w',;:`\"()-]+){3,}[.:!]?$"), "a comment begins with `;`"),
     ("C", re.compile(r"^(?:#include|int main|void \w+\()"),
      "a program is made of `(bind \"word\" (lambda () ...))` forms"),
 )  # fmt: skip
@@ -356,15 +393,23 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
     span = diagnostic.span
     assert span is not None
     knows = any(fix.safe or diagnostic.name == "bad-atom" for fix in diagnostic.fixes)
-    if habit.row != "whole" and knows and diagnostic.name not in ("bracket", "unbound"):
+    is_array = isinstance(habit.row, Idiom) and habit.row.pattern.startswith("[")
+    if is_array and habit.start <= span.start and span.end <= habit.end:
+        # its datums are no items of an array, nor forms of their own
+        return diagnostic.name in ("type", "misplaced") or not any(
+            start <= span.start and span.end <= end for start, end in habit.inner
+        )
+    if habit.row not in ("whole", "call") and knows and diagnostic.name not in ("bracket", "unbound"):
         return False  # the diagnostic knows better what to do
     if diagnostic.name == "unbound" and span.text in habit.names:
         return True
     if diagnostic.name == "unclosed":
-        return habit.hides and span.start < habit.start
+        return (habit.hides and span.start < habit.start) or habit.start <= span.start < habit.end
     is_inside = habit.start <= span.start < max(habit.end, habit.start + 1)
     if habit.row == "commas" and diagnostic.name != "misplaced":
         return False
+    if habit.row == "call" and habit.start == span.start and diagnostic.name == "attribute":
+        return True
     if not is_inside and not (diagnostic.name == "bad-atom" and span.start == habit.end):
         around = span.start <= habit.start and habit.end <= span.end
         return around and isinstance(habit.row, Idiom) and diagnostic.name in _AROUND
@@ -376,7 +421,8 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
 # Errors that a construct of another language may be the cause of.
 _EXPLAINED = frozenset((
     "unbound", "bad-atom", "bad-string", "bad-dot", "misplaced", "syntax", "bracket", "unclosed", "extra-close",
-    "lambda-list", "empty-application", "not-a-procedure", "arity", "type", "value", "parts", "embedding", "word",
+    "lambda-list", "empty-application", "not-a-procedure", "attribute", "arity", "type", "value", "parts",
+    "embedding", "word",
 ))  # fmt: skip
 
 # Errors whose place is the whole form in which the construct stands, and errors about the structure of a form.
@@ -412,8 +458,11 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozens
             if tree.opener:
                 yield from _forms(source, tree)
                 yield from _calls_of_words(source, tree, words, unbound)
+                yield from _adjacent_calls(source, tree)
+                yield from _color_names(source, tree, unbound)
             else:
                 yield from _named(source, tree)
+        yield from _adjacent_calls(source, root)
         yield from _assignments(source, root)
 
 
@@ -422,6 +471,8 @@ def _regions(text: str, errors: Sequence[Diagnostic]) -> list[tuple[int, int]]:
     found: list[tuple[int, int]] = []
     for start, end in sorted({(d.span.start, d.span.end) for d in errors if d.span is not None}):
         first = text.rfind("\n(", 0, start) + 1
+        if not re.search(r"^\(", text[:first], re.M):
+            first = 0
         next_ = text.find("\n(", max(end, start + 1))
         last = len(text) if next_ < 0 else next_ + 1
         if found and first < found[-1][1]:
@@ -481,6 +532,32 @@ def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: 
                     _diagnostic(source, word.start, word.end, message, f'write `"{word.text}"`', fix))  # fmt: skip
 
 
+def _adjacent_calls(source: Source, tree: Tree) -> Iterator[Habit]:
+    """``f(3)`` and ``rgb(255, 0, 0)``: a name with its arguments just behind it."""
+    for head, arguments in zip(tree.items, tree.items[1:]):
+        is_call = head.end == arguments.start and arguments.opener == "(" and re.fullmatch(_WORD, head.text)
+        if not is_call or any(item.text == "'" for item in arguments.items):
+            continue
+        items = [source.text[item.start : item.end] for item in arguments.items if item.text != ","]
+        instead = f"({' '.join([head.text, *items])})"
+        fix = Fix("Move the name inside", (Edit(Span(source, head.start, arguments.end), instead),), safe=True)
+        message = f"`{_shown(source.text[head.start : arguments.end])}` is Python, not the Scene Language"
+        inner = ((head.start, head.end), *((item.start, item.end) for item in arguments.items if item.text != ","))
+        diagnostic = _diagnostic(source, head.start, arguments.end, message, f"write `{_shown(instead)}`", fix)
+        yield Habit(head.start, arguments.end, inner, frozenset(), diagnostic, "call")
+
+
+def _color_names(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterator[Habit]:
+    """``:color red``."""
+    for key, value in zip(tree.items, tree.items[1:]):
+        if key.text == ":color" and value.start in unbound and value.text.isalpha():
+            instead = f'(color "{value.text}")'
+            fix = Fix("Convert the name", (Edit(Span(source, value.start, value.end), instead),), safe=True)
+            diagnostic = _diagnostic(source, value.start, value.end, "the name of a color is converted by `color`",
+                                     f"write `{instead}`", fix)  # fmt: skip
+            yield Habit(value.start, value.end, (), frozenset(), diagnostic)
+
+
 def _assignments(source: Source, root: Tree) -> Iterator[Habit]:
     """``x = 3`` at top level."""
     items = root.items
@@ -494,10 +571,20 @@ def _assignments(source: Source, root: Tree) -> Iterator[Habit]:
                                     f"write `{_shown(text)}`", fix))  # fmt: skip
 
 
+_DECIMAL = re.compile(r":[\w-]+\s+-?\d+,\d\Z")
+
+
+def _is_decimal(text: str, comma: Tree) -> bool:
+    """Return whether a comma stands in a number, as in ``:scale 1,5``."""
+    return _DECIMAL.search(text[max(0, comma.start - _MAX_SHOWN) : comma.end + 1]) is not None
+
+
 def _commas(source: Source, root: Tree) -> Iterator[Habit]:
     """Commas between the items of an array or a call."""
     for tree in [root, *_walk(root)]:
         commas = [item for item in tree.items if item.text == ","]
+        if tree.opener == "(" and all(_is_decimal(source.text, comma) for comma in commas):
+            continue
         if not commas or tree is root:
             continue
         edits = []
@@ -543,7 +630,7 @@ def _spellings(source: Source, first: int, last: int) -> Iterator[Habit]:
 def _comment(source: Source, start: int, end: int, row: Spelling) -> Habit:
     written = source.text[start:end]
     lead = len(written) - len(written.lstrip())
-    mark = re.match(r"//|#|/\*", written.strip())
+    mark = re.match(r"//|#|/\*|--+", written.strip())
     begin = start + lead
     length = len(mark.group()) if mark else 1
     if written.strip().startswith("/*"):
@@ -564,7 +651,7 @@ def _masked(text: str) -> str:
     def blank(match: re.Match[str]) -> str:
         found = match.group()
         if found.startswith(";"):
-            return found if not found.strip(";)] \t") else " " * len(found)
+            return found if not found.strip(";)]} \t") else " " * len(found)
         return '"' + " " * (len(found) - 2) + '"'
 
     return _HIDDEN.sub(blank, text)
@@ -606,6 +693,23 @@ def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
         return
 
 
+_NOT_AN_ENTITY = re.compile(r'[-+.]?\d|["\':#]')
+
+
+def _is_entity(tree: Tree) -> bool:
+    """Return whether a datum is surely an entity: a call of a word, or parts put together."""
+    return tree.opener == "(" and bool(tree.items) and tree.items[0].text in ("call", "union", "transform", "primitive")
+
+
+# What the variables of these names match; others match any datum.
+_SHAPES: Mapping[str, Callable[[Tree], bool]] = {
+    "?name": lambda tree: not tree.opener and re.fullmatch(_SYMBOL, tree.text) is not None,
+    "?entity": _is_entity,
+    "?child": lambda tree: tree.opener == "(" or (not tree.opener and _NOT_AN_ENTITY.match(tree.text) is None),
+    "?vector": lambda tree: tree.opener == "[" or (not tree.opener and bool(re.match(r"[-+.]?\d", tree.text))),
+}
+
+
 def _matches(pattern: Tree, tree: Tree, bound: dict[str, list[Tree]]) -> bool:
     if not pattern.opener:
         if pattern.text.startswith("?"):
@@ -613,7 +717,8 @@ def _matches(pattern: Tree, tree: Tree, bound: dict[str, list[Tree]]) -> bool:
                 if not tree.text.endswith(":"):
                     return False
                 tree = Tree(tree.start, tree.end - 1, tree.text[:-1])
-            if pattern.text == "?name" and (tree.opener or not re.fullmatch(_SYMBOL, tree.text)):
+            shape = _SHAPES.get(pattern.text)
+            if shape is not None and not shape(tree):
                 return False
             bound[pattern.text[1:].rstrip(":")] = [tree]
             return True
@@ -641,7 +746,9 @@ def _filled(source: Source, template: str, bound: Mapping[str, Sequence[Tree]]) 
         if not parts:
             return ""
         if match[2]:
-            texts = [source.text[part.start : part.end] for part in parts]
+            texts = [source.text[part.start : part.end].lstrip(":") for part in parts]
+            if all(part.opener == "[" and len(part.items) == 2 for part in parts):  # pairs already
+                return " ".join(f"({text[1:-1].strip()})" for text in texts)
             return " ".join(f"({' '.join(texts[i : i + 2])})" for i in range(0, len(texts), 2))
         return source.text[parts[0].start : parts[-1].end]
 

@@ -105,7 +105,9 @@ def _early_calls(program: Program, facts: FormFacts, bound: set[str]) -> Iterato
 def _near_word(word: str, known: Sequence[str]) -> str | None:
     from difflib import get_close_matches
 
-    near = [other for other in known if sorted(other) == sorted(word)] or get_close_matches(word, known, 1, _SIMILARITY)
+    near = [other for other in known if sorted(other.lower()) == sorted(word.lower())] or get_close_matches(
+        word, known, 1, _SIMILARITY
+    )
     return near[0] if near else None
 
 
@@ -235,8 +237,19 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
     ]
     defined = {name for d in found if d.name == "unbound" for name in _defined_by(d)}
     found = [d for d in found if not (d.name == "unbound" and d.span is not None and d.span.text in defined)]
+    found = [d for d in found if not (d.name == "dropped-value" and _is_followed(d, found))]
     found = _once_for_each_word(found)
     return _misspelled_parameters(found, program) if program is not None else found
+
+
+def _is_followed(dropped: Diagnostic, found: Sequence[Diagnostic]) -> bool:
+    """Return whether what makes a value not the last one of its body is text in another language behind it."""
+    span = dropped.span
+    if span is None:
+        return False
+    end = span.source.text.find("\n", span.end)
+    line = range(span.end, end if end >= 0 else len(span.source.text))
+    return any(d.name == "foreign-syntax" and d.span is not None and d.span.start in line for d in found)
 
 
 def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:

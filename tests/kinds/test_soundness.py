@@ -71,6 +71,32 @@ def random_call(random: Random, session: Session) -> str:
     return f"({' '.join([name, *arguments])})"
 
 
+def random_function(random: Random, session: Session) -> str:
+    """A call of a function whose body passes its parameters to builtins, tests, guards and another function."""
+    builtins = [name for name in session.library.builtins if name != "define-record"]
+
+    def use() -> str:
+        name = random.choice(builtins)
+        count = max(1, len(session.library.builtins[name].signature.required))
+        values = ["a", "b", random.choice(ARGUMENTS), random.choice(ARGUMENTS)]
+        call = f"({name} {' '.join(random.choice(values) for _ in range(count))})"
+        shape = random.choice(
+            ("{}", "{}", "{}", "(if a {} 1)", "(guard (e (else 0)) {})", "(begin (inner b) {})", "(and b {})",
+             "(let ((a b)) {})", "(map (lambda (x) {}) '(1))", "(begin (a 1) {})", "(a {})", "(call \"cube\" :scale {})",
+             "(begin (set! b 1) {})", "(let/ec k (inner k) {})")
+        )  # fmt: skip
+        return shape.format(call)
+
+    first, second = random.choice(ARGUMENTS), random.choice(ARGUMENTS)
+    inner = random.choice(("(c 1)", "(+ c 1)", "c", "(if (number? c) (* c 2) c)", "(translate c)", "(length c)"))
+    call = random.choice((f"(outer {first} {second})", f"(guard (e (else 0)) (outer {first} {second}))",
+                          f"(outer {first} :b {second})", f"(if (random-chance) (outer {first} {second}) 1)",
+                          f"(let ((f outer)) (f {first} {second}))"))  # fmt: skip
+    call = call.replace("(random-chance)", random.choice(("#t", "(< (random) .5)")))
+    parameters = random.choice(("a b", "a b", "a (b 2)", "a :b"))
+    return f"(let () (define (inner c) {inner}) (define (outer {parameters}) {use()} {use()}) {call})"
+
+
 def around(call: str) -> str:
     return f'(define-record rec p q)\n(define result {call})\n(bind "a" (lambda () (call "cube")))'
 
@@ -113,6 +139,17 @@ def test_random_calls_of_builtins() -> None:
     assert found >= 0.8 * failed  # of calls that fail at run time
 
 
+def test_random_calls_of_functions() -> None:
+    random, here = Random(21), session()
+    found = 0
+    for _ in range(300):
+        call = random_function(random, here)
+        traced = trace(Source("<call>", around(call)), here)
+        assert_sound(traced, call)
+        found += any(d.notes for d in traced.findings)
+    assert found >= 15  # arguments that fail in the body
+
+
 def test_random_programs() -> None:
     programs, here = Programs(20), session()
     ran = 0
@@ -130,7 +167,12 @@ def main(count: int, seed: int) -> int:
     random, programs, here = Random(seed), Programs(seed), session()
     wrong = reported = 0
     for number in range(count):
-        text = around(random_call(random, here)) if number % 2 else programs.program()
+        kinds = (
+            programs.program,
+            lambda: around(random_call(random, here)),
+            lambda: around(random_function(random, here)),
+        )
+        text = kinds[number % 3]()
         traced = trace(Source("<program>", text), here)
         reported += any(d.is_error for d in traced.findings)
         if traced.wrong or traced.false_alarms:

@@ -9,7 +9,7 @@ from scenelang import Session, Source
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.compile.compile import Compiler
-from scenelang.interpreter.kinds.book import findings
+from scenelang.interpreter.kinds.book import findings, misuses, needs_of
 from scenelang.interpreter.kinds.kinds import Kind, describe
 from scenelang.interpreter.program.program import Program
 from scenelang.interpreter.runtime.procedures import TAIL, UNDEFINED
@@ -120,6 +120,8 @@ def trace(source: Source, session: Session | None = None) -> Traced:
     results = program.kinds.of(program)
     traced = Traced(program, findings(program, None), errors=errors)
     traced.failing = [each for result in results for each in result.failing]
+    needs = needs_of(results)
+    traced.failing += [(passed.call, d.name) for result in results for passed, d in misuses(result, needs)]
     kinds = {node: kind for result in results for node, kind in result.kinds.items()}
     compile_ = Compiler.compile
 
