@@ -625,11 +625,23 @@ def _confirmed(found: Sequence[Diagnostic], problem: Diagnostic | None) -> list[
     if problem is None or CODES[problem.name].code.startswith("E5"):
         found = [replace(d, name="conditional-failure") if d.is_error else d for d in found]
         return [*found, problem] if problem else found
-    errors = [d for d in found if d.is_error]
-    place = problem.span
-    here = [d for d in errors if place is not None and d.span is not None and d.span.overlaps(place)]
-    is_known = bool(here) or any(d.name == problem.name for d in errors)
+    places = [place for place in (problem.span, *(span for _, span in problem.chain)) if place is not None]
+    is_known = any(_is_same(d, problem, places) for d in found if d.is_error)
     return list(found) if is_known else [*found, problem]
+
+
+def _is_same(finding: Diagnostic, problem: Diagnostic, places: Sequence[Span]) -> bool:
+    """Return whether a finding of the check is the error of the run: at its place, or of its kind and on a line of the
+    calls that led there, or about the word that was called last."""
+    spans = [span for span in (finding.span, *(note.span for note in finding.notes)) if span is not None]
+    if problem.span is not None and any(span.overlaps(problem.span) for span in spans):
+        return True
+    if finding.name != problem.name:
+        return False
+    if not places or (problem.chain and problem.chain[0][0] in finding.message):
+        return True
+    lines = {(place.source, place.source.position(place.start)[0]) for place in places}
+    return any((span.source, span.source.position(span.start)[0]) in lines for span in spans)
 
 
 def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
