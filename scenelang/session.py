@@ -638,7 +638,7 @@ def _is_same(finding: Diagnostic, problem: Diagnostic, places: Sequence[Span]) -
         return True
     if finding.name != problem.name:
         return False
-    if not places or (problem.chain and problem.chain[0][0] in finding.message):
+    if not places or (problem.name == "parts" and problem.chain and problem.chain[0][0] in finding.message):
         return True
     lines = {(place.source, place.source.position(place.start)[0]) for place in places}
     return any((span.source, span.source.position(span.start)[0]) in lines for span in spans)
