@@ -262,8 +262,9 @@ ACCEPTED: dict[str, frozenset[str]] = {
     "Array": frozenset(("Vector", "Matrix", "Array", "MutableArray")),
     "Entity": frozenset(("Entity",)),
     "Parts": frozenset(("Entity", "Part", "Pair", "List", "MutableList")),
-    "ArrayItem": frozenset(("Integer", "Float", "Vector", "Matrix", "Array", "MutableArray", "List", "Pair", "Part",
-                            "MutableList")),
+    "ArrayItem": frozenset(
+        ("Integer", "Float", "Vector", "Matrix", "Array", "MutableArray", "List", "Pair", "Part", "MutableList")
+    ),
     "Integer": frozenset(("Integer", "Float")),
     "Float": frozenset(("Integer", "Float")),
     "Number": frozenset(("Integer", "Float")),

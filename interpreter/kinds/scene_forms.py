@@ -89,8 +89,7 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
             continue
         kind = inference.result.kinds[argument]
         if kind is ANY or kind is NEVER:
-            next(pending, None)  # it may be a keyword, and this its value
-            continue
+            return True  # it may be a keyword, so that what follows has another meaning
         tags = {option.tag for option in kind.options}
         if tags & {"Embedding", "String", "Keyword"}:
             continue

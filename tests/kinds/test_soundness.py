@@ -121,6 +121,22 @@ def test_recursion_that_ends_by_an_exit_is_not_endless(function: str, is_endless
     assert ("endless-recursion" in {d.name for d in found}) == is_endless
 
 
+@pytest.mark.parametrize(
+    "argument", ["z", "(first more)", "(ref more 0)", "(car more)", '(ref t "a")', "(r-name x)", "(g)"]
+)
+def test_an_embedding_of_unknown_kind_stands_before_attributes(argument: str) -> None:
+    text = f"""
+(define-record r name)
+(define t (table "a" "oak"))
+(define x (r "old"))
+(define (draw g z more) (call "sphere" {argument} :radius .5))
+(bind "s" (lambda (z more) (draw (lambda () "new") z more)))
+"""
+    traced = trace(Source("<test>", text), session())
+    assert traced.error is None
+    assert [d for d in traced.findings if d.is_error or d.name == "conditional-failure"] == []
+
+
 def test_random_calls_of_builtins() -> None:
     random, here = Random(20), session()
     failed = found = 0
