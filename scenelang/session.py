@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from scenelang.backends.geometry.assets import AssetFiles
     from scenelang.interpreter.expand.expand import RunMacro
     from scenelang.interpreter.program.interactive import TopLevel, Version, Versions
+    from scenelang.interpreter.runtime.evaluate import IncrementalRun
     from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
     from scenelang.interpreter.scene.entity import Scene
     from scenelang.interpreter.transpile.translate import Translation
@@ -790,6 +791,8 @@ class Editing:
         self.texts = texts if texts is not None else {}
         self._versions = self._no_versions()
         self._imported: tuple[str, ...] | None = None  # texts of imported files, None if unknown
+        self._run: IncrementalRun | None = None
+        self._name = ""
 
     def check(self, source: Source) -> VersionAnalysis:
         """Analyze the next version; errors are never raised. Procedural macros are first run in a forked process, which
@@ -805,6 +808,47 @@ class Editing:
             self._versions = self._no_versions()
             problem = Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1))
             return VersionAnalysis(source, None, (problem,))
+
+    def evaluate(self, source: Source) -> Evaluated:
+        """Evaluate the next version as ``Session.evaluate`` does, but only what the edit reaches."""
+        if is_scene_file(source) or is_python(source) or self.session.options.z_entries:
+            return self.session.evaluate(source)
+        with limited(self.session.options.limits) as started:
+            analysis = self.check(source)
+            version = analysis.version
+            if version is None or not (version.program.ok and _may_run(version.program, analysis.diagnostics)):
+                return Evaluated(version.program if version is not None else None, None, analysis.diagnostics)
+            try:
+                word, _ = self.session._root(version.program)
+            except SceneError:
+                return self.session.evaluate(source)
+            _import_evaluator()
+            return self._evaluate(version, word, analysis.diagnostics, started)
+
+    def _evaluate(self, version: Version, word: str, found: Sequence[Diagnostic], started: float) -> Evaluated:
+        from scenelang.interpreter.runtime.evaluate import IncrementalRun
+
+        session, program, source = self.session, version.program, version.source
+        if self._run is None or self._name != source.name:
+            self._run, self._name = IncrementalRun(session.library, lambda: session._runtime(source)), source.name
+        run, scene, problem = self._run, None, None
+        try:
+            work = lambda: run.run(program, word, session.options.seed, started)
+            cancel = lambda: run.rt.meter.cancel()
+            scene = run_with_room(work, session.options.limits.depth, cancel, session.folders(source))
+        except (SceneError, RecursionError, MemoryError) as error:
+            problem = session.problem_of(error)
+        for entity in run.rt.made:
+            entity.call_sites = tuple(map(version.place, entity.call_sites))
+        rt, sources = run.rt, (source, *program.sources[1:])
+        warnings = without_suppressed(map(version.diagnostic, rt.warnings.values()), sources)
+        diagnostics = [*_confirmed(found, problem and version.diagnostic(problem)), *warnings]
+        placed = replace(
+            program, main=source, sources=sources, words=_placed(version, program.words),
+            all_words=_placed(version, program.all_words),
+            params=tuple(replace(param, span=version.place(param.span)) for param in program.params),
+        )  # fmt: skip
+        return Evaluated(placed, scene, tuple(diagnostics), tuple(rt.log), rt.meter.total)
 
     def _no_versions(self) -> Versions:
         from scenelang.interpreter.program.interactive import Versions
@@ -825,12 +869,17 @@ class Editing:
 
     def _check(self, source: Source) -> VersionAnalysis:
         runner = _macro_runner(self.session.library, _MACRO_LIMITS)
-        version = self._versions.analyse(source, self.session.importer(source, self.texts), runner)
+        overrides = {name: _value_datum(name, text) for name, text in self.session.options.defines.items()}
+        version = self._versions.analyse(source, self.session.importer(source, self.texts), runner, overrides)
         program = version.program
         found = [*program.diagnostics, *self.session.warnings(program)]
         sources = (source, *program.sources[1:])
         self._imported = tuple(each.text for each in program.sources[1:])
         return VersionAnalysis(source, version, settled((version.diagnostic(d) for d in found), sources))
+
+
+def _placed(version: Version, words: Mapping[str, Span]) -> dict[str, Span]:
+    return {word: version.place(span) for word, span in words.items()}
 
 
 def _in_source(problem: Diagnostic, source: Source) -> Diagnostic:

@@ -16,6 +16,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import UNDEFINED, Frame, Node
 from scenelang.interpreter.runtime.types import Builtin
+from scenelang.interpreter.runtime.values import Pair
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
@@ -112,6 +113,17 @@ def mentioned(form: Any) -> Iterator[Variable]:
             yield from pattern_variables(node.target)
         elif type(node) in (ast.Reference, ast.Assignment) and isinstance(node.target, Variable):
             yield node.target
+
+
+def strings_in(value: Any) -> Iterator[str]:
+    """Iterate over the strings in a constant, including quoted lists."""
+    stack = [value]
+    while stack:
+        item = stack.pop()
+        if type(item) is str:
+            yield item
+        elif type(item) is Pair:
+            stack += (item.car, item.cdr)
 
 
 def analyse(forms: tuple[Any, ...]) -> Analysis:

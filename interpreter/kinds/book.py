@@ -72,6 +72,8 @@ class _Version:
 
     def kind_of(self, variable: Variable, group: int) -> Kind:
         """Return the kind of a global variable as seen by the forms of a group."""
+        if variable.assigned:
+            return ANY
         home = self.homes.get(variable)
         if home is None:
             return self._of_library(variable)

@@ -228,11 +228,10 @@ class KindInference:
 
     def variable(self, variable: Variable) -> Kind:
         """Return the kind of a variable's value where it is read."""
+        known = self.world.kind_of(variable) if variable.is_global else ANY  # always read, so that an edit is noticed
         if variable.assigned or variable in self.narrowed:
             return ANY
-        if variable in self.env:
-            return self.env[variable]
-        return self.world.kind_of(variable) if variable.is_global else ANY
+        return self.env.get(variable, known)
 
     def bind(self, target: Any, kind: Kind, span: Span) -> None:
         """Bind a variable or destructuring pattern to a value of a kind."""

@@ -10,10 +10,10 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Datum, ListDatum, Source, Span, dataclass, subdatums
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read
-from scenelang.interpreter.compile.analyse import children, pattern_variables, walk
+from scenelang.interpreter.compile.analyse import children, pattern_variables, strings_in, walk
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.types import Builtin
-from scenelang.interpreter.runtime.values import Keyword, Pair
+from scenelang.interpreter.runtime.values import Keyword
 from scenelang.interpreter.scene.primitives import (
     COLOR,
     MATERIALS,
@@ -468,7 +468,7 @@ def facts_of(form: Any) -> FormFacts:
     """Collect the facts about a core form."""
     nodes = list(walk(form))
     word = bound_word(form)
-    strings = {text for node in nodes if type(node) is ast.Constant for text in _strings(node.value)}
+    strings = {text for node in nodes if type(node) is ast.Constant for text in strings_in(node.value)}
     targets = [node.target for node in nodes if type(node) is ast.Reference]
     return FormFacts(
         form,
@@ -504,17 +504,6 @@ def bound_word(form: Any) -> str | None:
     if type(form) is ast.Bind and type(form.word) is ast.Constant and type(form.word.value) is str:
         return form.word.value
     return None
-
-
-def _strings(value: Any) -> Iterator[str]:
-    """Iterate over the strings in a constant, including quoted lists."""
-    stack = [value]
-    while stack:
-        item = stack.pop()
-        if type(item) is str:
-            yield item
-        elif type(item) is Pair:
-            stack += (item.car, item.cdr)
 
 
 def _calls(nodes: Any) -> Iterator[tuple[str, Span]]:

@@ -95,11 +95,14 @@ class Version:
         if diagnostic.span is None and not diagnostic.notes:
             return diagnostic
         notes = tuple(Note(note.message, note.span and self.place(note.span)) for note in diagnostic.notes)
+        chain = tuple((name, span and self.place(span)) for name, span in diagnostic.chain)
         fixes = tuple(
             replace(fix, edits=tuple(replace(edit, span=self.place(edit.span)) for edit in fix.edits))
             for fix in diagnostic.fixes
         )
-        return replace(diagnostic, span=diagnostic.span and self.place(diagnostic.span), notes=notes, fixes=fixes)
+        return replace(
+            diagnostic, span=diagnostic.span and self.place(diagnostic.span), notes=notes, chain=chain, fixes=fixes
+        )
 
 
 class Versions:
@@ -114,14 +117,29 @@ class Versions:
         self._file: SourceFile | None = None
         self._fact_cache = FactCache()
         self._kinds = KindBook(prelude.definitions)
+        self._overrides: Mapping[str, Datum] = {}
 
-    def analyse(self, source: Source, load: Callable[[str, Source, Span], Source], run_macro: RunMacro) -> Version:
-        """Analyse the next version. ``load`` and ``run_macro`` are as for ``load_program``."""
+    def analyse(
+        self,
+        source: Source,
+        load: Callable[[str, Source, Span], Source],
+        run_macro: RunMacro,
+        overrides: Mapping[str, Datum] | None = None,
+    ) -> Version:
+        """Analyse the next version. The parameters are those of ``load_program``."""
+        values = overrides or {}
+        if {name: each.span.text for name, each in values.items()} != {
+            name: each.span.text for name, each in self._overrides.items()
+        }:
+            self._pieces = tuple(each for each in self._pieces if not each[1].form.params)
+        else:
+            values = self._overrides
+        self._overrides = values
         previous = self._state.files if self._state is not None else {}
         state = ProgramState(
             self._prelude,
             load,
-            {},
+            values,
             run_macro,
             previous_files=previous,
             fact_cache=self._fact_cache,
@@ -144,12 +162,17 @@ class Versions:
         """Return the pieces of a text, reusing those with the same text and column in the previous version."""
         known: defaultdict[str, list[Piece]] = defaultdict(list)
         for _, piece in reversed(self._pieces):
-            known[piece.text].append(piece)
+            scan = piece.form.scan
+            if scan is None or not any(d.name in _OF_FILES for d in scan.problems):  # the file may be there by now
+                known[piece.text].append(piece)
         found = []
         for chunk in chunks:
             text = " " * chunk.column + chunk.text
             found.append((chunk.start - chunk.column, known[text].pop() if known[text] else _piece(source.name, text)))
         return tuple(found)
+
+
+_OF_FILES = ("file", "import-outside", "import-cycle", "encoding")
 
 
 def _piece(name: str, text: str) -> Piece:

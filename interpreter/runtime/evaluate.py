@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.ast import parse_core
-from scenelang.grammar.datum import Datum, Span
+from scenelang.grammar.datum import Datum, Span, dataclass
 from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.interpreter.compile.analyse import pattern_variables, strings_in, walk
 from scenelang.interpreter.compile.compile import compile_forms
 from scenelang.interpreter.expand.expand import RunMacro
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.program.program import Prelude, Program, prelude_of
 from scenelang.interpreter.runtime.limits import Limits
-from scenelang.interpreter.runtime.procedures import UNDEFINED, Cell, Closure, EscapeSignal
-from scenelang.interpreter.runtime.runtime import Runtime, root_arguments
-from scenelang.interpreter.runtime.types import Library, type_name
-from scenelang.interpreter.runtime.values import NIL, Embedding, Matrix, MutableList, Pair, list_items, make_list
+from scenelang.interpreter.runtime.procedures import MAKE_RECORD, UNDEFINED, Cell, Closure, EscapeSignal
+from scenelang.interpreter.runtime.runtime import NEVER, Runtime, root_arguments
+from scenelang.interpreter.runtime.types import Builtin, Library, type_name
+from scenelang.interpreter.runtime.values import (
+    NIL,
+    Embedding,
+    Matrix,
+    MutableList,
+    Pair,
+    Vector,
+    list_items,
+    make_list,
+)
 from scenelang.interpreter.scene.entity import Entity, Frames, Scene
 from scenelang.interpreter.scene.parts import call_embeddings, parts_of, with_attributes
 
@@ -185,3 +195,298 @@ def _located(word: str, span: Span | None) -> Iterator[None]:
             error.span = span
             error.hint = f'write `(scene "{word}" :name value)`, or give the parameter a default: `(:name value)`'
         raise
+
+
+# Evaluation of a program under edit: only what an edit reaches is evaluated again.
+#
+# The runtime of one version goes on with the next. A top-level form that only creates functions is skipped if neither
+# it nor anything that it mentions, directly or through other forms, has changed; all other forms run again, in order.
+# A memoised call is used again if the function of its word was not created again: all that it can have read is then as
+# it was. What is not certain is run from scratch: a word with two bindings, a form at top level that uses what is
+# defined behind it, a value that differs although nothing that it was computed from has changed.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FormReach:
+    """What a top-level form defines, and what it can read.
+
+    Attributes
+    ----------
+    form
+        Form of the core AST.
+    variables, words
+        Global variables that it defines, and words that it binds.
+    mentions, strings
+        Global variables that it mentions, and strings, each of which may be the word of a call.
+    is_open
+        Whether it may look up a word that it does not mention.
+    is_static
+        Whether running it only creates functions.
+    """
+
+    form: Any
+    variables: tuple[Variable, ...]
+    words: tuple[str, ...]
+    mentions: frozenset[Variable]
+    strings: frozenset[str]
+    is_open: bool
+    is_static: bool
+
+
+_LOOKUPS = frozenset(("call", "retrieve", "bound?", "apply-entity-function"))
+
+
+def reach_of(form: Any) -> FormReach:
+    """Return what a top-level form defines and can read."""
+    mentions: set[Variable] = set()
+    strings: set[str] = set()
+    is_open = False
+    for node in walk(form):
+        kind = type(node)
+        if kind is ast.Constant:
+            strings.update(strings_in(node.value))
+        elif kind is ast.Call or kind is ast.Bind:
+            is_open = is_open or type(node.word) is not ast.Constant
+        elif kind is ast.Reference or kind is ast.Assignment:
+            target = node.target
+            if isinstance(target, Builtin):
+                is_open = is_open or target.name in _LOOKUPS
+            elif isinstance(target, Variable) and target.is_global:
+                mentions.add(target)
+    variables = tuple(pattern_variables(form.target)) if type(form) is ast.Define else ()
+    words = (form.word.value,) if type(form) is ast.Bind and type(form.word) is ast.Constant else ()
+    is_static = _makes_functions(form, variables)
+    return FormReach(form, variables, words, frozenset(mentions), frozenset(strings), is_open, is_static)
+
+
+def _makes_functions(form: Any, variables: tuple[Variable, ...]) -> bool:
+    if type(form) is ast.Bind:
+        return type(form.word) is ast.Constant and type(form.function) is ast.Lambda
+    if type(form) is not ast.Define or any(variable.assigned for variable in variables):
+        return False
+    value = form.value
+    if type(value) is ast.Application and type(value.function) is ast.Reference:
+        return value.function.target is MAKE_RECORD and all(type(each) is ast.Constant for each in value.arguments)
+    return type(value) is ast.Lambda
+
+
+class _Restart(Exception):
+    """The version must be run from scratch."""
+
+
+_MAX_KEPT = 1_000_000
+
+
+class IncrementalRun:
+    """Run of the successive versions of one program, which share what an edit does not reach.
+
+    Parameters
+    ----------
+    library
+        Standard library.
+    new_runtime
+        Function that returns a runtime for a run from scratch.
+    """
+
+    def __init__(self, library: Library, new_runtime: Callable[[], Runtime]) -> None:
+        self._library = library
+        self._new_runtime = new_runtime
+        self._reaches: dict[int, FormReach] = {}
+        self._run: ProgramRun | None = None  # None if the next version must be run from scratch
+        self._assigned: dict[Variable, bool] = {}
+        self._functions: dict[str, Any] = {}  # of the words that are bound at top level
+        self._bindings = 0
+        self._scene: Scene | None = None  # of the last version, if it depends on the functions alone
+        self._root: tuple[str, Any] | None = None
+        self._trace: Sequence[Any] = ()
+        self.rt = new_runtime()
+        self.evaluated = 0  # top-level forms that the last run evaluated
+
+    def run(self, program: Program, word: str, seed: int, started: float | None = None) -> Scene:
+        """Run the next version of the program, and return its scene. Raises like a run from scratch."""
+        reaches = [self._reach(form) for form in program.forms]
+        previous, self._reaches = self._reaches, {id(reach.form): reach for reach in reaches}
+        run, self._run = self._run, None  # so that the next version starts from scratch if this one fails
+        try:
+            if run is None or self.rt.kept > _MAX_KEPT:
+                raise _Restart
+            return self._continue(run, program, reaches, previous, word, seed, started)
+        except _Restart:
+            return self._from_scratch(program, reaches, word, seed, started)
+
+    def _reach(self, form: Any) -> FormReach:
+        known = self._reaches.get(id(form))
+        return known if known is not None and known.form is form else reach_of(form)
+
+    def _from_scratch(
+        self, program: Program, reaches: Sequence[FormReach], word: str, seed: int, started: float | None
+    ) -> Scene:
+        self.rt = self._new_runtime()
+        self.rt.restart(seed, started)
+        run = ProgramRun(self._library, self.rt)
+        for form in program.forms:
+            run.run_form(form)
+        self.evaluated = len(reaches)
+        return self._finish(run, program, reaches, word, seed)
+
+    def _continue(
+        self,
+        run: ProgramRun,
+        program: Program,
+        reaches: Sequence[FormReach],
+        previous: Mapping[int, FormReach],
+        word: str,
+        seed: int,
+        started: float | None,
+    ) -> Scene:
+        rt = self.rt
+        again = self._changed(run, reaches, previous)
+        kept = {id(reach.form) for reach in reaches if reach.is_static} - again
+        if _uses_what_follows(reaches, kept):
+            raise _Restart
+        values = self._clean(run, reaches, kept, seed, started)
+        rt.keep_calls(self._functions, self._bindings)  # until the words of other forms are bound again
+        before = rt.clock
+        for reach in reaches:
+            if id(reach.form) not in kept:
+                run.run_form(reach.form)
+                if id(reach.form) not in again and not all(
+                    _same(values[each], run.globals[each].value) for each in reach.variables
+                ):
+                    raise _Restart
+        self.evaluated = len(reaches) - len(kept)
+        if rt.clock != before and any(reach.words and id(reach.form) in again for reach in reaches):
+            raise _Restart  # calls at top level, between bindings
+        rt.keep_calls(_functions(rt, reaches), self._bindings)
+        if self._scene is not None and self._root == (word, self._function(word)) and program.scene is None:
+            self._keep(run, reaches)
+            rt.replay(self._trace)
+            return self._scene
+        return self._finish(run, program, reaches, word, seed)
+
+    def _changed(self, run: ProgramRun, reaches: Sequence[FormReach], previous: Mapping[int, FormReach]) -> set[int]:
+        """Return the forms that are new, those whose values cannot be compared, and all that depend on these."""
+        now = {id(reach.form) for reach in reaches}
+        gone = [reach for key, reach in previous.items() if key not in now]
+        words = {each for reach in gone for each in reach.words}
+        variables = {each for reach in gone for each in reach.variables}
+        forms: set[int] = set()
+        for reach in reaches:
+            is_new = id(reach.form) not in previous
+            flags = any(self._assigned.get(v) != v.assigned for v in (*reach.variables, *reach.mentions))
+            values = [run.globals[v].value for v in reach.variables if v in run.globals]
+            is_volatile = not reach.is_static and bool(reach.words or not all(map(_is_plain, values)))
+            if is_new or flags or is_volatile:
+                forms.add(id(reach.form))
+                words.update(reach.words)
+                variables.update(reach.variables)
+        return _with_dependents(reaches, forms, words, variables)
+
+    def _clean(
+        self, run: ProgramRun, reaches: Sequence[FormReach], kept: set[int], seed: int, started: float | None
+    ) -> dict[Variable, Any]:
+        """Undo what the last run did, apart from the functions that are kept; return the values of the variables."""
+        rt = self.rt
+        rt.restart(seed, started)
+        bound = {each for reach in reaches if id(reach.form) in kept for each in reach.words}
+        for each in list(rt.words):
+            if each not in bound:
+                del rt.words[each]
+        values = {}
+        for reach in reaches:
+            if id(reach.form) not in kept:
+                for variable in reach.variables:
+                    cell = run.globals.get(variable)
+                    if cell is not None:
+                        values[variable], cell.value = cell.value, UNDEFINED
+        return values
+
+    def _finish(self, run: ProgramRun, program: Program, reaches: Sequence[FormReach], word: str, seed: int) -> Scene:
+        """Evaluate the root, and keep the state for the next version unless functions have bound words."""
+        rt = self.rt
+        output, bindings = rt.output, rt.bindings
+        functions = _functions(rt, reaches)
+        rt.drew_random, rt.oldest_read, rt.oldest_write = False, NEVER, NEVER
+        scene = run.run_root(program, word, seed)
+        is_pure = not rt.drew_random and rt.oldest_read == rt.oldest_write == NEVER and rt.output == output
+        is_bound_once = len(functions) == sum(len(reach.words) for reach in reaches)
+        if is_bound_once and rt.bindings == bindings and functions == _functions(rt, reaches):
+            self._scene = scene if is_pure and program.scene is None else None
+            self._root, self._trace = (word, self._function(word)), rt.trace or []
+            self._keep(run, reaches)
+        return scene
+
+    def _keep(self, run: ProgramRun, reaches: Sequence[FormReach]) -> None:
+        self._run = run
+        self._functions, self._bindings = _functions(self.rt, reaches), self.rt.bindings
+        self._assigned = {v: v.assigned for reach in reaches for v in (*reach.variables, *reach.mentions)}
+
+    def _function(self, word: str) -> Any:
+        cell = self.rt.words.get(word)
+        return cell.function if cell is not None else None
+
+
+def _functions(rt: Runtime, reaches: Sequence[FormReach]) -> dict[str, Any]:
+    """Return the functions of the words that are bound at top level."""
+    words = [each for reach in reaches for each in reach.words]
+    return {each: rt.words[each].function for each in words if each in rt.words}
+
+
+def _with_dependents(
+    reaches: Sequence[FormReach], forms: set[int], words: set[str], variables: set[Variable]
+) -> set[int]:
+    """Return ``forms`` with all that mention changed words or variables, directly or through other forms."""
+    found = set(forms)
+    pending = True
+    while pending:
+        pending = False
+        for reach in reaches:
+            if id(reach.form) in found:
+                continue
+            is_affected = reach.mentions & variables or reach.strings & words or (reach.is_open and words)
+            if is_affected or not words.isdisjoint(reach.words):
+                found.add(id(reach.form))
+                words.update(reach.words)
+                variables.update(reach.variables)
+                pending = True
+    return found
+
+
+def _uses_what_follows(reaches: Sequence[FormReach], kept: set[int]) -> bool:
+    """Return whether a form that runs code at top level can reach a function that is kept and defined behind it."""
+    places: dict[Any, int] = {}
+    for index, reach in enumerate(reaches):
+        places.update(dict.fromkeys((*reach.variables, *reach.words), index))
+    for index, reach in enumerate(reaches):
+        if reach.is_static:
+            continue
+        seen, stack = {index}, [index]
+        while stack:
+            each = reaches[stack.pop()]
+            names = (name for name in (*each.mentions, *each.strings) if name in places)
+            targets = {places[name] for name in names} if not each.is_open else set(places.values())
+            if any(target > index and id(reaches[target].form) in kept for target in targets):
+                return True
+            stack += targets - seen
+            seen |= targets
+    return False
+
+
+def _is_plain(value: Any) -> bool:
+    """Return whether a value is immutable data that can be compared."""
+    if type(value) is Pair:
+        items = list_items(value)
+        return len(items) <= 1000 and all(map(_is_plain, items))
+    return value is None or value is NIL or type(value) in (int, float, bool, str, Vector, Matrix)
+
+
+def _same(old: Any, new: Any) -> bool:
+    """Return whether two plain values are equal and of the same types."""
+    if type(old) is not type(new):
+        return False
+    if type(old) is Pair:
+        olds, news = list_items(old), list_items(new)
+        return len(olds) == len(news) and all(map(_same, olds, news))
+    if type(old) in (Vector, Matrix):
+        return repr(old) == repr(new)
+    return bool(old == new) or (old != old and new != new)

@@ -3,16 +3,16 @@
 Memoisation of calls (docs/language.md, "Evaluation and sharing"). The result of a call is stored unless the call drew
 random numbers, modified something older than itself, or made a mutable object reachable. Mutable objects older than the
 call that it reads are marked ``observed``; its result is then valid only in the current epoch, and modifying an
-observed object starts a new epoch. Age is determined by birth stamps: ``clock`` numbers the calls, and a mutable object
-stores the clock at its creation. When a call ends, normally or not, its reads and writes are merged into those of its
-caller; a cache hit merges those of the stored call.
+observed object starts a new epoch. Bindings of words have epochs of their own. Age is determined by birth stamps:
+``clock`` numbers the calls, and a mutable object stores the clock at its creation. When a call ends, normally or not,
+its reads and writes are merged into those of its caller; a cache hit merges those of the stored call.
 """
 
 from __future__ import annotations
 
 import random
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -103,8 +103,9 @@ class Streams:
 
 
 HOT = 150  # calls or turns after which generated code repays what it costs
-_NEVER = 1 << 62
+NEVER = 1 << 62
 _MAX_CALL_SITES = 16
+_MAX_AGE = 20  # versions of the program after which an unused call is forgotten
 _MIN_CHARGED = 32  # keys with more items are charged
 
 
@@ -120,13 +121,19 @@ class WordCell(Mutable):
         self.span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class MemoEntry:
-    """Memoised call. It is valid only in ``epoch``, or always if None; ``oldest_read`` is merged on a cache hit."""
+    """Memoised call. It is valid only in ``epoch``, or always if None, while no word that was called is bound again
+    (``bindings``); ``oldest_read`` is merged on a cache hit. ``has_output``: the call printed or warned. ``trace``: the
+    primitives that it called, with the locations, and memoised calls."""
 
     value: Any
     epoch: int | None
     oldest_read: int
+    bindings: int
+    has_output: bool
+    version: int  # of the program, in which it was used last
+    trace: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +148,16 @@ def _record_call_site(entity: Entity, span: Span) -> None:
     """Record the location of another call that created a shared primitive."""
     if len(entity.call_sites) < _MAX_CALL_SITES and all(site is not span for site in entity.call_sites):
         entity.call_sites = (*entity.call_sites, span)
+
+
+def _distinct(trace: Sequence[Any]) -> Iterator[Any]:
+    """Iterate over the items of a trace, each once."""
+    seen = set()
+    for item in trace:
+        key = id(item) if type(item) is MemoEntry else (id(item[0]), id(item[1]))
+        if key not in seen:
+            seen.add(key)
+            yield item
 
 
 class Runtime:
@@ -193,10 +210,16 @@ class Runtime:
         # Reads and writes of the innermost call; see the docstring of the module.
         self.clock = 1
         self.serial = 0
-        self.oldest_write = _NEVER
-        self.oldest_read = _NEVER
+        self.oldest_write = NEVER
+        self.oldest_read = NEVER
         self.drew_random = False
         self.epoch = 0
+        self.bindings = 0  # the epoch of words
+        self.version = 0  # of the program, counted by ``restart``
+        self.output = 0  # printed lines, warnings, and primitives that cannot outlive a version
+        self.made: list[Entity] = []  # primitives of this version
+        self.trace: list[Any] | None = None  # see ``MemoEntry``; None in a run of a single version
+        self._unkept: dict[int, Any] = {}  # keys of those primitives, by the identity of the entity
         self._memoise = memoise
         self._memo: dict[Any, MemoEntry] = {}
         self._primitives: dict[Any, Entity] = {}
@@ -223,6 +246,38 @@ class Runtime:
         """Invalidate all memoised calls, after a change of their dependencies that was not tracked."""
         self.epoch += 1
         self._memo.clear()
+
+    def restart(self, seed: int, started: float | None = None) -> None:
+        """Prepare a run of the next version of the program, which may use memoised calls of the versions before."""
+        self.reset(started)
+        self.version += 1
+        self.streams.seed(seed)
+        self.generated_symbols = 0
+        self.serial, self.drew_random, self.oldest_read, self.oldest_write = 0, False, NEVER, NEVER
+        for key in self._unkept.values():
+            del self._primitives[key]
+        self._unkept.clear()
+        self.made, self.trace = list(self._primitives.values()), []
+        for entity in self.made:
+            entity.call_sites = ()
+
+    def keep_calls(self, functions: Mapping[str, Any], bindings: int) -> None:
+        """Forget the memoised calls except those of these functions, by word, that depend on nothing else.
+
+        ``bindings`` is the epoch of words at the end of the last run.
+        """
+        kept = {}
+        for key, entry in self._memo.items():
+            is_current = len(key) == 4 and functions.get(key[1]) is key[0] and entry.bindings == bindings
+            if is_current and entry.epoch is None and not entry.has_output and self.version - entry.version <= _MAX_AGE:
+                entry.bindings = self.bindings
+                kept[key] = entry
+        self._memo = kept
+
+    @property
+    def kept(self) -> int:
+        """Number of objects that are kept for later calls."""
+        return len(self._memo) + len(self._primitives) + len(self.units)
 
     # --- procedures --------------------------------------------------------------------------------------------
 
@@ -305,7 +360,10 @@ class Runtime:
         if value.birth < 0:
             raise SceneError("immutable", "a table that belongs to an embedding cannot be modified")
         if value.observed:
-            self.epoch += 1
+            if type(value) is WordCell:
+                self.bindings += 1
+            else:
+                self.epoch += 1
             value.observed = False
         if value.birth < self.oldest_write:
             self.oldest_write = value.birth
@@ -358,12 +416,11 @@ class Runtime:
     # --- words and calls ------------------------------------------------------------------------------------------
 
     def word_cell(self, word: str) -> WordCell:
-        """Return the binding of a word, recording a read of mutable state."""
+        """Return the binding of a word, which the calls being evaluated then depend on."""
         cell = self.words.get(word)
         if cell is None:
             cell = self.words[word] = WordCell()
         cell.observed = True
-        self.oldest_read = 0
         return cell
 
     def bind_word(self, word: Any, function: Any, span: Span | None = None) -> None:
@@ -441,11 +498,27 @@ class Runtime:
     def _recall(self, key: Any) -> MemoEntry | None:
         """Return the memoised call of a key if it is still valid, merging its reads into the current call."""
         entry = self._memo.get(key)
-        if entry is None or (entry.epoch is not None and entry.epoch != self.epoch):
+        if entry is None or entry.bindings != self.bindings or (entry.epoch is not None and entry.epoch != self.epoch):
             return None
         if entry.oldest_read < self.oldest_read:
             self.oldest_read = entry.oldest_read
+        if self.trace is not None:
+            if entry.version != self.version:
+                self.replay((entry,))
+            self.trace.append(entry)
         return entry
+
+    def replay(self, trace: Sequence[Any]) -> None:
+        """Record the call sites of primitives as the memoised calls did in an earlier version."""
+        stack = list(reversed(trace))
+        while stack:
+            item = stack.pop()
+            if type(item) is MemoEntry:
+                if item.version != self.version:
+                    item.version = self.version
+                    stack.extend(reversed(item.trace))
+            elif item[1] is not None:
+                _record_call_site(*item)
 
     def _account(self, key: Any, compute: Callable[[int], Any], is_tainted: Callable[[Any], bool]) -> Any:
         """Run a call while tracking its reads and writes, and memoise its value under ``key`` if that is sound."""
@@ -453,13 +526,18 @@ class Runtime:
         serial = self.clock = self.clock + 1
         self.save_streams(serial)
         outer_serial, outer_write, outer_read = self.serial, self.oldest_write, self.oldest_read
-        outer_drew = self.drew_random
-        self.serial, self.oldest_write, self.oldest_read, self.drew_random = serial, _NEVER, _NEVER, False
+        outer_drew, output, bindings = self.drew_random, self.output, self.bindings
+        self.serial, self.oldest_write, self.oldest_read, self.drew_random = serial, NEVER, NEVER, False
+        traced = len(self.trace) if self.trace is not None else 0
         try:
             value = compute(serial)
             if key is not False and not (self.drew_random or self.oldest_write < serial or is_tainted(value)):
                 epoch = None if self.oldest_read >= serial else self.epoch
-                self._memo[key] = MemoEntry(value, epoch, self.oldest_read)
+                entry = MemoEntry(value, epoch, self.oldest_read, bindings, self.output != output, self.version)
+                self._memo[key] = entry
+                if self.trace is not None:
+                    entry.trace = tuple(_distinct(self.trace[traced:]))
+                    self.trace[traced:] = [entry]
             return value
         finally:
             self.serial = outer_serial
@@ -530,9 +608,16 @@ class Runtime:
             self.charge(len(key) >> 6)
         entity = self._primitives.get((word, key))
         if entity is None:
+            output = self.output
             entity = self._primitives[word, key] = self._new_primitive(word, z, False, span)
+            if self.output != output:
+                self._unkept[id(entity)] = (word, key)
         elif span is not None and (not entity.call_sites or span is not entity.call_sites[-1]):
             _record_call_site(entity, span)
+        if self.trace is not None:
+            self.trace.append((entity, span))
+        if self._unkept and id(entity) in self._unkept:
+            self.output += 1
         return entity
 
     def _new_primitive(self, word: str, z: Embedding, tainted: bool, span: Span | None) -> Entity:
@@ -541,11 +626,15 @@ class Runtime:
         asset = None
         cls = class_of(word)
         if cls.is_file:
+            self.output += 1  # the file may change
             asset, attributes = parts.load_asset(self, attributes)
         shape = cls.from_attributes(word, attributes, asset)
         if shape.is_flat:
             self.warn("no-extent", f'the primitive "{word}" has zero extent along some axis', span)
-        return Entity(word, z, (), shape, tainted, () if span is None else (span,))
+        entity = Entity(word, z, (), shape, tainted, () if span is None else (span,))
+        if self.trace is not None:
+            self.made.append(entity)
+        return entity
 
     def _count_entity(self) -> None:
         self.entities += 1
@@ -560,6 +649,7 @@ class Runtime:
 
     def print(self, text: str) -> None:
         """Append a line to the log, up to the limit of its size."""
+        self.output += 1
         self._log_size += len(text) + 1
         if self._log_size > self.limits.log:
             self.warn("print-limit", "the log is full; further output of the program is discarded")
@@ -568,6 +658,7 @@ class Runtime:
 
     def warn(self, name: str, message: str, span: Span | None = None, hint: str | None = None) -> None:
         """Add a warning, at most once per location."""
+        self.output += 1
         key = (name, message, span)
         if key not in self.warnings and len(self.warnings) < 1000:
             self.warnings[key] = Diagnostic(name, message, span, hint)

@@ -255,7 +255,7 @@ def run_view(arguments: argparse.Namespace) -> int:
     evaluate = _evaluator(arguments)
     if arguments.html:
         return _save(arguments, Workspace(arguments.files, evaluate))
-    return _serve(arguments, Workspace(arguments.files, Worker(evaluate).ask))
+    return _serve(arguments, Workspace(arguments.files, Worker(evaluate, keeps=True).ask))
 
 
 def _evaluator(arguments: argparse.Namespace) -> Evaluate:

@@ -52,10 +52,12 @@ def is_supported() -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """How a child ended: its exit code, and the ``problem`` if it was killed by a signal or the monitor."""
+    """How a child ended: its exit code, and the ``problem`` if it was killed by a signal or the monitor. With
+    ``is_answered`` it goes on: it has written an answer."""
 
     code: int
     problem: Diagnostic | None = None
+    is_answered: bool = False
 
 
 class Ended(SceneError):
@@ -242,6 +244,7 @@ class Monitor:
         self._listens = listens  # SIGINT is blocked in this process and polled
         self._interrupted: tuple[int, float] | None = None  # phase and time of the interruption
         self._is_unwanted: Callable[[], bool] = lambda: False
+        self._answer = -1
 
     def _interrupt(self) -> None:
         """Request the end of the running phase. The child received the signal, too, and gets a moment to end the phase
@@ -253,6 +256,11 @@ class Monitor:
     def unless(self, is_unwanted: Callable[[], bool]) -> Monitor:
         """Return a monitor that also kills the child when its result is no longer needed."""
         self._is_unwanted = is_unwanted
+        return self
+
+    def until(self, answer: int) -> Monitor:
+        """Return a monitor that also ends when there is something to read from a file descriptor."""
+        self._answer = answer
         return self
 
     def wait(self) -> Ending:
@@ -280,7 +288,9 @@ class Monitor:
         try:
             poll = select.poll()
             poll.register(handle, select.POLLIN)
-            while not poll.poll(1000 * self._pause()):
+            if self._answer >= 0:
+                poll.register(self._answer, select.POLLIN)
+            while not (ready := poll.poll(1000 * self._pause())):
                 phase = self._phase()
                 problem = self._excess(phase)
                 if problem is not None and not self._is_still_in(phase):
@@ -289,6 +299,8 @@ class Monitor:
                     self._status.put_reason(problem)
                     _kill(self._pid, signal.SIGKILL)
                     break
+            if any(number == self._answer and event & select.POLLIN for number, event in ready):
+                return Ending(0, is_answered=True)
         finally:
             os.close(handle)
         _, code = os.waitpid(self._pid, 0)

@@ -7,6 +7,7 @@ trees stay in the child.
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import io
 import mmap
@@ -34,12 +35,18 @@ class Worker:
     Arguments, values and exceptions are pickled. ``folders`` are readable for these processes; None removes only the
     rights that evaluation itself gives up.
 
+    With ``keeps``, the process of a request stays and answers all further requests with the same first argument, so
+    that ``function`` can keep what it computed. If such a process exceeds its memory, a new one tries again.
+
     Create it before starting other threads. ``ask`` may be called from several threads; requests run sequentially.
     """
 
-    def __init__(self, function: Callable[..., Any], folders: tuple[str, ...] | None = None) -> None:
+    def __init__(
+        self, function: Callable[..., Any], folders: tuple[str, ...] | None = None, keeps: bool = False
+    ) -> None:
         self._function = function
         self._folders = folders
+        self._keeps = keeps
         self._lock = threading.Lock()
         self._pid = 0
         self._socket: socket.socket | None = None
@@ -57,7 +64,8 @@ class Worker:
             self._number += 1
             self._running = self._number
             try:
-                answer = self._exchange(pickle.dumps(arguments))
+                key = str(arguments[0]).encode() if self._keeps and arguments else b""
+                answer = self._exchange(_HEADER.pack(len(key)) + key + pickle.dumps(arguments))
             finally:
                 self._running = 0
         kind, value = pickle.loads(answer)  # written by our own code  # noqa: S301  # nosec B301
@@ -100,7 +108,8 @@ class Worker:
             self._socket = ours
             return
         ours.close()
-        _quietly(lambda: _serve(theirs, self._function, self._folders, parent, self._cancelled))
+        zygote = _Zygote(self._function, self._folders, parent, self._cancelled)
+        _quietly(lambda: zygote.serve(theirs))
 
 
 def _quietly(work: Callable[[], None]) -> NoReturn:
@@ -116,26 +125,97 @@ def _quietly(work: Callable[[], None]) -> NoReturn:
 # --- zygote --------------------------------------------------------------------------------------------------------
 
 
-def _serve(
-    channel: socket.socket,
-    function: Callable[..., Any],
-    folders: tuple[str, ...] | None,
-    parent: int,
-    cancelled: mmap.mmap,
-) -> None:
-    """Fork a child for every request until the server ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    gc.collect()
-    gc.freeze()  # keeps memory pages shared with the children
-    while os.getppid() == parent:
+_MAX_KEPT = 4  # processes that stay
+
+
+class _Kept:
+    """Process that answers one request after another."""
+
+    def __init__(self, function: Callable[..., Any], folders: tuple[str, ...] | None) -> None:
+        self.status = Status()
+        self.requests = 0
+        ours, theirs = socket.socketpair()
+        self.pid = os.fork()
+        if self.pid == 0:
+            ours.close()
+            _quietly(lambda: self._serve(theirs, function, folders))
+        theirs.close()
+        self.channel = ours
+
+    def _serve(self, channel: socket.socket, function: Callable[..., Any], folders: tuple[str, ...] | None) -> None:
+        become_child(self.status, confined=folders is None)
+        if folders is not None:
+            confine(folders)
+        while True:
+            try:
+                request = _receive(channel)
+            except EOFError:
+                return
+            _send(channel, _pickled(_result(function, request)))
+
+    def ask(self, request: bytes, is_unwanted: Callable[[], bool]) -> bytes | Diagnostic:
+        """Return the pickled answer, or why the process was killed."""
+        self.requests += 1
         try:
-            request = _receive(channel)
-        except EOFError:
-            return
-        number = request[: _HEADER.size]
-        is_unwanted = lambda: cancelled[:] == number or os.getppid() != parent  # noqa: B023  # called in this round only
-        _send(channel, _answer(function, request[_HEADER.size :], folders, is_unwanted))
+            _send(self.channel, request)
+            ending = Monitor(self.pid, self.status).unless(is_unwanted).until(self.channel.fileno()).wait()
+            if ending.problem is None and ending.is_answered:
+                return _receive(self.channel)
+        except (OSError, EOFError):
+            return crash(0)
+        return ending.problem or crash(0)
+
+    def close(self) -> None:
+        self.channel.close()
+        with contextlib.suppress(ChildProcessError):  # the monitor has waited for a process that was killed
+            os.waitpid(self.pid, 0)
+
+
+class _Zygote:
+    """Forks a child for every request, or for every key, until the server ends."""
+
+    def __init__(
+        self, function: Callable[..., Any], folders: tuple[str, ...] | None, parent: int, cancelled: mmap.mmap
+    ) -> None:
+        self._function, self._folders, self._parent, self._cancelled = function, folders, parent, cancelled
+        self._kept: dict[bytes, _Kept] = {}
+
+    def serve(self, channel: socket.socket) -> None:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        gc.collect()
+        gc.freeze()  # keeps memory pages shared with the children
+        while os.getppid() == self._parent:
+            try:
+                data = _receive(channel)
+            except EOFError:
+                return
+            number, data = data[: _HEADER.size], data[_HEADER.size :]
+            (length,) = _HEADER.unpack(data[: _HEADER.size])
+            key, request = data[_HEADER.size : _HEADER.size + length], data[_HEADER.size + length :]
+            is_unwanted = self._is_unwanted(number)
+            if key:
+                _send(channel, self._keeping(key, request, is_unwanted))
+            else:
+                _send(channel, _answer(self._function, request, self._folders, is_unwanted))
+
+    def _is_unwanted(self, number: bytes) -> Callable[[], bool]:
+        return lambda: self._cancelled[:] == number or os.getppid() != self._parent
+
+    def _keeping(self, key: bytes, request: bytes, is_unwanted: Callable[[], bool]) -> bytes:
+        for attempt in range(2):
+            kept = self._kept.pop(key, None) or _Kept(self._function, self._folders)
+            is_first = kept.requests == 0
+            answer = kept.ask(request, is_unwanted)
+            if isinstance(answer, bytes):
+                self._kept[key] = kept
+                if len(self._kept) > _MAX_KEPT:
+                    self._kept.pop(next(iter(self._kept))).close()
+                return answer
+            kept.close()
+            if is_first or attempt or answer.name not in ("memory", "crash"):
+                return pickle.dumps(("ended", answer))
+        raise AssertionError
 
 
 def _answer(
@@ -164,14 +244,17 @@ def _work(
     become_child(status, confined=folders is None)
     if folders is not None:
         confine(folders)
-    try:
-        arguments = pickle.loads(request)  # written by the server itself  # noqa: S301  # nosec B301
-        answer: tuple[str, Any] = ("value", function(*arguments))
-    except Exception as error:
-        answer = ("error", error)
-    data = _pickled(answer)
+    data = _pickled(_result(function, request))
     with open(memory, "wb", closefd=False) as file:
         file.write(data)
+
+
+def _result(function: Callable[..., Any], request: bytes) -> tuple[str, Any]:
+    try:
+        arguments = pickle.loads(request)  # written by the server itself  # noqa: S301  # nosec B301
+        return "value", function(*arguments)
+    except Exception as error:
+        return "error", error
 
 
 def _pickled(answer: tuple[str, Any]) -> bytes:

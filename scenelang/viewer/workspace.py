@@ -23,7 +23,7 @@ from scenelang.interpreter.program.program import Param, Program
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene, descendants
 from scenelang.sandbox.supervision import Ended, limited
-from scenelang.session import Session
+from scenelang.session import Editing, Session
 from scenelang.stdlib.colors import color_of
 from scenelang.zfile import beside
 
@@ -368,7 +368,9 @@ class Workspace:
 
 
 def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = None) -> Evaluate:
-    """Create the evaluation function of a workspace; ``splats`` returns the Gaussians to show in place of solids."""
+    """Create the evaluation function of a workspace; ``splats`` returns the Gaussians to show in place of solids. What
+    an edit does not reach is not evaluated again."""
+    opened: dict[str, Editing] = {}
 
     def evaluate(path: str, literals: Mapping[str, str]) -> WorkspaceEvaluation:
         program: Program | None = None
@@ -378,7 +380,9 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
         try:
             session = open_session(path, literals)
             with limited(session.options.limits):
-                result = session.evaluate(session.source(path))
+                editing = opened.setdefault(path, Editing(session))
+                editing.session = session  # with the values of the params
+                result = editing.evaluate(session.source(path))
                 program, found = result.program, result.diagnostics
                 stamps = _stamps(path, program, result.scene, found)
                 if result.scene is not None:

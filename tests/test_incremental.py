@@ -1,0 +1,217 @@
+"""The evaluation of an edit against a run from scratch: equal scenes, places, logs and diagnostics. Searches by hand:
+
+PYTHONPATH=tests python -m test_incremental 10000 [seed]
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+from support import geometry
+
+from scenelang import Options, Session, Source
+from scenelang.grammar.diagnostics import render_text
+from scenelang.interpreter.scene.entity import descendants
+from scenelang.session import Editing, Evaluated
+
+WORDS = ("leg", "top", "table", "room", "lamp", "hall")
+NAMES = ("a", "b", "c", "d")
+
+
+class History:
+    """Versions of a program: forms that are drawn, changed, moved, removed and put back."""
+
+    def __init__(self, random: Random) -> None:
+        self.random = random
+        self.words, self.names = WORDS, NAMES  # those that the form being drawn may use
+        self.forms = ["(define count 0)", "(define seen (table))", "(define-record rec p q)",
+                      "(define-syntax twice (syntax-rules () ((_ x) (union x x))))", '(scene "hall")',
+                      *map(self.function, "ab"), *map(self.definition, "cd"), *map(self.bind, WORDS)]  # fmt: skip
+        self.removed: list[str] = []
+
+    @property
+    def text(self) -> str:
+        return "\n".join(self.forms) + "\n"
+
+    def edit(self) -> None:
+        pick, forms = self.random, self.forms
+        at = pick.randrange(len(forms)) if forms else 0
+        kind = pick.choice(("new", "new", "change", "change", "change", "remove", "back", "move", "none", "blank"))
+        if kind == "new" or not forms:
+            forms.insert(at, self.form())
+        elif kind == "change":
+            forms[at] = self.form(forms[at])
+        elif kind == "remove":
+            self.removed.append(forms.pop(at))
+        elif kind == "back" and self.removed:
+            forms.insert(at, pick.choice(self.removed))
+        elif kind == "move":
+            forms.insert(pick.randrange(len(forms)), forms.pop(at))
+        elif kind == "blank":
+            forms[at] = pick.choice(("; a comment\n", "\n", "  ")) + forms[at]
+
+    def form(self, old: str = "") -> str:
+        """A form; one that replaces ``old`` often defines the same."""
+        pick = self.random
+        if old.startswith("(bind") and pick.random() < 0.8:
+            return self.bind(old.split('"')[1])
+        if old.startswith("(define (") and pick.random() < 0.8:
+            return self.function(old[9])
+        if old.startswith(("(define c ", "(define d ", "(param ")) and pick.random() < 0.8:
+            return self.definition(old.split()[1])
+        draw = pick.random()
+        if draw < 0.5:
+            return self.bind(pick.choice(WORDS))
+        if draw < 0.68:
+            return self.function(pick.choice(NAMES))
+        return pick.choice((
+            lambda: self.definition(pick.choice("cd")),
+            lambda: self.definition(pick.choice("cd")),
+            lambda: f"(set! {pick.choice(NAMES)} {self.value(1)})",
+            lambda: "(define count 0)",
+            lambda: "(define seen (table))",
+            lambda: f"(print {self.value(1)})",
+            lambda: f"(define-record rec {pick.choice(('p q', 'q p'))})",
+            lambda: f"(define-syntax twice (syntax-rules () ((_ x) (union x {pick.choice(('x', '(list)'))}))))",
+            lambda: f'(scene "{pick.choice(WORDS)}")',
+            lambda: f'(for-each (lambda (i) (print (bound? "{pick.choice(WORDS)}"))) (list 1))',
+        ))()  # fmt: skip
+
+    def function(self, name: str) -> str:
+        self.names = NAMES[: NAMES.index(name)] if self.random.random() < 0.95 else NAMES
+        return f"(define ({name} x) {self.value(2)})"
+
+    def definition(self, name: str) -> str:
+        self.names = NAMES[:2]
+        value = self.random.choice((self.value(2), "(uniform 1 2)", "(rec 1 2)", "(list 1 2)", "3", "(vector 1 2)"))
+        return self.random.choice((f"(define {name} {value})", f"(param {name} {self.random.randint(1, 5)})"))
+
+    def bind(self, word: str) -> str:
+        self.words = WORDS[: WORDS.index(word)] if self.random.random() < 0.95 else WORDS
+        self.names = NAMES
+        parameters = self.random.choice(("(:size 1)", "(:size 1)", "(:size 1)", "z", "z gamma", ""))
+        return f'(bind "{word}" (lambda ({parameters}) {self.body(3)}))'
+
+    def name(self) -> str:
+        return self.random.choice([name for name in self.names if name in "ab"] or ["abs"])
+
+    def word(self) -> str:
+        return self.random.choice(self.words or ("unbound",))
+
+    def value(self, depth: int) -> str:
+        pick = self.random
+        if depth == 0 or pick.random() < 0.3:
+            return str(pick.choice((0, 1, 2, 0.5, "a", "b", "c", "d", "count", "3", "4", "(car c)")))
+        return pick.choice((
+            lambda: f"(+ {self.value(depth - 1)} {self.value(depth - 1)})",
+            lambda: f"(* 2 {self.value(depth - 1)})",
+            lambda: f"({self.name()} {self.value(depth - 1)})",
+            lambda: f"(if (< {self.value(depth - 1)} 1) {self.value(depth - 1)} 2)",
+            lambda: "(begin (set! count (+ count 1)) count)",
+            lambda: '(begin (set-ref! seen "k" (+ 1 (ref seen "k" 0))) (ref seen "k"))',
+            lambda: "(uniform 0 1)",
+            lambda: f"(guard (e (else 2)) (rec-p {pick.choice('cd')}))",
+            lambda: f"(guard (e (else 1)) {self.value(depth - 1)})",
+        ))()  # fmt: skip
+
+    def body(self, depth: int) -> str:
+        pick = self.random
+        if depth == 0 or pick.random() < 0.15:
+            return pick.choice((
+                lambda: '(call "cube")',
+                lambda: f'(call "sphere" :radius {self.value(1)})',
+                lambda: f'(call "cube" :scale [1 {self.value(1)} {self.value(0)}])',
+            ))()  # fmt: skip
+        return pick.choice((
+            lambda: f"(union {self.body(depth - 1)} {self.body(depth - 1)})",
+            lambda: f'(call "{self.word()}")',
+            lambda: f'(call "{self.word()}")',
+            lambda: f'(call "{self.word()}" :size {self.value(1)})',
+            lambda: f'(call "{self.word()}" "{self.word()}")',
+            lambda: f"(transform {self.body(depth - 1)} (translate [{self.value(1)} 0 1]))",
+            lambda: f"(union-loop 3 (lambda (i) {self.body(depth - 1)}))",
+            lambda: f"(twice {self.body(depth - 1)})",
+            lambda: f"(begin (print {self.value(1)}) {self.body(depth - 1)})",
+            lambda: f'(call (string-append "{pick.choice(("le", "to"))}" "{pick.choice(("g", "p"))}"))',
+            lambda: f'(begin (bind "{self.word()}" (lambda () {self.body(1)})) {self.body(depth - 1)})',
+            lambda: f'(begin (set! count {self.value(1)}) (call "{self.word()}"))',
+            lambda: f'(let ((f (lambda () {self.body(depth - 1)}))) (call "{self.word()}" :size f) (f))',
+        ))()  # fmt: skip
+
+
+def places(evaluated: Evaluated) -> list[Any]:
+    """The call sites of the primitives, in the order of the tree."""
+    assert evaluated.scene is not None
+    found = []
+    for root in evaluated.scene.frames:
+        for entity in descendants(root):
+            if entity.is_primitive and len(entity.call_sites) < 16:
+                found.append((entity.word, sorted({(s.start, s.end) for s in entity.call_sites})))
+    return found
+
+
+def observed(evaluated: Evaluated) -> Any:
+    # the length of a chain of calls that is too deep depends on the stack of Python around it
+    said = [re.sub(r"\(and \d+ more\)", "", render_text(d, color=False)) for d in evaluated.diagnostics]
+    if evaluated.scene is None:
+        return said, evaluated.log
+    return geometry(evaluated.scene), places(evaluated), said, evaluated.log
+
+
+def histories(random: Random, length: int = 8) -> Iterator[str]:
+    history = History(random)
+    for _ in range(length):
+        yield history.text
+        history.edit()
+
+
+def search(count: int, seed: int) -> tuple[int, int, int]:
+    """Compare ``count`` histories; return the numbers of differences, of versions and of those with a scene."""
+    random, session = Random(seed), Session(Options())
+    wrong = versions = scenes = 0
+    for _ in range(count):
+        editing = Editing(session)
+        texts = []
+        for text in histories(random):
+            source = Source("<test>", text)
+            ours, theirs = observed(editing.evaluate(source)), observed(session.evaluate(source))
+            versions += 1
+            scenes += len(theirs) == 4
+            texts.append(text)
+            if ours != theirs:
+                wrong += 1
+                print("\n---\n".join(texts[-3:]), ours, theirs, sep="\n", flush=True)
+                break
+    return wrong, versions, scenes
+
+
+def test_random_histories() -> None:
+    wrong, versions, scenes = search(60, 5)
+    assert wrong == 0
+    assert scenes > versions / 4
+
+
+EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.scene"))
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_while_numbers_change(path: Path) -> None:
+    text, random = path.read_text("utf-8"), Random(7)
+    session = Session(Options())
+    editing = Editing(session)
+    for _ in range(3):
+        source = Source(str(path), text)
+        assert observed(editing.evaluate(source)) == observed(session.evaluate(source))
+        at = random.randrange(text.count("1"))
+        parts = text.split("1")
+        text = "1".join(parts[: at + 1]) + random.choice(("2", "1.5")) + "1".join(parts[at + 1 :])
+
+
+if __name__ == "__main__":
+    print(*search(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 1))
