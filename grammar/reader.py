@@ -405,7 +405,7 @@ class _Unindented(NamedTuple):
 
     opener: _Token
     closing: str
-    line: int
+    start: int
 
 
 class _Brackets:
@@ -467,7 +467,7 @@ class _Brackets:
         self.indent = token.column
         if self.openers and self.suspect is None and token.type not in _OPENER and token.column <= self.indents[-1]:
             closing = [_CLOSING[o.type] for o, n in zip(self.openers, self.indents, strict=True) if token.column <= n]
-            self.suspect = _Unindented(self.openers[-1], "".join(reversed(closing)), token.line)
+            self.suspect = _Unindented(self.openers[-1], "".join(reversed(closing)), token.start)
         if not self.openers and token.column > 1 and last.type == "RPAR":
             self.early_close = last
 
@@ -498,11 +498,15 @@ class _Brackets:
             suspect = self.suspect or self.closed_suspect
             opener = suspect.opener if suspect is not None else self.openers[-1]
             closing = _short("".join(_CLOSING[o.type] for o in reversed(self.openers)))
-            hint = f"add `{closing}` at the end of line {last.end_line if last is not None else opener.line}"
+            notes: tuple[tuple[str, int], ...] = ()
+            hint = f"add `{closing}` at the end of the form"
             if suspect is not None:
-                missing, line = _short(suspect.closing), suspect.line
-                hint = f"add `{missing}` before line {line}, which is not indented as a part of this form"
-            return _problem("unclosed", f"unclosed `{opener.text}`", opener, 1, Completeness.INCOMPLETE, hint)
+                hint = f"add `{_short(suspect.closing)}` before the line that is not indented as a part of this form"
+                notes = (("this line", suspect.start),)
+            elif last is not None and last.line != opener.line:
+                notes = (("the form ends here", last.start),)
+            problem = _problem("unclosed", f"unclosed `{opener.text}`", opener, 1, Completeness.INCOMPLETE, hint)
+            return problem._replace(notes=notes)
         if last is not None and last.type in _OPEN_ENDED:
             message = f"expected a datum after `{last.text}`"
             return _problem("unclosed", message, last, len(last.text), Completeness.INCOMPLETE)

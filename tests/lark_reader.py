@@ -55,8 +55,8 @@ class _Brackets:
         self.last: Token | None = None
         self.indents: list[int] = []  # the column at which the line of each opener starts
         self.indent = 1
-        self.suspect: tuple[Token, str, int] | None = None  # opener that a later line is not indented beyond
-        self.closed_suspect: tuple[Token, str, int] | None = None
+        self.suspect: tuple[Token, str, Token] | None = None  # opener that a later line is not indented beyond
+        self.closed_suspect: tuple[Token, str, Token] | None = None
         self.early_close: Token | None = None  # last top-level closer that is followed by an indented line
 
     def check(self, token: Token) -> None:
@@ -95,7 +95,7 @@ class _Brackets:
         self.indent = column = token.column or 1
         if self.openers and self.suspect is None and token.type not in _OPENER and column <= self.indents[-1]:
             closing = [_CLOSING[o.type] for o, n in zip(self.openers, self.indents, strict=True) if column <= n]
-            self.suspect = self.openers[-1], "".join(closing[::-1]), token.line or 1
+            self.suspect = self.openers[-1], "".join(closing[::-1]), token
         if not self.openers and column > 1 and last.type == "RPAR":
             self.early_close = last
 
@@ -123,12 +123,17 @@ class _Brackets:
         if self.openers:
             closing = "".join(_CLOSING[o.type] for o in reversed(self.openers))
             opener = self.openers[-1]
-            hint = f"add `{_short(closing)}` at the end of line {last.end_line if last is not None else opener.line}"
+            hint = f"add `{_short(closing)}` at the end of the form"
             suspect = self.suspect or self.closed_suspect
             if suspect is not None:
-                opener, closing, line = suspect
-                hint = f"add `{_short(closing)}` before line {line}, which is not indented as a part of this form"
-            raise _problem("unclosed", f"unclosed `{opener}`", opener, 1, Completeness.INCOMPLETE, hint)
+                opener, closing, start = suspect
+                hint = f"add `{_short(closing)}` before the line that is not indented as a part of this form"
+            error = _problem("unclosed", f"unclosed `{opener}`", opener, 1, Completeness.INCOMPLETE, hint)
+            if suspect is not None:
+                error.note("this line", start)
+            elif last is not None and last.line != opener.line:
+                error.note("the form ends here", last)
+            raise error
         if last is not None and last.type in _OPEN_ENDED:
             raise _problem("unclosed", f"expected a datum after `{last}`", last, len(last), Completeness.INCOMPLETE)
 

@@ -9,9 +9,8 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, Note, near_names
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.kinds.calls import shown
 from scenelang.interpreter.kinds.infer import FormKinds, Need, Passed, infer_form
-from scenelang.interpreter.kinds.kinds import ANY, ARRAYS, LIST, PARTS, Kind, accepts, describe, join
+from scenelang.interpreter.kinds.kinds import ANY, ARRAYS, LIST, PARTS, Kind, accepts, describe, join, shown
 from scenelang.interpreter.kinds.scene_forms import keyword_fixes
 from scenelang.interpreter.runtime.types import STD
 

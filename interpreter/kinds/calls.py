@@ -24,12 +24,20 @@ from scenelang.interpreter.kinds.kinds import (
     ANY,
     ENTITY,
     MATRIX,
+    MAX_SHOWN,
     NEVER,
     Kind,
     accepts,
     describe,
+    expected_name,
     length_of,
     may_be_parts,
+    number_of,
+    plural,
+    shown,
+    swap_fix,
+    unquoted_number,
+    wrap_fix,
 )
 from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter
 from scenelang.interpreter.runtime.values import Keyword
@@ -37,7 +45,6 @@ from scenelang.interpreter.runtime.values import Keyword
 if TYPE_CHECKING:
     from scenelang.interpreter.kinds.infer import KindInference, RecordCode
 
-MAX_SHOWN = 40  # characters of source text in a message
 _FEW = 4  # keyword arguments that a hint lists
 _ENTITY_ARGUMENTS = 2
 
@@ -45,32 +52,6 @@ _ENTITY_ARGUMENTS = 2
 def function_of(builtin: Builtin) -> Kind:
     """Return the kind of a builtin as a value."""
     return Kind("Function", None, None, builtin)
-
-
-def shown(node: Any, kind: Kind) -> str:
-    """Return what was found, for messages: the kind, and the source text where it is short."""
-    text = node.span.text
-    if node.span.expansion is None and len(text) <= MAX_SHOWN and "\n" not in text:
-        return f"{describe(kind)}: {text}"
-    return describe(kind)
-
-
-_EXPECTED = {
-    "Parts": "an Entity, a pair or a list of these",
-    "Numeric": "a number or an array",
-    "ArrayLike": "a number, an array or a list of numbers",
-}
-
-
-def expected_name(name: str) -> str:
-    """Return a type of the registry with its article."""
-    if name in _EXPECTED:
-        return _EXPECTED[name]
-    return ("an " if name[0] in "AEIOU" else "a ") + name
-
-
-def plural(count: int, noun: str) -> str:
-    return f"{count} {noun}{'s' * (count != 1)}"
 
 
 # --- calls -----------------------------------------------------------------------------------------------------------
@@ -312,15 +293,6 @@ def _swapped(
     return None, ()
 
 
-def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
-    """Return the hint and fix that exchange two arguments of a call."""
-    hint = "the arguments are in the wrong order"
-    if any(each.span.expansion is not None for each in (node, first, second)):
-        return hint, ()
-    edits = (Edit(first.span, second.span.text), Edit(second.span, first.span.text))
-    return hint, (Fix("Swap the arguments", edits, safe=True),)
-
-
 def _advice(
     inference: KindInference, builtin: Builtin, parameter: BuiltinParameter, argument: Any, kind: Kind, node: Any
 ) -> tuple[str | None, tuple[Fix, ...]]:
@@ -355,14 +327,6 @@ def _advice(
     if name == "Parts" and kind.tag == "String" and is_short:
         return f"call the word: `(call {text})`", (wrap_fix(argument, "call"),)
     return None, ()
-
-
-def wrap_fix(node: Any, head: str) -> Fix:
-    return Fix(f"Write `({head} ...)`", (Edit(node.span, f"({head} {node.span.text})"),), safe=True)
-
-
-def _replace(node: Any, text: str) -> Fix:
-    return Fix(f"Change to `{text}`", (Edit(node.span, text),), safe=True)
 
 
 def _check_builtin_keywords(
@@ -419,13 +383,6 @@ def _abbreviated(key: str, known: Any) -> list[str]:
 
 
 TURN = 2 * math.pi
-
-
-def number_of(node: Any) -> float | None:
-    """Return the value of a literal number."""
-    if type(node) is ast.Constant and type(node.value) in (int, float):
-        return float(node.value)
-    return None
 
 
 def _check_values(
@@ -860,15 +817,6 @@ def _check_parameter(
 
 
 _NUMBERS = ("Number", "Float", "Integer")
-_QUOTED_NUMBER = re.compile(r'"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"')
-
-
-def unquoted_number(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
-    """Return the hint and fix for a number that is written as a string."""
-    match = _QUOTED_NUMBER.fullmatch(node.span.text) if node.span.expansion is None else None
-    if match is None:
-        return None, ()
-    return f"write the number without quotes: `{match[1]}`", (_replace(node, match[1]),)
 
 
 def _written_keyword(nodes: Sequence[Any]) -> Any:
@@ -947,7 +895,14 @@ def _report_lambda_arity(
     if extra and first is not None and first.name == "objects" and most == 1:
         span = Span(node.span.source, nodes[0].span.start, nodes[-1].span.end)
         hint = "the objects are given as one list: `(list ...)`"
-        fixes = (Fix("Write a list", (Edit(span, f"(list {span.text})"),), safe=True),)
+        if all(_is_parts(inference.result.kinds[each]) for each in nodes):
+            fixes = (Fix("Write a list", (Edit(span, f"(list {span.text})"),), safe=True),)
+        elif inference.result.kinds[nodes[0]].tag == "Integer" and len(nodes) == 2:
+            made = f"(for/list ((i {nodes[0].span.text})) {nodes[1].span.text})"
+            hint = (
+                f"the objects are given as one list: `{made if len(made) <= MAX_SHOWN else '(for/list ((i n)) ...)'}`"
+            )
+            fixes = (Fix("Write a loop", (Edit(span, made),)),)
     elif named and extra and len(extra) <= len(free) and all(each.span.expansion is None for each in nodes):
         parts = [each for each in nodes if _is_parts(inference.result.kinds[each])]
         if most == 1 and len(parts) == 1 and parts[0] is not nodes[0]:  # the object is not the first

@@ -7,9 +7,12 @@ unions of kinds with different tags. A kind over-approximates: a value can only 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from scenelang.grammar import ast
+from scenelang.grammar.diagnostics import Edit, Fix
 from scenelang.interpreter.runtime.types import Type
 from scenelang.interpreter.runtime.values import NIL, Array, Embedding, Keyword, Matrix, Pair, Symbol, Vector
 
@@ -422,3 +425,67 @@ def _may_be_parts(kind: Kind) -> bool:
     if kind.tag == "List":
         return kind.items is None or all(map(may_be_parts, kind.items))  # a list of unknown length may be empty
     return kind.tag in ("Entity", "Part", "Pair", "MutableList")
+
+
+# --- messages ---------------------------------------------------------------------------------------------------------
+
+MAX_SHOWN = 40  # characters of source text in a message
+
+
+def shown(node: Any, kind: Kind) -> str:
+    """Return what was found, for messages: the kind, and the source text where it is short."""
+    text = node.span.text
+    if node.span.expansion is None and len(text) <= MAX_SHOWN and "\n" not in text:
+        return f"{describe(kind)}: {text}"
+    return describe(kind)
+
+
+_EXPECTED = {
+    "Parts": "an Entity, a pair or a list of these",
+    "Numeric": "a number or an array",
+    "ArrayLike": "a number, an array or a list of numbers",
+}
+
+
+def expected_name(name: str) -> str:
+    """Return a type of the registry with its article."""
+    if name in _EXPECTED:
+        return _EXPECTED[name]
+    return ("an " if name[0] in "AEIOU" else "a ") + name
+
+
+def plural(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
+def number_of(node: Any) -> float | None:
+    """Return the value of a literal number."""
+    if type(node) is ast.Constant and type(node.value) in (int, float):
+        return float(node.value)
+    return None
+
+
+def wrap_fix(node: Any, head: str) -> Fix:
+    return Fix(f"Write `({head} ...)`", (Edit(node.span, f"({head} {node.span.text})"),), safe=True)
+
+
+def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
+    """Return the hint and fix that exchange two arguments of a call."""
+    hint = "the arguments are in the wrong order"
+    if any(each.span.expansion is not None for each in (node, first, second)):
+        return hint, ()
+    edits = (Edit(first.span, second.span.text), Edit(second.span, first.span.text))
+    return hint, (Fix("Swap the arguments", edits, safe=True),)
+
+
+_QUOTED_NUMBER = re.compile(r'"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"')
+
+
+def unquoted_number(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return the hint and fix for a number that is written as a string."""
+    match = _QUOTED_NUMBER.fullmatch(node.span.text) if node.span.expansion is None else None
+    if match is None:
+        return None, ()
+    return f"write the number without quotes: `{match[1]}`", (
+        Fix(f"Change to `{match[1]}`", (Edit(node.span, match[1]),), safe=True),
+    )

@@ -11,20 +11,15 @@ from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds.calls import (
-    MAX_SHOWN,
     arity_of,
     check_keywords,
-    number_of,
-    shown,
     split,
-    swap_fix,
-    unquoted_number,
-    wrap_fix,
 )
 from scenelang.interpreter.kinds.kinds import (
     ANY,
     ENTITY,
     LIST,
+    MAX_SHOWN,
     NEVER,
     PART,
     PARTS,
@@ -35,6 +30,11 @@ from scenelang.interpreter.kinds.kinds import (
     join,
     length_of,
     may_be_parts,
+    number_of,
+    shown,
+    swap_fix,
+    unquoted_number,
+    wrap_fix,
 )
 from scenelang.interpreter.runtime.values import Keyword
 from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, Attribute, find

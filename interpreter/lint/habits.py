@@ -99,6 +99,7 @@ _SAME = frozenset(("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "
                    "mean", "sum", "clip"))  # fmt: skip
 _OTHER = {"ceil": "ceiling", "pow": "expt", "atan2": "atan", "fabs": "abs", "power": "expt", "random": "random"}
 
+_INFIX = "the operator comes first"
 FORMS: Sequence[Idiom] = (
     Idiom("Clojure", "(defn ?name [?args ...] ?body ...)", "(define (?name ?args ...) ?body ...)",
          "functions are defined by `define`", "name"),
@@ -218,10 +219,11 @@ FORMS: Sequence[Idiom] = (
     Idiom("OpenSCAD", "(scale ?s ?child)", "(transform ?child (scale ?s))",
          "`scale` makes a pose; `transform` applies it to an entity"),
     Idiom("OpenSCAD", "(color ?c ?child)", "", "the colour is an attribute of the call: `:color (color \"red\")`"),
-    *(Idiom("Python", f"(?a {op} ?b)", f"({name} ?a ?b)", "the operator comes first")
+    *(Idiom("Python", f"(?a {op} ?b)", f"({name} ?a ?b)", _INFIX)
       for op, name in (("+", "+"), ("-", "-"), ("*", "*"), ("/", "/"), ("%", "%"), ("//", "//"), ("**", "expt"),
-                       ("<", "<"), (">", ">"), ("<=", "<="), (">=", ">="), ("==", "="), ("and", "and"), ("or", "or"))),
-    *(Idiom("Python", f"(?a {op} ?b {op} ?c)", f"({name} ?a ?b ?c)", "the operator comes first")
+                       ("^", "expt"), ("<", "<"), (">", ">"), ("<=", "<="), (">=", ">="), ("==", "="),
+                       ("and", "and"), ("or", "or"))),
+    *(Idiom("Python", f"(?a {op} ?b {op} ?c)", f"({name} ?a ?b ?c)", _INFIX)
       for op, name in (("+", "+"), ("*", "*"))),
 )  # fmt: skip
 
@@ -410,6 +412,8 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
         return False
     if habit.row == "call" and habit.start == span.start and diagnostic.name == "attribute":
         return True
+    if isinstance(habit.row, Idiom) and habit.row.hint == _INFIX and diagnostic.name == "arity":
+        return False  # the head is a function
     if not is_inside and not (diagnostic.name == "bad-atom" and span.start == habit.end):
         around = span.start <= habit.start and habit.end <= span.end
         return around and isinstance(habit.row, Idiom) and diagnostic.name in _AROUND
@@ -616,8 +620,9 @@ def _spellings(source: Source, first: int, last: int) -> Iterator[Habit]:
                 yield _comment(source, start, end, row)
                 continue
             instead = match.expand(row.instead)
+            is_filled = written == "f" and "{" in source.text[end : source.text.find('"', end + 1)]  # an f-string
             fix = Fix(f"Change to `{_shown(instead)}`" if instead else "Remove it",
-                      (Edit(Span(source, start, end), instead),), row.is_sure)  # fmt: skip
+                      (Edit(Span(source, start, end), instead),), row.is_sure and not is_filled)  # fmt: skip
             hint = f"write `{_shown(instead.strip())}`: {row.hint}" if instead.strip() else row.hint
             message = f"`{_shown(written)}` is {row.language}, not the Scene Language"
             hides = row.pattern.startswith(";")

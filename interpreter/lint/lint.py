@@ -343,7 +343,7 @@ def _is_about(diagnostic: Diagnostic, passed: str, spelled: str) -> bool:
 
 _FRACTION = re.compile(r"([+-]?\d+)/(\d+)\Z")
 _TOKENS = re.compile(r"""(?:"(?:[^"\\]|\\.)*"|;[^\n]*|#\|.*?\|#|[()\[\]'`,]|[^\s()\[\]";'`,]+)""", re.S)
-_NAME = re.compile(r"[^\s()\[\]\";'`,]+\Z")
+_NAME = re.compile(r"[^\s()\[\]\";'`,“”„]+\Z")
 
 
 def with_fixes(diagnostic: Diagnostic) -> Diagnostic:

@@ -167,7 +167,8 @@ class _Kept:
 
     def close(self) -> None:
         self.channel.close()
-        with contextlib.suppress(ChildProcessError):  # the monitor has waited for a process that was killed
+        with contextlib.suppress(ProcessLookupError, ChildProcessError):  # the monitor has waited for a killed process
+            os.kill(self.pid, signal.SIGKILL)
             os.waitpid(self.pid, 0)
 
 

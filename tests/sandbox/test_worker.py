@@ -136,3 +136,52 @@ def test_a_trial_says_why_it_was_ended() -> None:
     assert problem is not None
     assert problem.code == "E507"
     assert trial(lambda: serve("raise")) is None  # it is raised where the work is done
+
+
+# A process that stays for the requests of one file.
+
+
+_SEEN: list[str] = []
+
+
+def remember(file: str, what: str) -> Any:
+    """Keep what was asked; ``large`` fails only in a process that has kept something."""
+    with limited(Limits(seconds=0.5, memory=400_000_000)):
+        _SEEN.append(what)
+        if what == "hold" or (what == "large" and len(_SEEN) > 1):
+            faulthandler.disable()
+            sum(range(10**11)) if what == "hold" else ctypes.string_at(0)
+        return os.getpid(), list(_SEEN)
+
+
+@pytest.fixture
+def keeper() -> Iterator[Worker]:
+    made = Worker(remember, keeps=True)
+    yield made
+    made.close()
+
+
+def test_a_process_stays_for_each_file(keeper: Worker) -> None:
+    first, seen = keeper.ask("a", "1")
+    assert keeper.ask("a", "2") == (first, [*seen, "2"])
+    other, seen_there = keeper.ask("b", "3")
+    assert other != first
+    assert seen_there == ["3"]
+    assert keeper.ask("a", "4") == (first, ["1", "2", "4"])
+
+
+def test_a_kill_costs_what_was_kept_and_nothing_else(keeper: Worker) -> None:
+    first, _ = keeper.ask("a", "1")
+    with pytest.raises(Ended) as ended:
+        keeper.ask("a", "hold")
+    assert ended.value.problem.code == "E507"
+    second, seen = keeper.ask("a", "2")
+    assert second != first
+    assert seen == ["2"]
+    assert keeper.ask("a", "large")[1] == ["large"]  # a new process has tried again
+
+
+def test_only_some_processes_stay(keeper: Worker) -> None:
+    pids = [keeper.ask(name, "1")[0] for name in "abcdef"]
+    assert keeper.ask("f", "2")[0] == pids[5]
+    assert keeper.ask("a", "2")[0] != pids[0]
