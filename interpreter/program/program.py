@@ -586,9 +586,11 @@ class SourceFile:
 
     def broken(self) -> Iterator[Any]:
         """Iterate over the core AST of the forms that have errors."""
+        unread = [d.span for form in self.forms for d in form.read if d.is_error and d.span is not None]
         for form in self.forms:
             steps = (step for step in (form.scan, form.expansion) if step is not None)
-            if any(d.is_error for d in form.read) or any(d.is_error for step in steps for d in step.problems):
+            is_unread = any(datum.span.overlaps(span) for span in unread for datum in form.datums)
+            if is_unread or any(d.is_error for step in steps for d in step.problems):
                 yield from form.asts
 
     def diagnostics(self) -> list[Diagnostic]:
