@@ -336,9 +336,7 @@ def item_adder(rt: Runtime, span: Span) -> Callable[[list[Any], Any], None]:
         try:
             items = items_of(rt, value)
         except SceneError as error:
-            if error.span is None:
-                error.span = span
-            raise
+            raise _located(error, span)
         rt.meter.check_size(len(out) + len(items), "a list")
         out.extend(items)
 

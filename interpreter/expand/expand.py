@@ -479,7 +479,7 @@ class Expander:
         is_broken = False
         position = 0
         while position < len(items):
-            item = items[position]
+            item, start = items[position], position
             try:
                 if is_identifier(item) and base_name(item.value) == "&keys":
                     if position + 1 >= len(items):
@@ -494,8 +494,8 @@ class Expander:
             except LimitError:
                 raise
             except SceneError as error:
-                self.recover(_default_outside(error, items, items.index(item)), item.span)
-                for each in items[items.index(item) : position + 1]:
+                self.recover(_default_outside(error, items, start), item.span)
+                for each in items[start : position + 1]:
                     self._declare_names(each, scope)
                 if plain and plain[-1].kind == "keyword":
                     plain.pop()  # the item may be its default

@@ -218,7 +218,7 @@ def _unbound_root(program: Program, root: str | None) -> Iterator[Diagnostic]:
     if form is None or type(form.word) is not ast.Constant or type(form.word.value) is not str:
         return
     word = form.word.value
-    if word != root:  # another root is named by an option
+    if word != root or word in program.all_words:  # another root may be named by an option
         return
     _, bound, any_word = _word_functions(program)
     if any_word or word in bound:

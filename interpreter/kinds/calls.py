@@ -912,14 +912,11 @@ def _report_lambda_arity(
             hint = f"the object comes first: `{text}`" if len(text) <= MAX_SHOWN else f"name the arguments: `{written}`"
             span = Span(node.span.source, nodes[0].span.start, nodes[-1].span.end)
             fixes = (Fix("Put the object first", (Edit(span, text),)),)
-            return inference.report(
-                "arity", f"{owner} expects {expected} {positional}{noun}, got {given}", node.span, hint, fixes=fixes,
-                expected=f"{expected} {positional}{noun}", found=plural(given, "argument"), signature=code.usage,
-            )  # fmt: skip
-        pairs = [f":{name} {each.span.text}" for name, each in zip(free, extra)]
-        hint = f"name the argument{'s' * (len(pairs) > 1)}: `{' '.join(pairs)}`"
-        safe = len(extra) == len(free) == 1
-        fixes = (Fix("Name the arguments", tuple(Edit(e.span, p) for e, p in zip(extra, pairs)), safe),)
+        else:
+            pairs = [f":{name} {each.span.text}" for name, each in zip(free, extra)]
+            hint = f"name the argument{'s' * (len(pairs) > 1)}: `{' '.join(pairs)}`"
+            safe = len(extra) == len(free) == 1
+            fixes = (Fix("Name the arguments", tuple(Edit(e.span, p) for e, p in zip(extra, pairs)), safe),)
     return inference.report(
         "arity", f"{owner} expects {expected} {positional}{noun}, got {given}", node.span, hint, fixes=fixes,
         expected=f"{expected} {positional}{noun}", found=plural(given, "argument"), signature=code.usage,

@@ -117,7 +117,7 @@ class Versions:
         self._file: SourceFile | None = None
         self._fact_cache = FactCache()
         self._kinds = KindBook(prelude.definitions)
-        self._overrides: Mapping[str, Datum] = {}
+        self._overrides: Mapping[str, str] = {}
 
     def analyse(
         self,
@@ -128,13 +128,10 @@ class Versions:
     ) -> Version:
         """Analyse the next version. The parameters are those of ``load_program``."""
         values = overrides or {}
-        if {name: each.span.text for name, each in values.items()} != {
-            name: each.span.text for name, each in self._overrides.items()
-        }:
+        texts = {name: datum.span.text for name, datum in values.items()}
+        if texts != self._overrides:
             self._pieces = tuple(each for each in self._pieces if not each[1].form.params)
-        else:
-            values = self._overrides
-        self._overrides = values
+        self._overrides = texts
         previous = self._state.files if self._state is not None else {}
         state = ProgramState(
             self._prelude,

@@ -436,19 +436,22 @@ def _with_dependents(
     reaches: Sequence[FormReach], forms: set[int], words: set[str], variables: set[Variable]
 ) -> set[int]:
     """Return ``forms`` with all that mention changed words or variables, directly or through other forms."""
-    found = set(forms)
-    pending = True
+    readers: dict[Any, list[FormReach]] = {}
+    for reach in reaches:
+        for name in (*reach.mentions, *reach.strings, *reach.words):
+            readers.setdefault(name, []).append(reach)
+    is_open = [reach for reach in reaches if reach.is_open]
+    found, pending = set(forms), [*words, *variables]
     while pending:
-        pending = False
-        for reach in reaches:
-            if id(reach.form) in found:
-                continue
-            is_affected = reach.mentions & variables or reach.strings & words or (reach.is_open and words)
-            if is_affected or not words.isdisjoint(reach.words):
+        name = pending.pop()
+        affected = [*readers.pop(name, ())]
+        if type(name) is str:  # a word, which these may call without mentioning it
+            affected += is_open
+            is_open = []
+        for reach in affected:
+            if id(reach.form) not in found:
                 found.add(id(reach.form))
-                words.update(reach.words)
-                variables.update(reach.variables)
-                pending = True
+                pending += (*reach.words, *reach.variables)
     return found
 
 

@@ -143,9 +143,7 @@ class _Kept:
         self.channel = ours
 
     def _serve(self, channel: socket.socket, function: Callable[..., Any], folders: tuple[str, ...] | None) -> None:
-        become_child(self.status, confined=folders is None)
-        if folders is not None:
-            confine(folders)
+        _begin(self.status, folders)
         while True:
             try:
                 request = _receive(channel)
@@ -242,12 +240,17 @@ def _answer(
 def _work(
     function: Callable[..., Any], request: bytes, memory: int, status: Status, folders: tuple[str, ...] | None
 ) -> None:
-    become_child(status, confined=folders is None)
-    if folders is not None:
-        confine(folders)
+    _begin(status, folders)
     data = _pickled(_result(function, request))
     with open(memory, "wb", closefd=False) as file:
         file.write(data)
+
+
+def _begin(status: Status, folders: tuple[str, ...] | None) -> None:
+    """Initialize a child that answers requests."""
+    become_child(status, confined=folders is None)
+    if folders is not None:
+        confine(folders)
 
 
 def _result(function: Callable[..., Any], request: bytes) -> tuple[str, Any]:
