@@ -191,8 +191,9 @@ def search(count: int, seed: int) -> tuple[int, int, int]:
     return wrong, versions, scenes
 
 
-def test_random_histories() -> None:
-    wrong, versions, scenes = search(60, 5)
+@pytest.mark.parametrize("count", [15, pytest.param(400, marks=[pytest.mark.search, pytest.mark.slow])])
+def test_random_histories(count: int) -> None:
+    wrong, versions, scenes = search(count, 5)
     assert wrong == 0
     assert scenes > versions / 4
 

@@ -7,7 +7,9 @@ iteration then needs new variables; otherwise its variables are stored in the en
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
@@ -131,14 +133,14 @@ def analyse(forms: tuple[Any, ...]) -> Analysis:
     analysis = Analysis()
     top = Region(None, is_function=True)
     for form in forms:
-        _Analyser(analysis).visit(form, top)
+        _Analyser(analysis, form).visit(form, top)
     return analysis
 
 
 class _Analyser:
-    def __init__(self, analysis: Analysis) -> None:
+    def __init__(self, analysis: Analysis, form: Any) -> None:
         self.analysis = analysis
-        self._loops = _Loops()
+        self._loops = _Loops(form)
 
     def visit(self, node: Any, region: Region) -> None:
         kind = type(node)
@@ -252,8 +254,15 @@ def _mark_safe(node: ast.Body) -> None:
 class _Loops:
     """Finds loops. Results are cached, because the body of a loop is searched once for every enclosing loop."""
 
-    def __init__(self) -> None:
+    def __init__(self, form: Any) -> None:
+        self._form = form
         self._found: dict[int, Loop | None] = {}
+
+    @cached_property
+    def _uses(self) -> Counter[Variable]:
+        """How often each variable is read in the form: a local one only in its scope."""
+        targets = (node.target for node in walk(self._form) if type(node) is ast.Reference)
+        return Counter(target for target in targets if isinstance(target, Variable))
 
     def find(self, node: ast.Body) -> Loop | None:
         """Return the loop if ``node`` has the form ``(letrec ((name (lambda ...))) (name start ...))``, else None."""
@@ -275,7 +284,7 @@ class _Loops:
             return None
         if not plain or len(start.arguments) != len(function.parameters) or variable.assigned:
             return None
-        uses = sum(type(n) is ast.Reference and n.target is variable for n in walk(function.body, *start.arguments))
+        uses = self._uses[variable] - 1  # but for the call that starts it
         if uses != self._tail_calls(function.body, variable, len(function.parameters)):
             return None
         return Loop(variable, function, start)

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.compile.compile import Compiler
 
 _MAX_NODES = 3_000  # longer code stays with the closures
+_MAX_LOOPS = 50  # in a function; the inner loops of a nest are written once for every loop around them
 _MAX_ARITY = 8
 _MIN_CHARGED = 32  # builtins with more arguments are charged by their call
 MAX_BITS = 1_000  # Integers of fewer bits are added and multiplied without a check of their size
@@ -104,8 +105,8 @@ class FunctionWriter(Text):
     # --- preparation ---------------------------------------------------------------------------------------------
 
     def survey(self, root: Any) -> None:
-        """Find the variables that embedded code uses; refuse code that is too long."""
-        stack, count = [root], 0
+        """Find the variables that embedded code uses; refuse code that is too long or has too many loops."""
+        stack, count, loops = [root], 0, 0
         while stack:
             node = stack.pop()
             count += 1
@@ -115,6 +116,9 @@ class FunctionWriter(Text):
                 continue  # its variables are captured
             loop = self.compiler.analysis.loops.get(id(node))
             if loop is not None:
+                loops += 1
+                if loops > _MAX_LOOPS:
+                    raise Unsupported
                 stack += [loop.function.body, *loop.start.arguments]
                 continue
             if self.is_embedded(node):

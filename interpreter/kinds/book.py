@@ -10,7 +10,18 @@ from scenelang.grammar.datum import Span, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, Note, near_names
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds.infer import FormKinds, Need, Passed, infer_form
-from scenelang.interpreter.kinds.kinds import ANY, ARRAYS, LIST, PARTS, Kind, accepts, describe, join, shown
+from scenelang.interpreter.kinds.kinds import (
+    ANY,
+    ARRAYS,
+    LIST,
+    PARTS,
+    Kind,
+    accepts,
+    describe,
+    join,
+    number_of,
+    shown,
+)
 from scenelang.interpreter.kinds.scene_forms import keyword_fixes
 from scenelang.interpreter.runtime.types import STD
 
@@ -30,15 +41,17 @@ class _Entry:
     variables: dict[Variable, Kind] = field(default_factory=dict)
     functions: dict[str, ast.Lambda | None] = field(default_factory=dict)
     bound: dict[str, bool] = field(default_factory=dict)
+    later: dict[Variable, bool] = field(default_factory=dict)
+    numbers: dict[Variable, float | None] = field(default_factory=dict)
 
 
 class _View:
     """World of one form; records what the form reads."""
 
-    __slots__ = ("_version", "entry", "group")
+    __slots__ = ("_version", "entry", "group", "index")
 
-    def __init__(self, version: _Version, entry: _Entry, group: int) -> None:
-        self._version, self.entry, self.group = version, entry, group
+    def __init__(self, version: _Version, entry: _Entry, group: int, index: int) -> None:
+        self._version, self.entry, self.group, self.index = version, entry, group, index
 
     def kind_of(self, variable: Variable) -> Kind:
         kind = self.entry.variables.get(variable)
@@ -54,6 +67,14 @@ class _View:
         found = self.entry.bound[word] = self._version.may_be_bound(word)
         return found
 
+    def is_later(self, variable: Variable) -> bool:
+        found = self.entry.later[variable] = self._version.is_later(variable, self.index)
+        return found
+
+    def constant_of(self, variable: Variable) -> float | None:
+        found = self.entry.numbers[variable] = self._version.constant_of(variable)
+        return found
+
 
 class _Version:
     """One version of a program: where its variables and words are defined."""
@@ -62,12 +83,28 @@ class _Version:
         self._library = library
         self.facts: Sequence[FormFacts] = program.facts
         self.homes = {variable: index for index, each in enumerate(self.facts) for variable in each.defined}
+        self._first: dict[Variable, int] = {}
+        for index, each in enumerate(self.facts):
+            for variable in each.defined:
+                self._first.setdefault(variable, index)
         self.groups = [0] * len(self.facts)
         self.kinds: dict[Variable, Kind] = {}
         self.functions, self._bound, self._any_word = _word_functions(program)
 
     def may_be_bound(self, word: str) -> bool:
         return self._any_word or word in self._bound
+
+    def is_later(self, variable: Variable, index: int) -> bool:
+        """Return whether a variable has no definition before the form ``index`` ends, but one behind it."""
+        return self._first.get(variable, -1) >= index
+
+    def constant_of(self, variable: Variable) -> float | None:
+        """Return the number that a global variable always has, if its definition shows it."""
+        home = self.homes.get(variable)
+        if home is None or variable.assigned or self._first[variable] != home:
+            return None
+        form = self.facts[home].form
+        return number_of(form.value) if type(form.target) is Variable else None
 
     def kind_of(self, variable: Variable, group: int) -> Kind:
         """Return the kind of a global variable as seen by the forms of a group."""
@@ -122,9 +159,9 @@ class KindBook:
             for index in sorted(group):
                 form = version.facts[index].form
                 entry = self._entries.get(id(form))
-                if entry is None or not _is_valid(entry, version, number + 1):
+                if entry is None or not _is_valid(entry, version, number + 1, index):
                     entry = _Entry(form, FormKinds())
-                    entry.result = infer_form(_View(version, entry, number + 1), form)
+                    entry.result = infer_form(_View(version, entry, number + 1, index), form)
                 entries[id(form)] = entry
             for index in group:
                 version.kinds.update(entries[id(version.facts[index].form)].result.defined)
@@ -132,11 +169,13 @@ class KindBook:
         return [entries[id(each.form)].result for each in version.facts]
 
 
-def _is_valid(entry: _Entry, version: _Version, group: int) -> bool:
+def _is_valid(entry: _Entry, version: _Version, group: int, index: int) -> bool:
     return (
         all(version.kind_of(variable, group) == kind for variable, kind in entry.variables.items())
         and all(version.functions.get(word) is function for word, function in entry.functions.items())
         and all(version.may_be_bound(word) == bound for word, bound in entry.bound.items())
+        and all(version.is_later(variable, index) == later for variable, later in entry.later.items())
+        and all(version.constant_of(variable) == number for variable, number in entry.numbers.items())
     )
 
 

@@ -9,28 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import Edit, Fix, SceneError, near_names
+from scenelang.grammar.diagnostics import Edit, Fix, near_names
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.kinds.builtins import (
-    ANGLES,
-    IMMUTABLE,
-    MUTATED,
-    PAIRS,
-    TRIPLES,
-    result_of,
-    result_of_pair,
-)
+from scenelang.interpreter.kinds.builtins import check_values, result_of
 from scenelang.interpreter.kinds.kinds import (
     ANY,
     ENTITY,
-    MATRIX,
     MAX_SHOWN,
     NEVER,
     Kind,
     accepts,
     describe,
     expected_name,
-    length_of,
     may_be_parts,
     number_of,
     plural,
@@ -192,7 +182,7 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
             )
         elif not _fits(parameter, argument, kind):
             return _report_type(inference, node, builtin, parameter, argument, kind, nodes, kinds)
-    if not _check_values(inference, node, builtin, nodes, kinds):
+    if not check_values(inference, node, builtin, nodes, kinds):
         return ANY
     callback = _CALLBACKS.get(builtin.name)
     if callback is not None:
@@ -377,256 +367,6 @@ def report_unknown_keyword(
 def _abbreviated(key: str, known: Any) -> list[str]:
     """Return the names that ``key`` abbreviates, or that abbreviate it: ``:h`` for ``:height``."""
     return [name for name in known if name.startswith(key) or (len(name) > 1 and key.startswith(name))][:2]
-
-
-# --- values of arguments ---------------------------------------------------------------------------------------------
-
-
-TURN = 2 * math.pi
-
-
-def _check_values(
-    inference: KindInference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]
-) -> bool:
-    """Check literal arguments: divisors, indices, angles, and what the registry entry itself checks."""
-    name = builtin.name
-    if name in _DIVISIONS and any(map(_is_zero, nodes[1:] if len(nodes) > 1 else nodes if name == "/" else ())):
-        if not any(kind is ANY or kind.tag not in ("Integer", "Float") for kind in kinds[:1]):
-            inference.report("zero-division", f"division by zero in `{name}`", node.span)
-            return False
-    index = _INDEXED.get(name)
-    if index is not None and len(nodes) > index[1]:
-        if not _check_index(inference, node, name, nodes[index[0]], kinds[index[0]], nodes[index[1]]):
-            return False
-    for position in TRIPLES.get(name, ()):
-        if position < len(nodes) and not _check_triple(inference, node, builtin, position, nodes, kinds):
-            return False
-    goes_through = name in ("set-ref!", "update!") and len(nodes) > 3  # several indices, one in the other
-    if name in MUTATED and not goes_through and not _check_mutable(inference, node, name, nodes[0], kinds[0]):
-        return False
-    if _CXR.fullmatch(name) and not _check_cxr(inference, node, name, nodes[0], kinds[0]):
-        return False
-    if name in ("min", "max") and len(nodes) > 1 and not _check_extremes(inference, node, name, nodes, kinds):
-        return False
-    further = _FURTHER.get(name)
-    if further is not None and not further(inference, node, name, nodes, kinds):
-        return False
-    angle = ANGLES.get(name)
-    if angle is not None and len(nodes) > angle:
-        check_angle(inference, nodes[angle])
-    # the value of a literal that could not be read is None
-    if builtin.check is not None and all(type(each) is ast.Constant and each.value is not None for each in nodes):
-        try:
-            builtin.check(*(each.value for each in nodes))
-        except SceneError as error:
-            inference.report(error.name, error.message, node.span, error.hint, fixes=_near_fixes(error, nodes),
-                             near=error.near)  # fmt: skip
-            return False
-    return True
-
-
-def _check_extremes(
-    inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]
-) -> bool:
-    """Check that several arguments of ``min`` or ``max`` are numbers or arrays; a single one may be any sequence."""
-    for argument, kind in zip(nodes, kinds):
-        if not accepts("Numeric", kind):
-            hint = f"for strings and lists, use `{name}-of`" if kind.tag == "String" else None
-            inference.report(
-                "type", f"`{name}` expects numbers, got {shown(argument, kind)}", node.span, hint,
-                expected="numbers or arrays", found=describe(kind),
-            )  # fmt: skip
-            return False
-    return True
-
-
-def _check_shapes(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
-    """Check that the lengths of the vectors that are combined item by item agree; one of length 1 fits all."""
-    lengths = {length_of(kind) for kind in kinds if kind.tag == "Vector"} - {None, 1}
-    if len(lengths) > 1 and all(kind.tag in ("Vector", "Integer", "Float") for kind in kinds):
-        shapes = " and ".join(f"({length_of(kind)})" for kind in kinds if kind.tag == "Vector")
-        verb = "multiply" if name == "dot" else "broadcast"
-        inference.report("value", f"`{name}` cannot {verb} arrays of the shapes {shapes}", node.span,
-                         "the arrays need the same length", expected="arrays of one length", found=shapes)  # fmt: skip
-        return False
-    if name == "*" and sum(kind is MATRIX for kind in kinds) > 1:
-        head = node.function.span
-        fixes = (Fix("Write `@`", (Edit(head, "@"),), safe=True),) if head.expansion is None else ()
-        inference.warn("elementwise-poses", "`*` multiplies two matrices item by item", node.span,
-                       "`@` composes poses: the last applies first", fixes)  # fmt: skip
-    return True
-
-
-def _check_axis(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
-    axis = nodes[1] if len(nodes) > 1 else None
-    if type(axis) is not ast.ArrayLiteral or not axis.items or not all(map(_is_zero, axis.items)):
-        return True
-    hint = "the axes are `[1 0 0]`, `[0 1 0]` and `[0 0 1]`"
-    inference.report("value", f"`{name}`: the rotation axis must be a finite non-zero vector", axis.span, hint,
-                     expected="a non-zero Vector", found=axis.span.text)  # fmt: skip
-    return False
-
-
-def _check_sequence(
-    inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]
-) -> bool:
-    """Check the last argument of ``apply``, and the list of ``frames``."""
-    kind = kinds[-1]
-    wrong = not accepts("Sequence", kind) or (name == "frames" and kind is ENTITY)
-    if wrong:
-        hint = "put the arguments into a list: `(apply f (list a b))`"
-        if name == "frames":
-            hint = "one item for each frame: `(frames (for/list ((t 10)) ...))`"
-        inference.report("type", f"`{name}` expects a list, got {shown(nodes[-1], kind)}", node.span, hint,
-                         expected="a List", found=describe(kind))  # fmt: skip
-    return not wrong
-
-
-_ORDINALS = {"first": 1, "second": 2, "third": 3, "fourth": 4, "fifth": 5, "last": 1}
-
-
-def _check_ordinal(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
-    length = length_of(kinds[0]) if kinds[0].tag in ("List", "Vector") else None
-    if length is None or length >= _ORDINALS[name]:
-        return True
-    message = f"`{name}` expects at least {plural(_ORDINALS[name], 'item')}, got {shown(nodes[0], kinds[0])}"
-    inference.report("index", message, node.span, expected=f"at least {plural(_ORDINALS[name], 'item')}",
-                     found=str(length))  # fmt: skip
-    return False
-
-
-def _check_rgb(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
-    """Warn about components from 0 to 1 where 0 to 255 are meant."""
-    values = [number_of(each) for each in nodes]
-    known = [value for value in values if value is not None]
-    if len(known) == len(values) == 3 and 0 < max(known) <= 1 and min(known) >= 0 and node.span.expansion is None:
-        written = f"[{' '.join(each.span.text for each in nodes)}]"
-        inference.warn(
-            "out-of-range", f"the components of `rgb` go from 0 to 255, got {written[1:-1]}", node.span,
-            f"a color with components from 0 to 1 is written `{written}`",
-            (Fix(f"Write `{written}`", (Edit(node.span, written),)),),
-        )  # fmt: skip
-    return True
-
-
-def _check_hsv(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
-    if node.span.expansion is None:
-        for parameter, value in zip(("hue", "saturation", "value"), map(number_of, nodes)):
-            if value is not None and not 0 <= value <= 1:
-                message = f"the {parameter} of `hsv` goes from 0 to 1, got {value:g}"
-                hint = "degrees are divided by 360: `(hsv (/ 120 360) 1 1)`" if parameter == "hue" else None
-                inference.warn("out-of-range", message, node.span, hint)
-                break
-    return True
-
-
-_FURTHER: dict[str, Callable[..., bool]] = {
-    **dict.fromkeys(("+", "-", "*", "/", "dot", "distance"), _check_shapes), "rotate": _check_axis,
-    "apply": _check_sequence, "frames": _check_sequence, **dict.fromkeys(_ORDINALS, _check_ordinal),
-    "rgb": _check_rgb, "hsv": _check_hsv,
-}  # fmt: skip
-
-
-def _check_triple(
-    inference: KindInference, node: Any, builtin: Builtin, position: int, nodes: Sequence[Any], kinds: Sequence[Kind]
-) -> bool:
-    """Check that an argument that is a point or direction has three numbers."""
-    parameters = (*builtin.signature.required, *builtin.signature.optional)
-    kind = kinds[position]
-    length = length_of(kind) if kind.tag in ("Vector", "List") else None
-    if length is None or length == 3:
-        return True
-    inference.report(
-        "value", f"`{builtin.name}` expects three numbers for `{parameters[position].name}`, got {length}", node.span,
-        f"signature: {builtin.usage}", expected="a Vector of 3 numbers", found=describe(kind), signature=builtin.usage,
-    )  # fmt: skip
-    return False
-
-
-def _check_mutable(inference: KindInference, node: Any, name: str, argument: Any, kind: Kind) -> bool:
-    """Check that what a procedure changes can be changed."""
-    tags = {option.tag for option in kind.options}
-    if kind is ANY or tags & MUTATED[name]:
-        return True
-    if tags <= IMMUTABLE:
-        what = describe(kind)
-        twin = "mutable-array" if tags <= {"Vector", "Array", "Matrix"} else "mutable-list"
-        hint = f"create it with `({twin} ...)`, or copy it with `(mutable x)`"
-        inference.report("immutable", f"`{name}` cannot change {what}", node.span, hint, expected=f"a {twin}",
-                         found=what)  # fmt: skip
-        return False
-    expected = " or ".join(describe(Kind(tag)) for tag in sorted(MUTATED[name]))
-    inference.report("type", f"`{name}` expects {expected}, got {shown(argument, kind)}", node.span, expected=expected,
-                     found=describe(kind))  # fmt: skip
-    return False
-
-
-_CXR = re.compile(r"c[ad]{1,4}r")
-
-
-def _check_cxr(inference: KindInference, node: Any, name: str, argument: Any, kind: Kind) -> bool:
-    """Check ``car``, ``cdr`` and their compositions, from the innermost operation on."""
-    for letter in reversed(name[1:-1]):
-        if kind is ANY or len(kind.options) > 1:
-            return True
-        if kind.tag not in PAIRS:
-            inference.report(
-                "type", f"`{name}` expects a pair or a list, got {shown(argument, kind)}", node.span,
-                expected="a pair or a list", found=describe(kind),
-            )  # fmt: skip
-            return False
-        if kind.items == ():
-            inference.report("index", f"`{name}` expects a longer list, got {shown(argument, kind)}", node.span)
-            return False
-        kind = result_of_pair(letter, kind)
-    return True
-
-
-def _is_zero(node: Any) -> bool:
-    return number_of(node) == 0.0
-
-
-def _near_fixes(error: SceneError, nodes: Sequence[Any]) -> tuple[Fix, ...]:
-    """Return fixes that replace a misspelled string by the names that the error suggests."""
-    if len(nodes) != 1 or nodes[0].span.expansion is not None:
-        return ()
-    safe = len(error.near) == 1
-    return tuple(Fix(f'Change to "{near}"', (Edit(nodes[0].span, f'"{near}"'),), safe) for near in error.near)
-
-
-_DIVISIONS = frozenset(("/", "//", "%", "modulo", "quotient", "remainder", "floor/", "truncate/"))
-_INDEXED = {"ref": (0, 1), "list-ref": (0, 1), "vector-ref": (0, 1), "string-ref": (0, 1)}
-
-
-def _check_index(inference: KindInference, node: Any, name: str, sequence: Any, kind: Kind, index: Any) -> bool:
-    length = length_of(kind) if kind.tag in ("List", "Vector") else None
-    if type(sequence) is ast.Constant and type(sequence.value) is str:
-        length = len(sequence.value)
-    value = number_of(index)
-    if length is None or value is None or not value.is_integer():
-        return True
-    lowest = -length if name == "ref" else 0
-    if not lowest <= value < length:
-        what = "string" if type(sequence) is ast.Constant and type(sequence.value) is str else kind.tag.lower()
-        inference.report(
-            "index", f"index {int(value)} is outside the {what} of length {length}", node.span,
-            f"indices start at 0, so the last one is {length - 1}" if length else None,
-            expected=f"0 to {length - 1}" if length else "no index", found=str(int(value)),
-        )  # fmt: skip
-        return False
-    return True
-
-
-def check_angle(inference: KindInference, node: Any) -> None:
-    """Warn about a literal angle that is surely given in degrees: more than two turns of radians."""
-    value = number_of(node)
-    if value is None or abs(value) <= 2 * TURN or node.span.expansion is not None:
-        return
-    text = node.span.text
-    inference.warn(
-        "out-of-range", f"angles are in radians, and {text} is {abs(value) / TURN:.0f} turns", node.span,
-        f"convert degrees: `(radians {text})`", (Fix("Convert from degrees", (Edit(node.span, f"(radians {text})"),)),),
-    )  # fmt: skip
 
 
 # --- functions that are passed to builtins ---------------------------------------------------------------------------

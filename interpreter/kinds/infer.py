@@ -52,6 +52,7 @@ from scenelang.interpreter.kinds.kinds import (
     list_of,
     list_with,
     may_be_parts,
+    number_of,
     union_of,
     vector_of,
     without_falsy,
@@ -74,6 +75,12 @@ class World(Protocol):
 
     def may_be_bound(self, word: str) -> bool:
         """Return whether the program may bind a word."""
+
+    def is_later(self, variable: Variable) -> bool:
+        """Return whether a global variable is defined by a form that runs after this one."""
+
+    def constant_of(self, variable: Variable) -> float | None:
+        """Return the number that a global variable is defined as and always has."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,6 +170,9 @@ class KindInference:
         self.is_reached = True  # whether the function around always comes here
         self.exits = 0  # number of calls so far by which the function around may be left
         self.may_escape = False  # whether a function of the program was called that may call an escape procedure
+        self.pending: frozenset[Variable] = frozenset()  # variables of the bodies around that are not defined yet
+        self.runs_now = True  # whether the form itself runs this code, not a call of a function
+        self.numbers: dict[Variable, float] = {}  # local variables that are defined as a number
 
     # --- findings ----------------------------------------------------------------------------------------------
 
@@ -240,6 +250,14 @@ class KindInference:
         elif isinstance(target, tuple):
             self._take_apart(target, kind, span)
 
+    def number_of(self, node: Any) -> float | None:
+        """Return the number that an expression always has: a literal, or a variable that is defined as one."""
+        if type(node) is ast.Reference and isinstance(node.target, Variable) and not node.target.assigned:
+            if node.target.is_global:
+                return self.world.constant_of(node.target)
+            return self.numbers.get(node.target)
+        return number_of(node)
+
     def _take_apart(self, pattern: tuple[Any, ...], kind: Kind, span: Span) -> None:
         items, rest = pattern
         has_rest = rest is not False
@@ -266,6 +284,9 @@ class KindInference:
         """Infer the body of a function once, and return the kind of the function."""
         caller, reached, exits, may_escape = self.caller, self.is_reached, self.exits, self.may_escape
         self.caller, self.is_reached, self.may_escape = node, True, False
+        pending, runs_now = self.pending, self.runs_now
+        if arguments is None:  # the body may run later
+            self.pending, self.runs_now = frozenset(), False
         position = 0
         for parameter in node.parameters:
             kind = _kind_of_parameter(parameter, position, entity_word)
@@ -283,6 +304,7 @@ class KindInference:
                     self.env[variable] = ANY
         result = self.infer(node.body)
         self.caller, self.is_reached, self.exits, self.may_escape = caller, reached, exits, may_escape
+        self.pending, self.runs_now = pending, runs_now
         return Kind("Function", None, result, node)
 
     def note_call(self, callee: Any, span: Span) -> None:
@@ -395,7 +417,12 @@ def _reference(inference: KindInference, node: ast.Reference) -> Kind:
     target = node.target
     if isinstance(target, Builtin):
         return calls.function_of(target)
-    return inference.variable(target) if isinstance(target, Variable) else ANY
+    if not isinstance(target, Variable):
+        return ANY
+    if target in inference.pending or (target.is_global and inference.runs_now and inference.world.is_later(target)):
+        message = f"`{target.name}` is used before its definition"
+        return inference.report("undefined-yet", message, node.span, "move its definition above this use")
+    return inference.variable(target)
 
 
 def _assignment(inference: KindInference, node: ast.Assignment) -> Kind:
@@ -466,6 +493,9 @@ def _define(inference: KindInference, node: ast.Define) -> Kind:
         inference.env.update(record)
     else:
         inference.bind(node.target, kind, value.span)
+        number = inference.number_of(value)
+        if number is not None and isinstance(node.target, Variable) and not node.target.assigned:
+            inference.numbers[node.target] = number
     return NONE
 
 
@@ -500,9 +530,14 @@ def _body(inference: KindInference, node: ast.Body) -> Kind:
     for item in node.items:  # functions may be called before their definition in the text
         if type(item) is ast.Define and isinstance(item.target, Variable) and type(item.value) is ast.Lambda:
             inference.env.setdefault(item.target, Kind("Function", None, ANY, item.value))
+    outside = inference.pending
+    later = {v: index for index, item in enumerate(node.items) for v in _defined(item)}
     kind = NONE
     for index, item in enumerate(node.items):
+        if later:
+            inference.pending = outside | {variable for variable, place in later.items() if place >= index}
         kind = inference.infer(item)
+        inference.pending = outside
         if index + 1 < len(node.items):
             following = node.items[index + 1]
             if kind is NEVER:
@@ -511,6 +546,12 @@ def _body(inference: KindInference, node: ast.Body) -> Kind:
             if type(item) is not ast.Define:
                 scene_forms.report_dropped(inference, item, kind)
     return kind
+
+
+def _defined(node: Any) -> Iterator[Variable]:
+    """Iterate over the variables that a form of a body defines."""
+    if type(node) is ast.Define:
+        yield from pattern_variables(node.target)
 
 
 def _report_unreachable(inference: KindInference, node: Any) -> None:
@@ -559,9 +600,15 @@ def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
         elif not accepts("ArrayItem", kind):
             scene_forms.report_array_item(inference, node, item, kind)
             return ANY
-    if all(kind.tag in ("Integer", "Float") or kind is NUMBER for kind in kinds):
+    if not scene_forms.check_rows(inference, node, kinds):
+        return ANY
+    if any(_is_number(kind) for kind in kinds):  # items of other shapes would fail
         return vector_of(len(kinds), all(kind is INTEGER for kind in kinds))
     return _ARRAYS
+
+
+def _is_number(kind: Kind) -> bool:
+    return kind.tag in ("Integer", "Float") or kind is NUMBER
 
 
 def _while(inference: KindInference, node: ast.While) -> Kind:
@@ -592,13 +639,14 @@ def _for(inference: KindInference, node: ast.For) -> Kind:
             mentioned = {part.target for part in walk(clause.values[0]) if type(part) is ast.Reference}
             inference.narrowed = inference.narrowed | {t for t in mentioned if isinstance(t, Variable)}
     body = inference.infer(node.body)
+    is_wrong = False
     if node.kind == "union":
         inference.check_parts(_value_of(node.body), body, "`for/union`")
-    elif node.kind == "append":
-        scene_forms.check_appended(inference, _value_of(node.body), body)
+    elif node.kind in ("append", "sum", "table"):
+        is_wrong = not scene_forms.check_collected(inference, node.kind, _value_of(node.body), body)
     inference.is_certain, inference.narrowed = certain, narrowed
     inference.is_reached = reached and exits == inference.exits
-    return _result_of_loop(node, body)
+    return ANY if is_wrong else _result_of_loop(node, body)
 
 
 def _result_of_loop(node: ast.For, body: Kind) -> Kind:

@@ -181,6 +181,11 @@ def list_with(item: Kind) -> Kind:
     return EMPTY if item is NEVER else _shallow(Kind("List", None, item))
 
 
+def pair_of(first: Kind, rest: Kind) -> Kind:
+    """Return the kind of a pair whose rest is no list."""
+    return _shallow(Kind("Pair", (first, rest)))
+
+
 def _shallow(kind: Kind, depth: int = 0) -> Kind:
     """Cut what is nested deeper than ``_MAX_DEPTH``, so that kinds of recursive data are finite."""
     if (kind.items is None and kind.item is None) or kind.tag == "Function":
@@ -424,6 +429,8 @@ def may_be_parts(kind: Kind) -> bool:
 def _may_be_parts(kind: Kind) -> bool:
     if kind.tag == "List":
         return kind.items is None or all(map(may_be_parts, kind.items))  # a list of unknown length may be empty
+    if kind.tag == "Pair" and kind.items is not None:
+        return may_be_parts(kind.items[0]) and accepts("Matrix", kind.items[1])
     return kind.tag in ("Entity", "Part", "Pair", "MutableList")
 
 

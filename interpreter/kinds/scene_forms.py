@@ -386,6 +386,8 @@ def report_parts(inference: KindInference, node: Any, kind: Kind, place: str) ->
             fixes = (Fix("Call the function", (Edit(node.span, f"({text})"),), safe=_takes_nothing(kind)),)
     elif culprit.tag == "Embedding":
         hint = 'an embedding belongs to a call: `(call "word" embedding)`'
+    elif culprit.tag == "Pair" and culprit.items is not None and may_be_parts(culprit.items[1]):
+        hint = "the entity comes first: `(cons entity matrix)`"
     elif culprit.tag == "Frames":
         hint = "only the root's value can be `(frames ...)`"
     inference.report(
@@ -453,14 +455,59 @@ def report_array_item(inference: KindInference, around: ast.ArrayLiteral, node: 
     )  # fmt: skip
 
 
-def check_appended(inference: KindInference, node: Any, kind: Kind) -> None:
-    """Report a body of ``for/append`` whose value is not a list."""
-    if not accepts("List", kind):
-        found = describe(kind)
-        inference.report(
-            "type", f"`for/append` expects a List from its body, got {shown(node, kind)}", node.span,
-            "use `for/list` to collect single values", expected="a List", found=found,
-        )  # fmt: skip
+def check_rows(inference: KindInference, node: ast.ArrayLiteral, kinds: Sequence[Kind]) -> bool:
+    """Report an array whose items surely have different shapes: a vector among numbers, or rows of two lengths."""
+    lengths = [_row_length(kind) for kind in kinds]
+    numbers = [kind.tag in ("Integer", "Float") for kind in kinds]
+    known = {length for length in lengths if length is not None}
+    is_mixed = bool(known) and any(numbers)
+    if not is_mixed and len(known) < _TWO_LENGTHS:
+        return True
+    wrong = next(i for i, length in enumerate(lengths) if length is not None and (is_mixed or length != lengths[0]))
+    item, kind = node.items[wrong], kinds[wrong]
+    found = shown(item, kind)
+    if not is_mixed:
+        message, hint = f"the rows of an array must have the same length, got {found}", None
+    else:
+        message, hint = f"expected a number in an array of numbers, got {found}", None
+        if known == {3}:
+            text = item.span.text if item.span.expansion is None and len(item.span.text) <= MAX_SHOWN else "v"
+            hint = f"one of its components is `({'xyz'[wrong] if wrong < len('xyz') else 'y'}-of {text})`"
+    inference.report("value", message, item.span, hint, expected="a number" if is_mixed else "rows of one length",
+                     found=describe(kind))  # fmt: skip
+    return False
+
+
+_TWO_LENGTHS = 2
+
+
+def _row_length(kind: Kind) -> int | None:
+    return length_of(kind) if kind.tag in ("Vector", "List") else None
+
+
+def check_collected(inference: KindInference, loop: str, node: Any, kind: Kind) -> bool:
+    """Check that the value of a body of ``for/append``, ``for/sum`` or ``for/table`` can be collected."""
+    name, found = f"`for/{loop}`", shown(node, kind)
+    if loop == "append" and not accepts("List", kind):
+        error, expected, hint = "type", "a List", "use `for/list` to collect single values"
+    elif loop == "sum" and not accepts("Numeric", kind):
+        error, expected, hint = "type", "a number or an array", ""
+        if may_be_parts(kind):
+            hint = "use `for/union` to collect entities"
+    elif loop == "table" and not _may_be_row(kind):
+        error, expected, hint = "value", "`(list key value)`", ""
+    else:
+        return True
+    message = f"{name} expects {expected} from its body, got {found}"
+    inference.report(error, message, node.span, hint or None, expected=expected, found=describe(kind))
+    return False
+
+
+def _may_be_row(kind: Kind) -> bool:
+    """Return whether a value may be a list of a key and its value."""
+    if kind is ANY or kind is NEVER:
+        return True
+    return any(option.tag in ("List", "Pair", "Part") and length_of(option) in (None, 2) for option in kind.options)
 
 
 def report_bound_value(inference: KindInference, node: ast.Bind, kind: Kind) -> None:
