@@ -457,7 +457,7 @@ class Session:
             note = Note(f"embeddings are applied to {used}; remove one with `embeddings FILE set HANDLE --clear`")
             problem = replace(problem, notes=(*problem.notes, note))
         warnings = without_suppressed(runtime.warnings.values(), program.sources)
-        diagnostics = [*_confirmed(checked.diagnostics, problem), *warnings]
+        diagnostics = _confirmed(checked.diagnostics, problem, warnings)
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total)
 
     def check_geometry(self, source: Source) -> list[Diagnostic]:
@@ -618,17 +618,30 @@ def _may_run(program: Program, diagnostics: Iterable[Diagnostic]) -> bool:
     return program.ok and all(CODES[d.name].code[:2] in ("E4", "E6") for d in diagnostics if d.is_error)
 
 
-def _confirmed(found: Sequence[Diagnostic], problem: Diagnostic | None) -> list[Diagnostic]:
-    """Return the findings of the check and the error of the run, each mistake once.
+def _confirmed(
+    found: Sequence[Diagnostic], problem: Diagnostic | None, warnings: Sequence[Diagnostic]
+) -> list[Diagnostic]:
+    """Return the findings of the check with the error and the warnings of the run, each mistake once.
 
     Errors of the check that the run did not meet are warnings: the code was guarded, or not evaluated.
     """
+    warnings = [d for d in warnings if not any(_is_within(each, d) for each in found)]
     if problem is None or CODES[problem.name].code.startswith("E5"):
         found = [replace(d, name="conditional-failure") if d.is_error else d for d in found]
-        return [*found, problem] if problem else found
+        return [*found, problem, *warnings] if problem else [*found, *warnings]
     places = [place for place in (problem.span, *(span for _, span in problem.chain)) if place is not None]
     is_known = any(_is_same(d, problem, places) for d in found if d.is_error)
-    return list(found) if is_known else [*found, problem]
+    return [*found, *warnings] if is_known else [*found, problem, *warnings]
+
+
+def _is_within(finding: Diagnostic, warning: Diagnostic) -> bool:
+    """Return whether a warning of the run is a finding of the check, which shows its place more closely."""
+    return (
+        finding.name == warning.name
+        and finding.span is not None
+        and warning.span is not None
+        and finding.span.overlaps(warning.span)
+    )
 
 
 def _is_same(finding: Diagnostic, problem: Diagnostic, places: Sequence[Span]) -> bool:
@@ -639,6 +652,8 @@ def _is_same(finding: Diagnostic, problem: Diagnostic, places: Sequence[Span]) -
         return True
     if finding.name != problem.name:
         return False
+    if finding.message == problem.message:
+        return True
     if not places or (problem.name == "parts" and problem.chain and problem.chain[0][0] in finding.message):
         return True
     lines = {(place.source, place.source.position(place.start)[0]) for place in places}
@@ -842,7 +857,7 @@ class Editing:
             entity.call_sites = tuple(map(version.place, entity.call_sites))
         rt, sources = run.rt, (source, *program.sources[1:])
         warnings = without_suppressed(map(version.diagnostic, rt.warnings.values()), sources)
-        diagnostics = [*_confirmed(found, problem and version.diagnostic(problem)), *warnings]
+        diagnostics = _confirmed(found, problem and version.diagnostic(problem), warnings)
         placed = replace(
             program, main=source, sources=sources, words=_placed(version, program.words),
             all_words=_placed(version, program.all_words),

@@ -173,6 +173,10 @@ _TYPES: dict[str, str] = {
     "Set": "A set.",
     "Stream": "A random stream, separate from the default ones.",
     "Record": "A record; the name of a record type denotes its records.",
+    "Axis": "`:x`, `:y` or `:z`.",
+    "Alignment": "`:min`, `:center`, `:max`, `:before` or `:after`.",
+    "Extent": "One number, or three: one for each axis.",
+    "Template": "Parts, or a function that returns them for the index of a copy.",
 }
 
 

@@ -17,7 +17,7 @@ from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import UNDEFINED, Frame, Node
-from scenelang.interpreter.runtime.types import Builtin
+from scenelang.interpreter.runtime.types import STD, Builtin
 from scenelang.interpreter.runtime.values import Pair
 
 if TYPE_CHECKING:
@@ -507,6 +507,14 @@ class FrameLayout:
         if variable is not None:
             self.slots[variable] = index
         return index
+
+
+def enters_library(node: ast.Application) -> bool:
+    """Return whether a program calls a library function, which is never a tail call: errors show the place of it."""
+    target = node.function.target if type(node.function) is ast.Reference else None
+    if not isinstance(target, Variable) or not target.is_global or target.span is None:
+        return False
+    return target.span.source.name.startswith(STD) and not node.span.source.name.startswith(STD)
 
 
 def undefined(rt: Runtime, name: str, span: Span) -> SceneError:

@@ -23,6 +23,7 @@ from scenelang.interpreter.compile.analyse import (
     analyse,
     cell_reader,
     checked_reader,
+    enters_library,
     pattern_variables,
     slot_reader,
     slot_writer,
@@ -545,7 +546,7 @@ class Compiler:
                     return self._next_iteration(plan, node, context)
         arguments = self.compile_all(node.arguments, context.inner)
         function = self._head(head, context.inner)
-        factory = calls.tail_call if context.tail else calls.call
+        factory = calls.tail_call if context.tail and not enters_library(node) else calls.call
         return factory(self.rt, function, arguments, node.span)
 
     def _head(self, head: Any, context: Context) -> Node:

@@ -29,6 +29,7 @@ from scenelang.interpreter.compile.analyse import (
     LoopKinds,
     NumberKind,
     children,
+    enters_library,
     joined,
     pattern_variables,
     tail_nodes,
@@ -850,7 +851,7 @@ class FunctionWriter(Text):
             if loop.variable is target:
                 self._next_turn(node, dest, index)
                 return None
-        if dest.returns:
+        if dest.returns and not enters_library(node):
             self._tail_call(node, dest)
             return ANY
         return self.finish(dest, self.call(node))

@@ -13,6 +13,7 @@ from scenelang.interpreter.kinds.infer import FormKinds, Need, Passed, infer_for
 from scenelang.interpreter.kinds.kinds import (
     ANY,
     ARRAYS,
+    FRAMES,
     LIST,
     PARTS,
     Kind,
@@ -148,6 +149,7 @@ class KindBook:
     def __init__(self, library: Mapping[Variable, Any]) -> None:
         self._library = library
         self._entries: dict[int, _Entry] = {}
+        self.scene: FormKinds | None = None  # of the form `(scene "word" ...)`, as a call of the root
 
     def of(self, program: Program) -> list[FormKinds]:
         """Return the kinds of every form of a program, in the order of its forms."""
@@ -166,6 +168,10 @@ class KindBook:
             for index in group:
                 version.kinds.update(entries[id(version.facts[index].form)].result.defined)
         self._entries = entries
+        self.scene = None
+        if program.scene is not None:
+            view = _View(version, _Entry(program.scene, FormKinds()), 0, len(version.facts))
+            self.scene = infer_form(view, program.scene)
         return [entries[id(each.form)].result for each in version.facts]
 
 
@@ -243,6 +249,9 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
         if reached is not None and id(each) not in reached:
             own = [_unreached(d) for d in own if d.found != "`none`"]  # a word may be a stub until it is used
         found += own
+        found += _inner_frames(each, result, root)
+    if program.scene is not None and _scene_word(program) == root and program.kinds.scene is not None:
+        found += program.kinds.scene.findings
     found += endless_recursions(results)
     found += _unbound_root(program, root)
     if not is_written:
@@ -251,14 +260,34 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
     return _with_parameters(found, functions)
 
 
+def _scene_word(program: Program) -> str | None:
+    word = program.scene.word if program.scene is not None else None
+    return word.value if type(word) is ast.Constant and type(word.value) is str else None
+
+
+def _inner_frames(facts: FormFacts, result: FormKinds, root: str | None) -> Iterator[Diagnostic]:
+    """Report a word other than the root whose value is surely frames."""
+    form = facts.form
+    if type(form) is not ast.Bind or type(form.function) is not ast.Lambda or facts.word is None:
+        return
+    kind = result.kinds.get(form.function, ANY)
+    if root is None or facts.word == root or kind.item is not FRAMES:
+        return
+    body: Any = form.function.body
+    while type(body) is ast.Body and body.items:
+        body = body.items[-1]
+    message = f'the value of "{facts.word}" cannot be frames, because it is not the root'
+    yield Diagnostic(
+        "frames", message, body.span, f'the root is "{root}": call `frames` there',
+        expected="an Entity, a posed entity or a list of these", found="frames",
+    )  # fmt: skip
+
+
 def _unbound_root(program: Program, root: str | None) -> Iterator[Diagnostic]:
     """Report ``(scene "word")`` for a word that nothing binds."""
-    form = program.scene
-    if form is None or type(form.word) is not ast.Constant or type(form.word.value) is not str:
-        return
-    word = form.word.value
-    if word != root or word in program.all_words:  # another root may be named by an option
-        return
+    form, word = program.scene, _scene_word(program)
+    if form is None or word is None or word != root or word in program.all_words:
+        return  # another root may be named by an option
     _, bound, any_word = _word_functions(program)
     if any_word or word in bound:
         return

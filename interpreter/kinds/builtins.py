@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
@@ -385,7 +386,8 @@ def check_values(
 ) -> bool:
     """Check literal arguments: divisors, indices, angles, and what the registry entry itself checks."""
     name = builtin.name
-    if name in _DIVISIONS and any(map(_is_zero, nodes[1:] if len(nodes) > 1 else nodes if name == "/" else ())):
+    divisors = nodes[1:] if len(nodes) > 1 else nodes if name == "/" else ()
+    if name in _DIVISIONS and any(inference.number_of(divisor) == 0 for divisor in divisors):
         if not any(kind is ANY or kind.tag not in ("Integer", "Float") for kind in kinds[:1]):
             inference.report("zero-division", f"division by zero in `{name}`", node.span)
             return False
@@ -403,6 +405,8 @@ def check_values(
         return False
     if name in ("min", "max") and len(nodes) > 1 and not _check_extremes(inference, node, name, nodes, kinds):
         return False
+    if name in _EVALUATED and not _check_domain(inference, node, builtin, nodes):
+        return False
     further = _FURTHER.get(name)
     if further is not None and not further(inference, node, name, nodes, kinds):
         return False
@@ -418,6 +422,60 @@ def check_values(
                              near=error.near)  # fmt: skip
             return False
     return True
+
+
+# Functions that are cheap, have no effects, and are not defined for all arguments of their types.
+_EVALUATED = frozenset(("sqrt", "log", "log2", "log10", "asin", "acos", "substring"))
+
+
+class _Uncharged:
+    """Runtime of a builtin that is called with literals: it counts nothing."""
+
+    @staticmethod
+    def charge(steps: int) -> None: ...
+
+
+def _check_domain(inference: KindInference, node: Any, builtin: Builtin, nodes: Sequence[Any]) -> bool:
+    """Call a builtin with arguments that are known, and report that it fails."""
+    values: list[Any] = []
+    for argument in nodes:
+        is_text = type(argument) is ast.Constant and type(argument.value) is str
+        value = argument.value if is_text else inference.number_of(argument)
+        if value is None:
+            return True
+        values.append(int(value) if type(value) is float and value.is_integer() else value)
+    try:
+        builtin.function(_Uncharged, *values)
+    except SceneError as error:
+        inference.report(error.name, error.message, node.span, error.hint or f"signature: {builtin.usage}",
+                         signature=builtin.usage)  # fmt: skip
+        return False
+    except (ArithmeticError, ValueError):
+        return True
+    return True
+
+
+def _check_scale(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    if inference.number_of(nodes[0]) == 0 and node.span.expansion is None:
+        inference.warn("out-of-range", "a scale of 0 shrinks the part to a point", node.span,
+                       expected="a factor other than 0", found="0")  # fmt: skip
+    return True
+
+
+def _check_range(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Warn about a range that is empty because its step leads away from its end."""
+    start, end = map(number_of, nodes[:2]) if len(nodes) > 1 else (None, None)
+    step = number_of(nodes[2]) if len(nodes) > _START_AND_END else 1
+    if start is None or end is None or not step or (end - start) * step >= 0 or node.span.expansion is not None:
+        return True
+    first, last = nodes[0].span.text, nodes[1].span.text
+    hint = f"count down with `(range {first} {last} -1)`" if step == 1 else "the step has the wrong sign"
+    inference.warn("out-of-range", f"the range from {first} to {last} is empty", node.span, hint,
+                   expected="an end in the direction of the step", found=node.span.text)  # fmt: skip
+    return True
+
+
+_START_AND_END = 2
 
 
 def _check_extremes(
@@ -474,7 +532,7 @@ def _check_normal(inference: KindInference, node: Any, name: str, nodes: Sequenc
 
 def _check_product(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
     """Check the shapes of a product of matrices: a vector of three numbers may only be the last."""
-    for index, (left, right) in enumerate(zip(kinds, kinds[1:])):
+    for index, (left, right) in enumerate(pairwise(kinds)):
         length = length_of(left) if left.tag == "Vector" else None
         if length in (None, 4) or right is not MATRIX:
             continue
@@ -546,7 +604,8 @@ def _check_rgb(inference: KindInference, node: Any, name: str, nodes: Sequence[A
         inference.warn(
             "out-of-range", f"the components of `rgb` go from 0 to 255, got {written[1:-1]}", node.span,
             f"a color with components from 0 to 1 is written `{written}`",
-            (Fix(f"Write `{written}`", (Edit(node.span, written),)),),
+            (Fix(f"Write `{written}`", (Edit(node.span, written),)),), expected="components from 0 to 255",
+            found=written[1:-1],
         )  # fmt: skip
     return True
 
@@ -557,7 +616,7 @@ def _check_hsv(inference: KindInference, node: Any, name: str, nodes: Sequence[A
             if value is not None and not 0 <= value <= 1:
                 message = f"the {parameter} of `hsv` goes from 0 to 1, got {value:g}"
                 hint = "degrees are divided by 360: `(hsv (/ 120 360) 1 1)`" if parameter == "hue" else None
-                inference.warn("out-of-range", message, node.span, hint)
+                inference.warn("out-of-range", message, node.span, hint, expected="0 to 1", found=f"{value:g}")
                 break
     return True
 
@@ -566,7 +625,7 @@ _FURTHER: dict[str, Callable[..., bool]] = {
     **dict.fromkeys(("+", "-", "*", "/", "dot", "distance"), _check_shapes), "rotate": _check_axis,
     "apply": _check_sequence, "frames": _check_sequence, **dict.fromkeys(_ORDINALS, _check_ordinal),
     "rgb": _check_rgb, "hsv": _check_hsv, "reflect": _check_normal, "@": _check_product, "table": _check_pairs,
-    **dict.fromkeys(("x-of", "y-of", "z-of"), _check_items),
+    **dict.fromkeys(("x-of", "y-of", "z-of"), _check_items), "scale": _check_scale, "range": _check_range,
 }  # fmt: skip
 
 
@@ -645,7 +704,7 @@ def _check_index(inference: KindInference, node: Any, name: str, sequence: Any, 
     length = length_of(kind) if kind.tag in ("List", "Vector") else None
     if type(sequence) is ast.Constant and type(sequence.value) is str:
         length = len(sequence.value)
-    value = number_of(index)
+    value = inference.number_of(index)
     if length is None or value is None or not value.is_integer():
         return True
     lowest = -length if name == "ref" else 0
@@ -669,4 +728,5 @@ def check_angle(inference: KindInference, node: Any) -> None:
     inference.warn(
         "out-of-range", f"angles are in radians, and {text} is {abs(value) / TURN:.0f} turns", node.span,
         f"convert degrees: `(radians {text})`", (Fix("Convert from degrees", (Edit(node.span, f"(radians {text})"),)),),
+        expected="an angle in radians", found=text,
     )  # fmt: skip

@@ -11,26 +11,26 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Edit, Fix, near_names
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.kinds.builtins import check_values, result_of
+from scenelang.interpreter.kinds.builtins import check_angle, check_values, result_of
 from scenelang.interpreter.kinds.kinds import (
     ANY,
     ENTITY,
+    INTEGER,
     MAX_SHOWN,
     NEVER,
     Kind,
     accepts,
     describe,
-    expected_name,
+    item_of,
     may_be_parts,
-    number_of,
     plural,
     shown,
     swap_fix,
     unquoted_number,
     wrap_fix,
 )
-from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter
-from scenelang.interpreter.runtime.values import Keyword
+from scenelang.interpreter.runtime.types import STD, Builtin, BuiltinParameter, Mismatch, Type, expected_name
+from scenelang.interpreter.runtime.values import Keyword, Symbol
 
 if TYPE_CHECKING:
     from scenelang.interpreter.kinds.infer import KindInference, RecordCode
@@ -480,6 +480,8 @@ def _call_lambda(
         _check_parameter(inference, owner, parameter, argument, code.usage) for parameter, argument in zip(given, nodes)
     ]
     ok.append(check_keywords(inference, node, owner, "argument", code, keywords, () if unsure else None))
+    if code.name in _INDICES and all(map(_is_of_library, given)):
+        _check_copies(inference, code, nodes, keywords)
     return result if all(ok) else ANY
 
 
@@ -536,18 +538,19 @@ def _check_parameter(
     signature: str | None = None,
 ) -> bool:
     """Check an argument against the type of a parameter."""
+    kind = inference.result.kinds[value]
     if parameter.type is None:
         inference.pass_argument(parameter, owner, value, usage)
-        return True
-    kind = inference.result.kinds[value]
-    fits = accepts(parameter.type, kind)
-    if fits and parameter.type.name == "Integer" and (number := number_of(value)) is not None:
-        fits = number.is_integer()
-    if fits:
-        return True
+        return (
+            parameter.name != "objects"
+            or not _is_of_library(parameter)
+            or _check_stacked(inference, owner, parameter, value, kind, usage)
+        )
+    if accepts(parameter.type, kind) and _literal_fits(parameter.type, value):
+        return not _is_of_library(parameter) or _check_combined(inference, owner, parameter, value, kind, usage)
     sign = ":" if parameter.kind == "keyword" else ""
     expected = expected_name(parameter.type.name)
-    hint, fixes = unquoted_number(value) if parameter.type.name in _NUMBERS else (None, ())
+    hint, fixes = _advice_of_type(parameter.type, value, kind)
     inference.report(
         "type", f"the parameter `{sign}{parameter.name}` of {owner} expects {expected}, got {shown(value, kind)}",
         value.span, hint or f"parameters: {usage}", fixes=fixes, expected=expected, found=describe(kind),
@@ -557,6 +560,137 @@ def _check_parameter(
 
 
 _NUMBERS = ("Number", "Float", "Integer")
+
+
+def _advice_of_type(type_: Type, value: Any, kind: Kind) -> tuple[str | None, tuple[Fix, ...]]:
+    if type_.name in _NUMBERS:
+        return unquoted_number(value)
+    if type_.name in _OBJECTS:
+        return _called_word(value, kind)
+    return _meant_keyword(type_, value)
+
+
+# What the values of a type are called elsewhere.
+_MEANT = {
+    "left": "min", "right": "max", "bottom": "min", "top": "max", "back": "min", "front": "max", "start": "min",
+    "end": "max", "centre": "center", "middle": "center", "mid": "center", "low": "min", "high": "max",
+    "above": "after", "below": "before", "X": "x", "Y": "y", "Z": "z",
+}  # fmt: skip
+
+
+def _meant_keyword(type_: Type, value: Any) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return the hint and fix for an axis or alignment that is written as a string, or by another name."""
+    if (
+        type(value) is not ast.Constant
+        or type(value.value) not in (str, Keyword, Symbol)
+        or value.span.expansion is not None
+    ):
+        return None, ()
+    text = str(value.value)
+    for name in (text, _MEANT.get(text, "")):
+        keyword = ast.Constant(Keyword(name), value.span)
+        if name and type_.name in ("Axis", "Alignment") and _literal_fits(type_, keyword):
+            return f"write `:{name}`", (
+                Fix(f"Change to `:{name}`", (Edit(value.span, f":{name}"),), safe=name == text),
+            )
+    return None, ()
+
+
+def _literal_fits(type_: Type, value: Any) -> bool:
+    """Return whether a literal has the type of a parameter, so far as that can be told without a run."""
+    if type(value) is not ast.Constant or value.value is None or type_.walk is not None:
+        return True
+    try:
+        type_.convert(value.value)
+    except Mismatch:
+        return False
+    return True
+
+
+def _is_of_library(parameter: ast.Parameter) -> bool:
+    span = parameter.target.span if isinstance(parameter.target, Variable) else None
+    return span is not None and span.source.name.startswith(STD)
+
+
+def _check_combined(
+    inference: KindInference, owner: str, parameter: ast.Parameter, value: Any, kind: Kind, usage: str
+) -> bool:
+    """Check an argument of a combinator beyond its type: parts, a count, an angle."""
+    assert parameter.type is not None
+    name = parameter.type.name
+    if name in _OBJECTS and kind.tag != "Function":
+        inner = item_of(kind) if name == "List[Parts]" and kind.items is None else kind
+        if not may_be_parts(inner):
+            _report_object(inference, owner, parameter, value, kind, usage)
+            return False
+    number = inference.number_of(value)
+    if name == "Integer" and number is not None and number < 0:
+        inference.report("value", f"{owner} expects a count that is not negative for `{parameter.name}`, got "
+                         f"{number:g}", value.span, expected="a count that is not negative",
+                         found=f"{number:g}")  # fmt: skip
+        return False
+    if name == "Number" and parameter.name in _ANGLES:
+        check_angle(inference, value)
+    return True
+
+
+_OBJECTS = ("Parts", "Template", "List[Parts]")
+_ANGLES = ("turn", "sweep", "start")
+
+
+def _report_object(
+    inference: KindInference, owner: str, parameter: ast.Parameter, value: Any, kind: Kind, usage: str
+) -> None:
+    hint, fixes = _called_word(value, kind)
+    message = f"the parameter `{parameter.name}` of {owner} expects entities, got {shown(value, kind)}"
+    inference.report(
+        "parts", message, value.span, hint or f"parameters: {usage}", fixes=fixes,
+        expected="an Entity, a posed entity or a list of these", found=describe(kind), signature=usage,
+    )  # fmt: skip
+
+
+def _called_word(value: Any, kind: Kind) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return the hint and fix for a word in place of an entity."""
+    if kind.tag == "String" and type(value) is ast.Constant and value.span.expansion is None:
+        return f"a word is called: `(call {value.span.text})`", (wrap_fix(value, "call"),)
+    if kind.tag == "List" and any(item.tag == "String" for item in kind.items or (item_of(kind),)):
+        return 'a word is called: `(list (call "word") ...)`', ()
+    return None, ()
+
+
+def _check_stacked(
+    inference: KindInference, owner: str, parameter: ast.Parameter, value: Any, kind: Kind, usage: str
+) -> bool:
+    """Check the list of ``stack``: entities, or arrays."""
+    items = kind.items if kind.items is not None else (item_of(kind),)
+    if kind.tag != "List" or all(may_be_parts(item) or accepts("ArrayLike", item) for item in items):
+        return True
+    _report_object(inference, owner, parameter, value, kind, usage)
+    return False
+
+
+# How many indices a combinator passes to a function that makes its copies.
+_INDICES = {"grid": 3, "ring": 1, "scatter": 1}
+
+
+def _check_copies(
+    inference: KindInference, code: ast.Lambda, nodes: Sequence[Any], keywords: Sequence[tuple[str, Any, Any]]
+) -> None:
+    """Check the function that makes the copies of a combinator: its arity, and that it returns parts."""
+    for parameter, node in zip(code.parameters, nodes):
+        kind = inference.result.kinds[node]
+        if parameter.type is None or parameter.type.name != "Template" or kind.tag != "Function":
+            continue
+        counts = [n for p, n in zip(code.parameters, nodes) if p.type is not None and p.type.name == "Integer"]
+        counts += [value for key, _, value in keywords if key in ("nx", "ny", "nz")]
+        runs = all((inference.number_of(count) or 0) > 0 for count in counts)
+        check_callback(inference, node, kind, [INTEGER] * _INDICES[code.name], f"`{code.name}`", runs)
+        result = kind.item
+        if result is not None and not may_be_parts(result):
+            inference.report(
+                "parts", f"the function of `{code.name}` must return entities, got {describe(result)}", node.span,
+                always=runs, expected="an Entity, a posed entity or a list of these", found=describe(result),
+            )  # fmt: skip
 
 
 def _written_keyword(nodes: Sequence[Any]) -> Any:

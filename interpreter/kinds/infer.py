@@ -206,8 +206,18 @@ class KindInference:
         )  # fmt: skip
         return ANY
 
-    def warn(self, name: str, message: str, span: Span, hint: str | None = None, fixes: tuple[Fix, ...] = ()) -> None:
-        self.result.findings.append(Diagnostic(name, message, span, hint, fixes=fixes))
+    def warn(
+        self,
+        name: str,
+        message: str,
+        span: Span,
+        hint: str | None = None,
+        fixes: tuple[Fix, ...] = (),
+        *,
+        expected: str | None = None,
+        found: str | None = None,
+    ) -> None:
+        self.result.findings.append(Diagnostic(name, message, span, hint, fixes=fixes, expected=expected, found=found))
 
     @contextmanager
     def uncertain(self, *tests: Any) -> Iterator[None]:

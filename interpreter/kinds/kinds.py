@@ -293,8 +293,12 @@ ACCEPTED: dict[str, frozenset[str]] = {
     "Set": frozenset(("Set",)),
     "Stream": frozenset(("Stream",)),
     "Record": frozenset(("Record",)),
+    "Axis": frozenset(("Keyword",)),
+    "Alignment": frozenset(("Keyword", "None")),
+    "Extent": _VECTORS | {"Integer", "Float"},
+    "Template": frozenset(("Entity", "Part", "Pair", "List", "MutableList", "Function")),
 }
-_VECTOR_TYPES = frozenset(("Vector", "Point", "Triple", "Color"))
+_VECTOR_TYPES = frozenset(("Vector", "Point", "Triple", "Color", "Extent"))
 
 
 def accepts(type_: Type | str, kind: Kind) -> bool:
@@ -312,7 +316,7 @@ def accepts(type_: Type | str, kind: Kind) -> bool:
 
 def _fits(name: str, kind: Kind) -> bool:
     """Return whether a kind with an accepted tag may fit the type ``name`` by its items."""
-    if name in _VECTOR_TYPES:
+    if name in _VECTOR_TYPES and kind.tag in _VECTORS:
         length = length_of(kind)
         if kind.tag == "List" and (length == 0 or not all_may_be(kind, "Number")):
             return False
@@ -445,20 +449,6 @@ def shown(node: Any, kind: Kind) -> str:
     if node.span.expansion is None and len(text) <= MAX_SHOWN and "\n" not in text:
         return f"{describe(kind)}: {text}"
     return describe(kind)
-
-
-_EXPECTED = {
-    "Parts": "an Entity, a pair or a list of these",
-    "Numeric": "a number or an array",
-    "ArrayLike": "a number, an array or a list of numbers",
-}
-
-
-def expected_name(name: str) -> str:
-    """Return a type of the registry with its article."""
-    if name in _EXPECTED:
-        return _EXPECTED[name]
-    return ("an " if name[0] in "AEIOU" else "a ") + name
 
 
 def plural(count: int, noun: str) -> str:

@@ -30,7 +30,6 @@ from scenelang.interpreter.kinds.kinds import (
     join,
     length_of,
     may_be_parts,
-    number_of,
     shown,
     swap_fix,
     unquoted_number,
@@ -246,6 +245,21 @@ def check_primitive(
         attribute = known.get(key)
         if attribute is not None and attribute.accepts:
             _check_attribute(inference, word, attribute, value)
+    ends = [value for key, _, value in keywords if key in ("p0", "p1")]
+    points = [[inference.number_of(item) for item in end.items] for end in ends if type(end) is ast.ArrayLiteral]
+    if "p0" in known and len(points) == _ENDS and points[0] == points[1] and None not in points[0]:
+        message = f'the ends `:p0` and `:p1` of "{word}" are the same point, so that it has no length'
+        inference.warn("no-extent", message, ends[1].span, expected="two points", found=ends[1].span.text)
+
+
+_ENDS = 2
+
+
+def _usage_of(word: str) -> str:
+    """Return the attributes of a primitive as a call."""
+    cls = _primitive(word)
+    names = [COLOR.name, *(each.name for each in cls.attributes)] if cls is not None else [COLOR.name]
+    return f'(call "{word}" {" ".join(f"[:{name}]" for name in dict.fromkeys(names))})'
 
 
 def _check_attribute(inference: KindInference, word: str, attribute: Attribute, value: Any) -> None:
@@ -261,6 +275,7 @@ def _check_attribute(inference: KindInference, word: str, attribute: Attribute, 
             "attribute",
             f'the attribute `:{attribute.name}` of "{word}" must be {attribute.type}, got {shown(value, kind)}',
             value.span, hint or attribute.doc, fixes=fixes, expected=attribute.type, found=describe(kind),
+            signature=_usage_of(word),
         )  # fmt: skip
         return
     _check_range(inference, word, attribute, value)
@@ -284,18 +299,21 @@ def _check_range(inference: KindInference, word: str, attribute: Attribute, valu
     """Warn about literal values that are outside the range of an attribute."""
     if attribute.low is None or value.span.expansion is not None:
         return
-    numbers = [number_of(item) for item in value.items] if type(value) is ast.ArrayLiteral else [number_of(value)]
+    items = value.items if type(value) is ast.ArrayLiteral else (value,)
+    numbers = [inference.number_of(item) for item in items]
     wrong = [n for n in numbers if n is not None and (n < attribute.low or n > attribute.high)]
     if attribute.name == "color" and len(numbers) == 4 and not wrong:
         message = f'the attribute `:color` of "{word}" has three components; the fourth is ignored'
-        inference.warn("out-of-range", message, value.span, "transparency is the attribute `:opacity`")
+        inference.warn("out-of-range", message, value.span, "transparency is the attribute `:opacity`",
+                       expected="three numbers", found=value.span.text)  # fmt: skip
     if not wrong:
         return
     hint = _range_hint(attribute, value, numbers)
+    text = value.span.text if type(value) is not ast.Reference else f"{value.span.text}, which is {wrong[0]:g}"
     limits = "not be negative" if attribute.high == math.inf else f"be {attribute.low:g} to {attribute.high:g}"
     inference.warn(
-        "out-of-range", f'the attribute `:{attribute.name}` of "{word}" should {limits}, got {value.span.text}',
-        value.span, hint,
+        "out-of-range", f'the attribute `:{attribute.name}` of "{word}" should {limits}, got {text}',
+        value.span, hint, expected=limits.removeprefix("not be ").removeprefix("be "), found=value.span.text,
     )  # fmt: skip
 
 

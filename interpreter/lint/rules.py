@@ -561,7 +561,8 @@ _ANY = {
     "position pos location center centre at origin offset translate translation place": _PLACED,
     "rotation rotate angle orientation axis euler yaw pitch": _TURNED,
     "texture material shader image uv texture-map bump": _MATERIAL,
-    "segments sides resolution subdivisions facets fn slices stacks": _SMOOTH,
+    "segments sides resolution subdivisions facets fn slices stacks $fn $fa $fs": _SMOOTH,
+    "paint fill background backgroundColor background-color tint": 'the colour is `:color`: `:color (color "red")`',
     "transparency": "`:opacity` is 1 for an opaque surface and 0 for an invisible one",
 }
 

@@ -94,7 +94,8 @@ class ProgramRun:
         if scene is None or not scene.arguments or type(scene.word) is not ast.Constant or scene.word.value != word:
             return z, gamma
         values = [self.run_form(argument) for argument in scene.arguments]
-        given, rest, _ = call_embeddings(self.rt, word, values)
+        given, rest, written = call_embeddings(self.rt, word, values)
+        self.rt.check_written(word, written)
         joined = Embedding(given.handle or z.handle, given.text or z.text, z.attributes)
         joined = with_attributes(self.rt, joined, given.attributes)
         return joined, make_list(rest) if rest else gamma

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
 from scenelang.interpreter.runtime.show import from_numpy, show
-from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter, Mismatch, Type, type_name
+from scenelang.interpreter.runtime.types import (
+    Builtin,
+    BuiltinParameter,
+    Mismatch,
+    Type,
+    expected_name,
+    type_name,
+)
 from scenelang.interpreter.runtime.values import (
     NIL,
     Array,
@@ -285,7 +292,7 @@ def _checked(runtime: Runtime, code: ClosureCode, parameter: CodeParameter, valu
         owner = f'"{word}"' if word is not None else f"`{code.name}`"
         sign = ":" if parameter.kind == "keyword" else ""
         message = (
-            f"the parameter `{sign}{parameter.name}` of {owner} expects {_article(parameter.type.name)}, "
+            f"the parameter `{sign}{parameter.name}` of {owner} expects {expected_name(parameter.type.name)}, "
             f"got {type_name(value)}: {show(value, 60)}"
         )
         raise SceneError("type", message, hint=f"parameters: {code.usage}") from None
@@ -309,16 +316,10 @@ def builtin_arity_error(builtin: Builtin, given: int) -> SceneError:
 
 def type_error(builtin: Builtin, parameter: BuiltinParameter, value: Any) -> SceneError:
     message = (
-        f"`{builtin.name}` expects {_article(parameter.type.name)} for `{parameter.name}`, "
+        f"`{builtin.name}` expects {expected_name(parameter.type.name)} for `{parameter.name}`, "
         f"got {type_name(value)}: {show(value, 60)}"
     )
     return SceneError("type", message, hint=f"signature: {builtin.usage}")
-
-
-def _article(name: str) -> str:
-    if name == "Parts":
-        return "an Entity, a pair or a list of these"
-    return ("an " if name[0] in "AEIOU" else "a ") + name
 
 
 def convert(runtime: Runtime, builtin: Builtin, parameter: BuiltinParameter, value: Any) -> Any:
@@ -531,7 +532,7 @@ def _converted(rt: Runtime, kind: RecordType, index: int, types: Sequence[Type |
         return expected.checker(rt)(value)
     except Mismatch:
         field = kind.fields[index]
-        message = f"the field `{field}` of `{kind.name}` expects {_article(expected.name)}, got {type_name(value)}"
+        message = f"the field `{field}` of `{kind.name}` expects {expected_name(expected.name)}, got {type_name(value)}"
         raise SceneError("type", f"{message}: {show(value, 60)}") from None
 
 

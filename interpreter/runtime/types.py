@@ -277,6 +277,39 @@ def _identity(value: Any) -> Any:
     return value
 
 
+_AXES = ("x", "y", "z")
+_ALIGNMENTS = ("min", "center", "max", "before", "after")
+
+
+def _axis(value: Any) -> Any:
+    if type(value) is Keyword and str(value) in _AXES:
+        return value
+    raise Mismatch
+
+
+def _alignment(value: Any) -> Any:
+    if value is None or (type(value) is Keyword and str(value) in _ALIGNMENTS):
+        return value
+    raise Mismatch
+
+
+def _extent(reader: TypeReader, value: Any) -> Any:
+    return value if type(value) in (int, float) else _point(reader, value)
+
+
+_EXPECTED = {
+    "Parts": "an Entity, a pair or a list of these", "List[Parts]": "a list of entities",
+    "Template": "an Entity, parts or a function", "Numeric": "a number or an array",
+    "ArrayLike": "a number, an array or a list of numbers", "Axis": "`:x`, `:y` or `:z`",
+    "Alignment": "`:min`, `:center`, `:max`, `:before` or `:after`", "Extent": "one number or three",
+}  # fmt: skip
+
+
+def expected_name(name: str) -> str:
+    """Return what a value of a type is, with an article, for messages."""
+    return _EXPECTED.get(name) or ("an " if name[0] in "AEIOU" else "a ") + name
+
+
 BASE_TYPES: Mapping[str, Type] = {
     kind.name: kind
     for kind in (
@@ -308,6 +341,10 @@ BASE_TYPES: Mapping[str, Type] = {
         Type("Set", _instance(Set)),
         Type("Stream", _instance(Stream)),
         Type("Record", _instance(Record)),
+        Type("Axis", _axis),
+        Type("Alignment", _alignment),
+        Type("Extent", _identity, _extent),
+        Type("Template", _instance(Entity, Pair, type(NIL), MutableList, Procedure)),
     )
 }
 _GENERIC = re.compile(r"(\w+)\[(.*)\]\Z", re.S)
