@@ -29,6 +29,8 @@ def _misplaced(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     name = base_name(datum.items[0].value)
     where = {"scene": "at the top level of the main file", "param": "at top level", "import": "at top level"}
     hint = f"`{name}` is only allowed {where.get(name, 'in a body or at top level')}"
+    if name == "param" and len(datum.items) > 1 and is_identifier(datum.items[1]):
+        hint = f"`(param {datum.items[1].span.text} default)` at top level defines `{datum.items[1].span.text}`"
     raise SceneError("misplaced", f"expected an expression, found `{name}`", hint, datum.span)
 
 
@@ -287,10 +289,11 @@ def expand_cond(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 def _cond_clauses(expander: Expander, clauses: Sequence[Datum], scope: Scope, span: Span, otherwise: Datum) -> Datum:
     """Lower clauses to nested conditionals, starting from the last clause."""
     result = otherwise
+    arrays = [clause for clause in clauses if isinstance(clause, ArrayDatum)]
+    if arrays:
+        raise bracket_error("a clause", *arrays)
     for index in range(len(clauses) - 1, -1, -1):
         clause = clauses[index]
-        if isinstance(clause, ArrayDatum):
-            raise bracket_error("a clause", clause)
         if not isinstance(clause, ListDatum) or not clause.items or clause.tail is not None:
             raise syntax_error("cond", "invalid clause", clause.span)
         if expander.is_literal(clause.items[0], "else", scope):
@@ -382,10 +385,26 @@ def expand_guard(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     return core("GUARD", [Atom(variable, clauses.items[0].span), body, handler], span)
 
 
+def _is_text(datum: Datum) -> bool:
+    return isinstance(datum, Atom) and type(datum.value) is str
+
+
+def _swapped_assert(datum: ListDatum) -> SceneError:
+    """Return the error for a message before the test, which would be a test that is always true."""
+    error = syntax_error("assert", "the test comes before the message", datum.items[1].span)
+    first, second = datum.items[1].span, datum.items[2].span
+    if first.expansion is None and second.expansion is None:
+        edits = (Edit(first, second.text), Edit(second, first.text))
+        error.fixes = (Fix("Swap them", edits, safe=True),)
+    return error
+
+
 @handles("assert")
 def expand_assert(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     _count(datum, 1, 2)
     span = datum.span
+    if len(datum.items) > 2 and _is_text(datum.items[1]) and not _is_text(datum.items[2]):
+        raise _swapped_assert(datum)
     test = expander.expand(datum.items[1], scope)
     if len(datum.items) > 2:
         message = expander.expand(datum.items[2], scope)

@@ -82,12 +82,18 @@ def syntax_error(form: str, message: str, span: Span, hint: str | None = None) -
     return SceneError("syntax", message, hint or (f"usage: {usage}" if usage else None), span)
 
 
-def bracket_error(what: str, array: ArrayDatum) -> SceneError:
-    """Return the error for ``[...]`` in a place of ``(...)``."""
+def bracket_error(what: str, array: ArrayDatum, *others: ArrayDatum) -> SceneError:
+    """Return the error for ``[...]`` in a place of ``(...)``; the fix corrects ``others`` too."""
     text = array.span.text
     is_short = len(text) <= _MAX_SHOWN and "\n" not in text and text.startswith("[")
     hint = f"write `({text[1:-1]})`" if is_short else "replace `[` and `]` with parentheses"
-    return SceneError("bracket", f"expected parentheses around {what}, found square brackets", hint, array.span)
+    spans = [each.span for each in (array, *others)]
+    fixes: tuple[Fix, ...] = ()
+    if all(span.expansion is None and span.text.startswith("[") and span.text.endswith("]") for span in spans):
+        edits = tuple(Edit(span, f"({span.text[1:-1]})") for span in spans)
+        fixes = (Fix("Replace brackets with parentheses", edits, safe=True),)
+    message = f"expected parentheses around {what}, found square brackets"
+    return SceneError("bracket", message, hint, array.span, fixes=fixes)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -600,6 +606,13 @@ def _marker_error(items: Sequence[Datum], position: int) -> SceneError:
     name = base_name(marker.value)
     names: list[str] = []
     end = marker.span.end
+    following = items[position + 1] if position + 1 < len(items) else None
+    if name == "&optional" and isinstance(following, ListDatum) and marker.span.expansion is None:
+        edit = Edit(Span(marker.span.source, marker.span.start, following.span.start), "")
+        return SceneError(
+            "lambda-list", f"`{name}` is not used in parameter lists", f"write `{following.span.text}` alone",
+            marker.span, fixes=(Fix("Remove it", (edit,), safe=True),),
+        )  # fmt: skip
     for item in items[position + 1 :]:
         if not is_identifier(item) or base_name(item.value) in _MARKERS:
             break

@@ -23,6 +23,7 @@ from scenelang.interpreter.kinds.kinds import (
     describe,
     item_of,
     may_be_parts,
+    number_of,
     plural,
     shown,
     swap_fix,
@@ -81,6 +82,15 @@ def report_not_a_function(
             fixes = (Fix(f"Write `{written[:MAX_SHOWN]}`", (Edit(node.span, written),), safe=True),)
         else:
             hint = "use `ref` to read an item: `(ref sequence index)`"
+    elif function.tag == "Keyword" and len(arguments) == 1:
+        name, owner = text.removeprefix(":"), node.arguments[0].span.text
+        kind = arguments[0]
+        if kind.tag == "Record" and kind.code and is_written:
+            hint = f"a field is read by its function: `({kind.code}-{name} {owner})`"
+            edit = Edit(node.span, f"({kind.code}-{name} {owner})")
+            fixes = (Fix("Call its function", (edit,), safe=True),)
+        else:
+            hint = f"a field is read by its function, such as `(leg-{name} x)`, an item of a table by `(ref x key)`"
     elif type(head) is ast.Constant and function.tag == "String" and is_written:
         hint = f"call a word with `call`: `(call {text} ...)`"
         fixes = (
@@ -214,10 +224,30 @@ def _report_arity(inference: KindInference, node: ast.Application, builtin: Buil
     )  # fmt: skip
 
 
+def _turned(
+    inference: KindInference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any]
+) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return a hint and a fix for ``(rotate [0 45 0])``: the angles about the three axes."""
+    angles = nodes[0]
+    hint = "`rotate` takes an angle in radians and an axis: `(rotate (radians 90) [0 1 0])`"
+    numbers = [number_of(item) for item in angles.items] if type(angles) is ast.ArrayLiteral else []
+    turning = [i for i, number in enumerate(numbers) if number != 0]
+    if len(numbers) != len(_AXES) or len(turning) != 1 or node.span.expansion is not None:
+        return hint, ()
+    (index,) = turning
+    written = f"(rotate (radians {angles.items[index].span.text}) {_AXES[index]})"
+    return f"write `{written}`", (Fix("Write an angle and an axis", (Edit(node.span, written),)),)
+
+
+_AXES = ("[1 0 0]", "[0 1 0]", "[0 0 1]")
+
+
 def _grouped(
     inference: KindInference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any]
 ) -> tuple[str | None, tuple[Fix, ...]]:
     """Return a hint and a fix for numbers that belong into an array: ``(translate 1 2 3)``."""
+    if builtin.name == "rotate" and len(nodes) == 1 and inference.result.kinds[nodes[0]].tag == "Vector":
+        return _turned(inference, node, builtin, nodes)
     parameters = (*builtin.signature.required, *builtin.signature.optional)
     vectors = [i for i, parameter in enumerate(parameters) if parameter.type.name in ("Vector", "Point")]
     if builtin.name == "scale":
@@ -297,8 +327,10 @@ def _advice(
     if name in ("Numeric", "Number", "Float", "Integer") and kind.tag == "String":
         hint, fixes = unquoted_number(argument)
         if hint is None and builtin.name == "+" and node.function.span.expansion is None:
-            head = Edit(node.function.span, "string-append")
-            return "texts are joined by `string-append`", (Fix("Write `string-append`", (head,), safe=True),)
+            are_texts = all(inference.result.kinds[each].tag == "String" for each in node.arguments)
+            join_ = "string-append" if are_texts else "string"
+            head = Edit(node.function.span, join_)
+            return f"texts are joined by `{join_}`", (Fix(f"Write `{join_}`", (head,), safe=True),)
         return hint, fixes
     if name == "String" and kind.tag in ("Integer", "Float"):
         fixes = (wrap_fix(argument, "string"),) if is_short else ()

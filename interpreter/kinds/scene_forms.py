@@ -35,6 +35,7 @@ from scenelang.interpreter.kinds.kinds import (
     unquoted_number,
     wrap_fix,
 )
+from scenelang.interpreter.runtime.types import Builtin
 from scenelang.interpreter.runtime.values import Keyword
 from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, Attribute, find
 
@@ -81,10 +82,13 @@ def report_word(inference: KindInference, node: Any, kind: Kind, form: str) -> N
 def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> bool:
     """Check that what is passed by position can be an embedding."""
     pending = iter(node.arguments)
+    written: list[tuple[Any, Any]] = []
     for argument in pending:
-        if type(argument) is ast.Constant and type(argument.value) is Keyword:
-            if next(pending, None) is None:
+        if _is_keyword(argument):
+            value = next(pending, None)
+            if value is None:
                 break
+            written.append((argument, value))
             continue
         kind = inference.result.kinds[argument]
         if kind is ANY or kind is NEVER:
@@ -93,6 +97,11 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         if tags & {"Embedding", "String", "Keyword"}:
             continue
         text = argument.span.text
+        empty = next((key for key, value in written if _is_keyword(value)), None)
+        if empty is not None:
+            message = f"missing value after `{empty.span.text}` in a call of {owner}"
+            inference.report("embedding", message, empty.span, expected="a value", found="a keyword")
+            return False
         spelled = _spelled_attribute(inference, node, argument)
         if spelled is not None:
             return spelled
@@ -114,6 +123,10 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         )  # fmt: skip
         return False
     return True
+
+
+def _is_keyword(node: Any) -> bool:
+    return type(node) is ast.Constant and type(node.value) is Keyword
 
 
 def _spelled_attribute(inference: KindInference, node: ast.Call, argument: Any) -> bool | None:
@@ -388,6 +401,9 @@ def report_parts(inference: KindInference, node: Any, kind: Kind, place: str) ->
     is_written = node.span.expansion is None and len(text) <= MAX_SHOWN
     if culprit.tag == "None":
         hint = "use `for/union` in place of `for`" if type(node) is ast.For else "nothing at all is `(union)`"
+        last = node.items[-1] if type(node) is ast.Body and node.items else node
+        if type(last) is ast.Define:
+            hint = "the last form of a body is its value, and this one ends with a definition"
         if type(node) is ast.For and node.span.expansion is None and text.startswith("(for "):
             start = node.span.start + 1
             fixes = (Fix("Use `for/union`", (Edit(Span(node.span.source, start, start + 3), "for/union"),), safe=True),)
@@ -441,12 +457,37 @@ def report_dropped(inference: KindInference, node: Any, kind: Kind) -> None:
             )  # fmt: skip
         return
     if kind is not ENTITY and kind is not PART and not _is_parts(kind):
+        _report_unused_result(inference, node)
         return
     if node.span.expansion is None:
         inference.warn(
             "dropped-value", "this entity is not used: only the last value of a body counts", node.span,
             "put all parts into one `(union ...)`",
         )  # fmt: skip
+
+
+# Functions that only return a new value: a call whose value is not used does nothing. The one that was meant follows.
+_PURE = {
+    "append": "extend!", "cons": "push!", "reverse": "reverse!", "sort": "sort!", "shuffle": "shuffle!",
+    "delete": "remove!", "string-append": "", "list": "", "vector": "", "translate": "", "rotate": "", "scale": "",
+    "reflect": "", "+": "", "-": "", "*": "", "/": "", "@": "", "color": "", "rgb": "", "hsv": "",
+}  # fmt: skip
+
+
+def _report_unused_result(inference: KindInference, node: Any) -> None:
+    """Warn about a call in the middle of a body that has no effect."""
+    function = node.function if type(node) is ast.Application else None
+    builtin = function.target if type(function) is ast.Reference else None
+    if not isinstance(builtin, Builtin) or builtin.name not in _PURE or node.span.expansion is not None:
+        return
+    name = builtin.name
+    changing = _PURE[name]
+    hint = f"`{name}` returns a new value and changes nothing"
+    if changing:
+        hint += f"; a mutable list is changed by `{changing}`, a variable by `set!`"
+    elif name in ("translate", "rotate", "scale", "reflect"):
+        hint = "a pose is applied by `transform`: `(transform part pose)`"
+    inference.warn("dropped-value", f"the value of `{name}` is not used", node.span, hint)
 
 
 def _is_parts(kind: Kind) -> bool:
@@ -464,6 +505,9 @@ def report_array_item(inference: KindInference, around: ast.ArrayLiteral, node: 
     number, number_fixes = unquoted_number(node)
     if number is not None:
         hint, fixes = number, number_fixes
+    elif _is_keyword(node) and node.span.expansion is None:
+        hint = f"write the variable without a colon: `{node.value}`"
+        fixes = (Fix("Remove the colon", (Edit(node.span, str(node.value)),), safe=True),)
     elif around.span.expansion is None and around.span.text.startswith("["):
         edit = Edit(around.span, f"(list {around.span.text[1:-1]})")
         fixes = (Fix("Write a list", (edit,), safe=all(_is_no_number(inference, item) for item in around.items)),)

@@ -71,7 +71,8 @@ NAMES: Mapping[str, Term] = {
     "concat": Term("Clojure", "append"), "println": Term("Clojure", "print"), "echo": Term("OpenSCAD", "print"),
     "displayln": Term("Scheme", "print"), "vec": Term("Clojure", "list->vector"),
     "mapv": Term("Clojure", "map"), "filterv": Term("Clojure", "filter"),
-    "every?": Term("Clojure", "every"), "some": Term("Clojure", "any"),
+    "every?": Term("Clojure", "every"), "some": Term("Clojure", "any"), "nil?": Term("Clojure", "none?"),
+    "foldl": Term("Racket", "fold"), "foldr": Term("Racket", "fold-right"),
     "==": Term("Python", "="), "===": Term("JavaScript", "="), "&&": Term("JavaScript", "and"),
     "||": Term("JavaScript", "or"), "!": Term("JavaScript", "not"), "**": Term("Python", "expt"),
     "^": Term("OpenSCAD", "expt"), "progn": Term("Common Lisp", "begin"), "random.random": Term("Python", "random"),
@@ -122,6 +123,20 @@ FORMS: Sequence[Idiom] = (
     Idiom("JavaScript", "(let ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
     Idiom("Common Lisp", "(setq ?name ?value)", "(define ?name ?value)",
          "names are defined by `define`, and changed by `set!`", "name"),
+    Idiom("Common Lisp", "(setf (nth ?i ?xs) ?value)", "(set-ref! ?xs ?i ?value)",
+         "an item is changed by `(set-ref! sequence index value)`", is_sure=False),
+    Idiom("Common Lisp", "(setf (aref ?xs ?i) ?value)", "(set-ref! ?xs ?i ?value)",
+         "an item is changed by `(set-ref! sequence index value)`"),
+    Idiom("Common Lisp", "(setf (gethash ?key ?table) ?value)", "(set-ref! ?table ?key ?value)",
+         "a table is changed by `(set-ref! table key value)`"),
+    Idiom("Racket", "(struct ?name (?fields ...))", "(define-record ?name ?fields ...)",
+         "records are defined by `define-record`", "name"),
+    Idiom("Racket", "(define-struct ?name (?fields ...))", "(define-record ?name ?fields ...)",
+         "records are defined by `define-record`", "name"),
+    Idiom("Common Lisp", "(defstruct ?name ?fields ...)", "(define-record ?name ?fields ...)",
+         "records are defined by `define-record`", "name"),
+    Idiom("Clojure", "(defrecord ?name [?fields ...])", "(define-record ?name ?fields ...)",
+         "records are defined by `define-record`", "name"),
     Idiom("Common Lisp", "(setf ?name ?value)", "(set! ?name ?value)", "variables are changed by `set!`"),
     Idiom("Clojure", "(fn [?args ...] ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
     Idiom("Clojure", "(fn (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
@@ -195,9 +210,16 @@ FORMS: Sequence[Idiom] = (
     Idiom("Python", "(if ?test ?a elif ?other ?b)", "(cond (?test ?a) (?other ?b))", "several tests make a `cond`"),
     Idiom("Python", "(if ?test ?a elif ?other ?b else ?c)", "(cond (?test ?a) (?other ?b) (else ?c))",
          "several tests make a `cond`"),
+    Idiom("JavaScript", "(if ?test ?a else if ?other ?b)", "(cond (?test ?a) (?other ?b))",
+         "several tests make a `cond`"),
+    Idiom("JavaScript", "(if ?test ?a else if ?other ?b else ?c)", "(cond (?test ?a) (?other ?b) (else ?c))",
+         "several tests make a `cond`"),
+    Idiom("JavaScript", "(bind ?word (?args ...) => ?body ...)", "(bind ?word (lambda (?args ...) ?body ...))",
+         "functions are written `lambda`"),
     Idiom("Python", "(when ?test ?a else ?b)", "(if ?test ?a ?b)", "`if` takes the second value without `else`"),
     Idiom("Python", "(return ?x)", "?x", "the last expression of a body is its value"),
     Idiom("Clojure", "(-> ?x ?body ...)", "", "nest the calls: `(g (f x))`"),
+    Idiom("Clojure", "(->> ?x ?body ...)", "", "nest the calls: `(g (f x))`"),
     Idiom("Common Lisp", "(#' ?name)", "?name", "a function is named without `#'`"),
     Idiom("Clojure", "(call ?word {?pairs ...})", "(call ?word ?pairs ...)",
          "attributes are written one after another, without braces"),
@@ -229,7 +251,9 @@ FORMS: Sequence[Idiom] = (
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
 _WORD = r"[A-Za-z_][\w-]*"
-_SYMBOL = r"[A-Za-z_][^\s\"']*"
+_SYMBOL = r"[A-Za-z_*+][^\s\"']*"
+_QUOTED_FUNCTION = r"(?<![\w])#'(?=\w)"
+_COLON = r"(?<=\)):(?=\s)"
 SPELLINGS: Sequence[Spelling] = (
     Spelling("JavaScript", r"(?m)(?<![^\s])//(?=[^\n]*$)[^\n]*", "", "a comment begins with `;`"),
     Spelling("Python", r"(?m)^[ \t]*#(?![|;\\(tf])[^\n]*|(?m:^[ \t]*#[tf]\w[^\n]*)", "", "a comment begins with `;`"),
@@ -249,7 +273,8 @@ SPELLINGS: Sequence[Spelling] = (
     Spelling("Python", r"(?<![\w.])(\d+)_(\d{3})\b", r"\1\2", "digits of a number are not grouped"),
     Spelling("Scheme", r"#\(([^()\[\]]*)\)", r"[\1]", "an array is written in square brackets"),
     Spelling("Scheme", r"#\\(\w)(?!\w)", r'"\1"', "a character is a string of length 1"),
-    Spelling("Clojure", r"(?<![\w])#'(?=\w)", "", "a function is named without `#'`"),
+    Spelling("Common Lisp", _QUOTED_FUNCTION, "", "a function is named without `#'`"),
+    Spelling("HTML", rf"(?<=[\s(])(:{_WORD})=(?=[\w\"(\[.-])", r"\1 ", "an attribute is `:name value`"),
     Spelling("OpenSCAD", rf"(?<=[\s(])({_WORD})\s*=\s*(?=[\[(\"'\w.:<+-])", r":\1 ", "an attribute is `:name value`"),
     Spelling("JavaScript", rf"(?<=[\s({{])({_WORD}):(?=[\s\[(\"'\d.-])", r":\1", "an attribute is `:name value`"),
     Spelling(
@@ -273,7 +298,7 @@ SPELLINGS: Sequence[Spelling] = (
     Spelling("Racket", rf"#:({_WORD})", r":\1", "a keyword is written `:name`"),
     Spelling("typeset text", r"[“”„]([^“”„\"\n]*)[“”]", r'"\1"', "strings stand in straight quotes"),
     Spelling("typeset text", r"[−–](?=[\d.])", "-", "a minus is the character `-`"),
-    Spelling("Python", r"(?<=\)):(?=\s)", "", "forms have no `:` before their parts"),
+    Spelling("Python", _COLON, "", "forms have no `:` before their parts"),
     Spelling("European notation", r"(:[\w-]+\s+-?\d+),(\d+)(?![\d,.])", r"\1.\2", "decimals are separated by a point"),
     Spelling("PHP", rf"\$({_WORD})", r"\1", "names have no `$`"),
     Spelling("JavaScript", r";(?=\s*[)\]}])", "", "statements have no `;` at their end"),
@@ -416,17 +441,33 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
         return False  # the head is a function
     if not is_inside and not (diagnostic.name == "bad-atom" and span.start == habit.end):
         around = span.start <= habit.start and habit.end <= span.end
+        if isinstance(habit.row, Spelling):
+            return _is_left_by(habit, diagnostic, around)
         return around and isinstance(habit.row, Idiom) and diagnostic.name in _AROUND
     if diagnostic.name in _STRUCTURE and (span.start, span.end) in habit.inner:
         return True
     return not any(start <= span.start and span.end <= end for start, end in habit.inner)
 
 
+def _is_left_by(habit: Habit, diagnostic: Diagnostic, around: bool) -> bool:
+    """Return whether an error is about what is left of a spelling: ``'f`` of ``#'f``, or ``:`` among operands."""
+    span = diagnostic.span
+    assert span is not None
+    assert isinstance(habit.row, Spelling)
+    text = span.source.text
+    if habit.row.pattern == _QUOTED_FUNCTION:
+        return around and diagnostic.message.endswith(text[habit.end - 1 : span.end].split()[0].rstrip(")"))
+    if habit.row.pattern == _COLON:
+        is_same_line = "\n\n" not in text[habit.end : span.start]
+        return diagnostic.name == "syntax" and span.start >= habit.end and is_same_line
+    return False
+
+
 # Errors that a construct of another language may be the cause of.
 _EXPLAINED = frozenset((
     "unbound", "bad-atom", "bad-string", "bad-dot", "misplaced", "syntax", "bracket", "unclosed", "extra-close",
     "lambda-list", "empty-application", "not-a-procedure", "attribute", "arity", "type", "value", "parts",
-    "embedding", "word",
+    "embedding", "word", "keyword", "idle-attribute",
 ))  # fmt: skip
 
 # Errors whose place is the whole form in which the construct stands, and errors about the structure of a form.
@@ -492,15 +533,51 @@ def _regions(text: str, errors: Sequence[Diagnostic]) -> list[tuple[int, int]]:
 def _named(source: Source, tree: Tree) -> Iterator[Habit]:
     name = NAMES.get(tree.text)
     instead = name.instead if name is not None else _module_function(tree.text)
-    language = name.language if name is not None else "Python"
+    language = name.language if name is not None else "JavaScript" if tree.text.startswith("Math.") else "Python"
     hint = name.hint if name is not None else ""
     if not instead and not hint:
+        yield from _member(source, tree)
         return
     fix = None
     if instead:
         hint = f"write `{instead}`"
         fix = Fix(f"Change to `{instead}`", (Edit(Span(source, tree.start, tree.end), instead),), safe=True)
     message = f"`{tree.text}` is {language}, not the Scene Language"
+    yield Habit(tree.start, tree.end, (), frozenset(), _diagnostic(source, tree.start, tree.end, message, hint, fix))
+
+
+_MEMBER = re.compile(rf"({_WORD})\.({_WORD})\Z")
+
+# What the methods of other languages are called here.
+_METHODS = {
+    "append": "push!", "push": "push!", "add": "add!", "extend": "extend!", "pop": "pop!", "length": "length",
+    "size": "length", "map": "map", "filter": "filter", "reverse": "reverse", "sort": "sort", "keys": "keys",
+    "values": "values", "insert": "insert!", "remove": "remove!", "slice": "slice", "concat": "append", "get": "ref",
+    "count": "length", "upper": "string-upcase", "lower": "string-downcase", "split": "string-split",
+}  # fmt: skip
+_FUNCTION_FIRST = frozenset(("map", "filter"))
+
+
+def _member(source: Source, tree: Tree) -> Iterator[Habit]:
+    """``leg.height`` and ``xs.append``: fields of records, and methods."""
+    match = _MEMBER.match(tree.text)
+    if match is None:
+        return
+    owner, name = match.groups()
+    fix = None
+    record = re.search(rf"\(define-record\s+\(?([\w-]+)[^()]*[\s(]{re.escape(name)}[\s):]", source.text)
+    if record is not None:
+        written = f"({record[1]}-{name} {owner})"
+        hint = f"write `{written}`: a field is read by its function"
+        fix = Fix(f"Change to `{written}`", (Edit(Span(source, tree.start, tree.end), written),))
+    elif name in _METHODS:
+        instead = _METHODS[name]
+        hint = f"write `({instead} f {owner})`" if name in _FUNCTION_FIRST else f"write `({instead} {owner} ...)`"
+        if name == "length":
+            hint = f"write `(length {owner})`"
+    else:
+        hint = f"fields are read by functions, `(leg-{name} {owner})`, and items of tables by `(ref {owner} key)`"
+    message = f"`{tree.text}` is Python, not the Scene Language"
     yield Habit(tree.start, tree.end, (), frozenset(), _diagnostic(source, tree.start, tree.end, message, hint, fix))
 
 
@@ -686,6 +763,8 @@ def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
         start, end = tree.start, tree.end
         inner = tuple((part.start, part.end) for parts in bound.values() for part in parts)
         names = frozenset(part.text for part in bound.get(form.defines, ()) if part.text)
+        if form.instead.startswith("(define-record"):
+            names |= {f"{name}{end}" for name in names for end in _record_names(bound["fields"])}
         message = f"`{_shown(source.text[start:end])}` is {form.language}, not the Scene Language"
         if not form.instead:
             diagnostic = _diagnostic(source, start, end, message, form.hint, None)
@@ -696,6 +775,12 @@ def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
             diagnostic = _diagnostic(source, start, end, message, hint, fix)
         yield Habit(start, end, inner, names, diagnostic, form)
         return
+
+
+def _record_names(fields: Sequence[Tree]) -> Iterator[str]:
+    """What follows a record's name in the names of its procedures."""
+    yield "?"
+    yield from (f"-{field.text}" for field in fields)
 
 
 _NOT_AN_ENTITY = re.compile(r'[-+.]?\d|["\':#]')

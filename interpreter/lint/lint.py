@@ -238,8 +238,33 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
     defined = {name for d in found if d.name == "unbound" for name in _defined_by(d)}
     found = [d for d in found if not (d.name == "unbound" and d.span is not None and d.span.text in defined)]
     found = [d for d in found if not (d.name == "dropped-value" and _is_followed(d, found))]
+    found = _without_details(found)
     found = _once_for_each_word(found)
     return _misspelled_parameters(found, program) if program is not None else found
+
+
+def _without_details(found: list[Diagnostic]) -> list[Diagnostic]:
+    """Leave out what a larger mistake explains: an unused variable or a constant test in a body without a value, and
+    the index of a loop whose body is not a function yet."""
+    empty = [d.span for d in found if d.name == "parts" and d.found == "`none`" and d.span is not None]
+    bodies = [d.span for d in found if d.name == "not-a-procedure" and d.span is not None and _binds_index(d)]
+    return [
+        d
+        for d in found
+        if d.span is None
+        or (
+            not (d.name in ("unused", "constant-condition") and _is_inside(d.span, empty))
+            and not (d.name == "unbound" and d.span.text == "i" and _is_inside(d.span, bodies))
+        )
+    ]
+
+
+def _binds_index(diagnostic: Diagnostic) -> bool:
+    return any(edit.text.startswith("(lambda (i)") for fix in diagnostic.fixes for edit in fix.edits)
+
+
+def _is_inside(span: Span, others: Sequence[Span]) -> bool:
+    return any(each.source.name == span.source.name and each.start <= span.start < each.end for each in others)
 
 
 def _is_followed(dropped: Diagnostic, found: Sequence[Diagnostic]) -> bool:

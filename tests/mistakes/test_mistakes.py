@@ -78,7 +78,12 @@ def test_the_corpus_is_broad() -> None:
     assert len(FIXED) >= len(fixable) / 2
 
 
-AT_RUN = [p for p in PROGRAMS if p.suffix == ".scene" and expected_of(p)[:2] in ("E4", "E6") and not is_undecidable(p)]
+AT_RUN = [
+    path
+    for path in PROGRAMS
+    if path.suffix == ".scene" and expected_of(path)[:2] in ("E4", "E6") and not is_undecidable(path)
+    and path.stem != "loop-body-index"  # a run first meets the index that the missing function would bind
+]
 
 
 @pytest.mark.parametrize("path", AT_RUN, ids=name_of)
