@@ -274,7 +274,7 @@ def test_scatter_turns_and_functions() -> None:
         (f"(grid {CUBE} :spacing [1 2])", "type", "one number or three"),
         (f"(row {CUBE})", "type", "expects a list of entities"),
         (f"(row (list {CUBE}) :axis 'x)", "type", "`:x`, `:y` or `:z`"),
-        ("(stack (list 1 2))", "parts", "an Integer: 1"),
+        ("(stack (list 1 2))", "parts", "(list 1 2)"),
         (f"(align {CUBE} {BALL} :x :left)", "type", "`:min`, `:center`, `:max`, `:before` or `:after`"),
         (f"(mirror {CUBE} :axes :x)", "keyword", "axes"),
         (f"(attach {CUBE} {BALL} :at [1 0])", "type", "a Point"),

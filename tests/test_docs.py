@@ -199,7 +199,7 @@ def test_lookup() -> None:
     ring = reference.lookup("ring")
     assert ring is not None
     assert ring.topic == "combinators"
-    assert ring.signature.startswith("(ring count::Integer object ")
+    assert ring.signature.startswith("(ring count::Integer object::Template ")
     assert reference.lookup("no such name") is None
 
 

@@ -9,6 +9,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, Note, near_names
 from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.kinds.calls import arity_of
 from scenelang.interpreter.kinds.infer import FormKinds, Need, Passed, infer_form
 from scenelang.interpreter.kinds.kinds import (
     ANY,
@@ -21,6 +22,7 @@ from scenelang.interpreter.kinds.kinds import (
     describe,
     join,
     number_of,
+    plural,
     shown,
 )
 from scenelang.interpreter.kinds.scene_forms import keyword_fixes
@@ -251,7 +253,8 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
         found += own
         found += _inner_frames(each, result, root)
     if program.scene is not None and _scene_word(program) == root and program.kinds.scene is not None:
-        found += program.kinds.scene.findings
+        scene = program.kinds.scene
+        found += [*scene.findings, *(d for _, d in misuses(scene, needs))]
     found += endless_recursions(results)
     found += _unbound_root(program, root)
     if not is_written:
@@ -305,6 +308,14 @@ def _is_function(form: Any) -> bool:
     return type(form) is ast.Define and type(form.value) is ast.Lambda
 
 
+def _runs_at_once(facts: FormFacts) -> bool:
+    """Return whether a form at top level does more than define a function."""
+    form = facts.form
+    if facts.word is not None:
+        return type(form) is ast.Bind and type(form.function) is not ast.Lambda
+    return not _is_function(form)
+
+
 def reached_forms(facts: Sequence[FormFacts], root: str) -> set[int] | None:
     """Return the ids of the facts of all forms that may be evaluated: all expressions of the top level, the root's
     function, and the functions that these mention, apart from words that are computed. None without the root."""
@@ -313,7 +324,7 @@ def reached_forms(facts: Sequence[FormFacts], root: str) -> set[int] | None:
         return None
     by_name = {variable: each for each in facts for variable in each.defined}
     seen: set[int] = set()
-    stack = [each for each in facts if each.word is None and not _is_function(each.form)] + [by_word[root]]
+    stack = [each for each in facts if _runs_at_once(each)] + [by_word[root]]
     while stack:
         each = stack.pop()
         if id(each) not in seen:
@@ -385,18 +396,32 @@ def _unmet(passed: Passed, needs: Needs) -> Need | None:
         for need in needs.get(pending.pop(), ()):
             if need.types and not any(accepts(type_, passed.kind) for type_ in need.types):
                 return need
+            if need.count is not None and not _takes(passed.kind, need.count):
+                return need
             if need.passed is not None and need.passed not in seen:
                 seen.add(need.passed)
                 pending.append(need.passed)
     return None
 
 
+def _takes(kind: Kind, count: int) -> bool:
+    """Return whether a function may be called with ``count`` positional arguments."""
+    low, high, _, _ = arity_of(kind.code) if kind.tag == "Function" else (None, 0.0, "", "")
+    return low is None or low <= count <= high
+
+
 def _misuse(passed: Passed, use: Need) -> Diagnostic:
     value = shown(passed.argument, passed.kind)
     message = f"the parameter `{passed.parameter.name}` of {passed.owner} must be {use.expected}, got {value}"
-    if use.error == "not-a-procedure":
+    name = use.error
+    if use.count is not None and passed.kind.tag == "Function":
+        low, high, function, _ = arity_of(passed.kind.code)
+        expected = low if low == high else f"{low} to {high}"
+        message = f"{passed.owner} calls {function} with {plural(use.count, 'argument')}, but it expects {expected}"
+        name = "arity"
+    elif use.error == "not-a-procedure":
         message = f"{passed.owner} calls its parameter `{passed.parameter.name}`, but it is {value}"
-    name = use.error if passed.is_certain else "conditional-failure"
+    name = name if passed.is_certain else "conditional-failure"
     note = Note(use.place, use.span)
     return Diagnostic(
         name, message, passed.argument.span, f"parameters: {passed.usage}", (note,), expected=use.expected,

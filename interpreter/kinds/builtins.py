@@ -29,7 +29,6 @@ from scenelang.interpreter.kinds.kinds import (
     INTEGER,
     LIST,
     MATRIX,
-    MAX_SHOWN,
     MAYBE_LIST,
     MUTABLE_ARRAY,
     MUTABLE_LIST,
@@ -63,6 +62,7 @@ from scenelang.interpreter.kinds.kinds import (
     wrap_fix,
 )
 from scenelang.interpreter.runtime.types import Builtin
+from scenelang.interpreter.runtime.values import Vector
 
 if TYPE_CHECKING:
     from scenelang.interpreter.kinds.infer import KindInference
@@ -240,6 +240,10 @@ def _reversed(arguments: Sequence[Kind]) -> Kind:
 def _mapped(arguments: Sequence[Kind]) -> Kind:
     function = arguments[0]
     item = function.item if function.tag == "Function" and function.item is not None else ANY
+    if len(arguments) == len(("function", "sequence")) and arguments[1].tag in ("List", "Vector") and item is not NEVER:
+        length = length_of(arguments[1])
+        if length is not None:
+            return list_of([item] * length)
     return Kind("List", None, item if item is not NEVER else ANY)
 
 
@@ -266,9 +270,9 @@ def _coordinate(arguments: Sequence[Kind]) -> Kind:
 
 
 def _vector(arguments: Sequence[Kind]) -> Kind:
-    if any(kind is ANY or not _is_number(kind) for kind in arguments):
-        return vector_of(len(arguments)) if len(arguments) > 1 else VECTOR
-    return vector_of(len(arguments), all(kind is INTEGER for kind in arguments))
+    if any(map(_is_number, arguments)):  # the others are numbers too, or the call fails
+        return vector_of(len(arguments), all(kind is INTEGER for kind in arguments))
+    return ARRAYS
 
 
 def _matrix_product(arguments: Sequence[Kind]) -> Kind:
@@ -360,7 +364,8 @@ _RULES: dict[str, Rule] = {
     "randint": lambda arguments: INTEGER, "py-random": _constant(FLOAT), "py-uniform": _constant(NUMBER),
     "py-gauss": _constant(NUMBER), "py-randint": _constant(INTEGER), "py-randrange": _constant(INTEGER),
     "error": _constant(NEVER), "raise": _constant(NEVER), "assertion-failed": _constant(NEVER),
-    "print": _constant(NONE), "identity": _identity, "member": _constant(MAYBE_LIST), "memq": _constant(MAYBE_LIST),
+    **dict.fromkeys(("print", "for-each"), _constant(NONE)),
+    "identity": _identity, "member": _constant(MAYBE_LIST), "memq": _constant(MAYBE_LIST),
     "memv": _constant(MAYBE_LIST), "floor/": _constant(LIST), "truncate/": _constant(LIST),
     "string->list": _constant(Kind("List", None, STRING)), "string-split": _constant(Kind("List", None, STRING)),
     "->list": _constant(LIST), "vector->list": _constant(LIST), "partition": _constant(LIST),
@@ -405,6 +410,9 @@ def check_values(
         return False
     if name in ("min", "max") and len(nodes) > 1 and not _check_extremes(inference, node, name, nodes, kinds):
         return False
+    rejected = _REJECTED.get(name)
+    if rejected is not None and not _check_rejected(inference, node, builtin, rejected, nodes, kinds):
+        return False
     if name in _EVALUATED and not _check_domain(inference, node, builtin, nodes):
         return False
     further = _FURTHER.get(name)
@@ -424,8 +432,64 @@ def check_values(
     return True
 
 
+_NO_SEQUENCE = frozenset(("Integer", "Float", "Entity", "Function", "Boolean", "None", "Keyword", "Symbol"))
+_NO_ARRAY = frozenset(("Integer", "Float", "Entity", "String", "Function", "Boolean", "None", "Keyword", "Symbol"))
+_NO_PARTS = frozenset(("Integer", "Float", "String", "Function", "Boolean", "None", "Matrix", "Vector", "Keyword"))
+_SEQUENCE = "a list or another sequence"
+
+# Positions of arguments that may have several types, the kinds that always fail there, and what is expected.
+_REJECTED: dict[str, tuple[int, frozenset[str], str]] = {
+    **dict.fromkeys(("first", "second", "third", "fourth", "fifth", "rest", "take", "drop"), (0, _NO_SEQUENCE,
+                                                                                              _SEQUENCE)),
+    "ref": (0, _NO_SEQUENCE - {"Entity"}, "a list, array, table, record or embedding"),
+    "choice": (0, _NO_SEQUENCE - {"Integer", "Float"}, "a sequence or a number"),
+    **dict.fromkeys(("min", "max"), (0, _NO_SEQUENCE - {"Integer", "Float"}, "numbers or a sequence")),
+    "scale": (0, _NO_ARRAY - {"Integer", "Float"} | {"Matrix"}, "one or three numbers"),
+    **dict.fromkeys(("parts", "primitives"), (0, _NO_PARTS, "an Entity, a pair or a list of these")),
+    "map-parts": (1, _NO_PARTS, "an Entity, a pair or a list of these"),
+    "pose": (0, _NO_ARRAY | {"Vector"}, "a Matrix"),
+    **dict.fromkeys(("inverse", "determinant"), (0, _NO_ARRAY | {"Vector"}, "a square matrix")),
+    "@": (0, _NO_ARRAY, "arrays"),
+    **dict.fromkeys(("sum", "product"), (0, frozenset(("String",)), "a sequence of numbers")),
+}  # fmt: skip
+
+
+def _check_rejected(
+    inference: KindInference,
+    node: Any,
+    builtin: Builtin,
+    rejected: tuple[int, frozenset[str], str],
+    nodes: Sequence[Any],
+    kinds: Sequence[Kind],
+) -> bool:
+    """Check an argument whose type the registry leaves open."""
+    position, tags, expected = rejected
+    name = builtin.name
+    for index, (argument, kind) in enumerate(zip(nodes, kinds)):
+        if index != position and not (name == "@" and index > position):
+            continue
+        if name == "@" and len(nodes) == 1:
+            continue
+        if kind is ANY or not {option.tag for option in kind.options} <= tags:
+            continue
+        hint = None
+        if name == "ref" and len(nodes) == len(_PAIR) and accepts("Sequence", kinds[1]) and kinds[1] is not ANY:
+            hint = f"the sequence comes first: `(ref {nodes[1].span.text} {argument.span.text})`"
+        elif name == "@" and index > 0:
+            hint = "a pose is scaled by `(scale n)`"
+        inference.report(
+            "parts" if tags is _NO_PARTS else "type", f"`{name}` expects {expected}, got {shown(argument, kind)}",
+            node.span, hint or f"signature: {builtin.usage}", expected=expected, found=describe(kind), signature=builtin.usage,
+        )  # fmt: skip
+        return False
+    return True
+
+
+_PAIR = ("sequence", "index")
+
+
 # Functions that are cheap, have no effects, and are not defined for all arguments of their types.
-_EVALUATED = frozenset(("sqrt", "log", "log2", "log10", "asin", "acos", "substring"))
+_EVALUATED = frozenset(("sqrt", "log", "log2", "log10", "asin", "acos", "substring", "normalize", "cross"))
 
 
 class _Uncharged:
@@ -440,7 +504,10 @@ def _check_domain(inference: KindInference, node: Any, builtin: Builtin, nodes: 
     values: list[Any] = []
     for argument in nodes:
         is_text = type(argument) is ast.Constant and type(argument.value) is str
-        value = argument.value if is_text else inference.number_of(argument)
+        value: Any = argument.value if is_text else inference.number_of(argument)
+        if type(argument) is ast.ArrayLiteral:
+            items = [inference.number_of(item) for item in argument.items]
+            value = Vector([item for item in items if item is not None]) if None not in items else None
         if value is None:
             return True
         values.append(int(value) if type(value) is float and value.is_integer() else value)
@@ -466,6 +533,10 @@ def _check_range(inference: KindInference, node: Any, name: str, nodes: Sequence
     """Warn about a range that is empty because its step leads away from its end."""
     start, end = map(number_of, nodes[:2]) if len(nodes) > 1 else (None, None)
     step = number_of(nodes[2]) if len(nodes) > _START_AND_END else 1
+    if step == 0:
+        inference.report("value", "`range` expects a step that is not 0", node.span, expected="a step other than 0",
+                         found="0")  # fmt: skip
+        return False
     if start is None or end is None or not step or (end - start) * step >= 0 or node.span.expansion is not None:
         return True
     first, last = nodes[0].span.text, nodes[1].span.text
@@ -495,17 +566,24 @@ def _check_extremes(
 
 def _check_shapes(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
     """Check that the lengths of the vectors that are combined item by item agree; one of length 1 fits all."""
-    lengths = {length_of(kind) for kind in kinds if kind.tag == "Vector"} - {None, 1}
+    found = (length_of(kind) for kind in kinds if kind.tag == "Vector")
+    lengths = {length for length in found if length not in (None, 1)}
+    if MATRIX in kinds and name in ("+", "-", "*", "/") and lengths and lengths != {4}:
+        message = f"`{name}` cannot broadcast a matrix and a Vector of {next(iter(lengths))} numbers"
+        hint = "poses are composed by `@`: `(@ (translate [x y z]) pose)`"
+        inference.report("value", message, node.span, hint, expected="arrays of one shape", found=message)
+        return False
     if len(lengths) > 1 and all(kind.tag in ("Vector", "Integer", "Float") for kind in kinds):
         shapes = " and ".join(f"({length_of(kind)})" for kind in kinds if kind.tag == "Vector")
         verb = "multiply" if name == "dot" else "broadcast"
         inference.report("value", f"`{name}` cannot {verb} arrays of the shapes {shapes}", node.span,
                          "the arrays need the same length", expected="arrays of one length", found=shapes)  # fmt: skip
         return False
-    if name == "*" and sum(kind is MATRIX for kind in kinds) > 1:
+    if name in ("*", "+") and sum(kind is MATRIX for kind in kinds) > 1:
         head = node.function.span
         fixes = (Fix("Write `@`", (Edit(head, "@"),), safe=True),) if head.expansion is None else ()
-        inference.warn("elementwise-poses", "`*` multiplies two matrices item by item", node.span,
+        verb = "multiplies" if name == "*" else "adds"
+        inference.warn("elementwise-poses", f"`{name}` {verb} two matrices item by item", node.span,
                        "`@` composes poses: the last applies first", fixes)  # fmt: skip
     return True
 
@@ -518,6 +596,66 @@ def _check_axis(inference: KindInference, node: Any, name: str, nodes: Sequence[
     inference.report("value", f"`{name}`: the rotation axis must be a finite non-zero vector", axis.span, hint,
                      expected="a non-zero Vector", found=axis.span.text)  # fmt: skip
     return False
+
+
+def _check_counted(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    count = inference.number_of(nodes[0])
+    if count is None or count >= 0:
+        return True
+    inference.report("value", f"`{name}` expects a count that is not negative, got {count:g}", node.span,
+                     expected="a count that is not negative", found=f"{count:g}")  # fmt: skip
+    return False
+
+
+def _check_drawn(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Check the limits of a random integer."""
+    limits = [inference.number_of(each) for each in nodes]
+    if None in limits:
+        return True
+    low, high = (0.0, limits[0]) if len(limits) == 1 else limits[:2]
+    assert low is not None
+    assert high is not None
+    if low < high or (name == "py-randint" and low == high):
+        return True
+    message = f"`{name}` expects a range that is not empty, got {low:g} up to {high:g}"
+    inference.report("value", message, node.span, expected="a lower limit below the upper one",
+                     found=f"{low:g} and {high:g}")  # fmt: skip
+    return False
+
+
+def _check_nonempty(
+    inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]
+) -> bool:
+    if len(nodes) > 1 or kinds[0].items != () or kinds[0].tag not in ("List", "Vector"):
+        return True
+    inference.report("index", f"`{name}` expects a sequence with at least one item, got an empty one", node.span,
+                     expected="at least one item", found="0 items")  # fmt: skip
+    return False
+
+
+def _check_sorted(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Check that the items of a list that is sorted without a key can be compared."""
+    items = kinds[0].items or ()
+    orders = {"number" if item.tag == "Float" or item is INTEGER else item.tag for item in items}
+    if len(node.arguments) > 1 or len(orders) < len(_PAIR) or not orders <= {"number", "String"}:
+        return True
+    inference.report("type", "cannot compare a number and a String", node.span,
+                     "sort by a key: `:key (lambda (x) ...)`", expected="items of one kind",
+                     found="numbers and Strings")  # fmt: skip
+    return False
+
+
+def _check_radians(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Check the angle and the axis of a rotation."""
+    angle = nodes[0]
+    head = angle.function if type(angle) is ast.Application else None
+    target = head.target if type(head) is ast.Reference else None
+    if isinstance(target, Builtin) and target.name == "degrees" and head is not None and head.span.expansion is None:
+        fix = Fix("Write `radians`", (Edit(head.span, "radians"),), safe=True)
+        inference.warn("out-of-range", f"`degrees` gives degrees, but `{name}` takes radians", angle.span,
+                       "degrees are converted by `radians`", (fix,), expected="an angle in radians",
+                       found="degrees")  # fmt: skip
+    return _check_axis(inference, node, name, nodes, kinds) if name == "rotate" else True
 
 
 def _check_normal(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
@@ -542,19 +680,6 @@ def _check_product(inference: KindInference, node: Any, name: str, nodes: Sequen
                          hint, fixes=fixes, expected="a Matrix", found=describe(left))  # fmt: skip
         return False
     return True
-
-
-def _check_items(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
-    """Check functions of a sequence that do not take the list of an entity's parts."""
-    if kinds[0] is not ENTITY:
-        return True
-    hint = None
-    if name in ("x-of", "y-of", "z-of"):
-        text = nodes[0].span.text if nodes[0].span.expansion is None and len(nodes[0].span.text) < MAX_SHOWN else "e"
-        hint = f"its position is `({name} (compute-shape-center {text}))`"
-    inference.report("type", f"`{name}` expects a list or another sequence, got {shown(nodes[0], kinds[0])}", node.span,
-                     hint, expected="a sequence", found="an Entity")  # fmt: skip
-    return False
 
 
 def _check_pairs(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
@@ -622,10 +747,13 @@ def _check_hsv(inference: KindInference, node: Any, name: str, nodes: Sequence[A
 
 
 _FURTHER: dict[str, Callable[..., bool]] = {
-    **dict.fromkeys(("+", "-", "*", "/", "dot", "distance"), _check_shapes), "rotate": _check_axis,
+    **dict.fromkeys(("+", "-", "*", "/", "dot", "distance"), _check_shapes),
+    **dict.fromkeys(("rotate", "sin", "cos", "tan"), _check_radians), "iota": _check_counted, "choice": _check_nonempty,
+    **dict.fromkeys(("randint", "py-randint", "py-randrange"), _check_drawn), "sort": _check_sorted,
+    **dict.fromkeys(("min", "max"), _check_nonempty),
     "apply": _check_sequence, "frames": _check_sequence, **dict.fromkeys(_ORDINALS, _check_ordinal),
     "rgb": _check_rgb, "hsv": _check_hsv, "reflect": _check_normal, "@": _check_product, "table": _check_pairs,
-    **dict.fromkeys(("x-of", "y-of", "z-of"), _check_items), "scale": _check_scale, "range": _check_range,
+    "scale": _check_scale, "range": _check_range,
 }  # fmt: skip
 
 
@@ -705,6 +833,12 @@ def _check_index(inference: KindInference, node: Any, name: str, sequence: Any, 
     if type(sequence) is ast.Constant and type(sequence.value) is str:
         length = len(sequence.value)
     value = inference.number_of(index)
+    wrong = inference.result.kinds[index]
+    is_indexed = kind.tag in ("List", "Vector", "Matrix", "Array", "String")
+    if is_indexed and wrong.tag in ("String", "Keyword", "Symbol", "Function", "Boolean", "None", "Entity"):
+        inference.report("type", f"`{name}` expects an Integer as the index, got {shown(index, wrong)}", node.span,
+                         "indices start at 0", expected="an Integer", found=describe(wrong))  # fmt: skip
+        return False
     if length is None or value is None or not value.is_integer():
         return True
     lowest = -length if name == "ref" else 0

@@ -18,6 +18,7 @@ from scenelang.interpreter.kinds.kinds import (
     INTEGER,
     MAX_SHOWN,
     NEVER,
+    PART,
     Kind,
     accepts,
     describe,
@@ -159,6 +160,53 @@ def _may_hide_keywords(inference: KindInference, positional: Sequence[Any]) -> b
 def _may_be_keyword(node: Any) -> bool:
     """Return whether an expression of unknown kind could give a keyword: a call of the program's, or a parameter."""
     return type(node) is ast.Reference and isinstance(node.target, Variable)
+
+
+def infer_arguments(inference: KindInference, node: ast.Application, function: Kind) -> list[Kind]:
+    """Infer the arguments of a call. A function that is written where a library function calls it has parameters of
+    the kinds that it is called with."""
+    indices = _given_indices(function)
+    if indices is None or not any(type(argument) is ast.Lambda for argument in node.arguments):
+        return inference.infer_all(node.arguments)
+    lambdas = [argument for argument in node.arguments if type(argument) is ast.Lambda]
+    inference.infer_all([argument for argument in node.arguments if type(argument) is not ast.Lambda])
+    kinds = inference.result.kinds
+    given = indices(node, kinds)
+    for argument in lambdas:
+        is_callback = argument is node.arguments[0] or isinstance(function.code, ast.Lambda)
+        kind = inference.function(argument, arguments=given if is_callback else None)
+        kinds[argument] = kind
+    return [kinds[argument] for argument in node.arguments]
+
+
+def _given_indices(function: Kind) -> Callable[[Any, Any], list[Kind]] | None:
+    """Return what gives the kinds of a callback's arguments, for library functions that call it at once."""
+    code = function.code
+    if isinstance(code, Builtin):
+        return _GIVEN.get(code.name)
+    if isinstance(code, ast.Lambda) and code.name in _INDICES and all(map(_is_of_library, code.parameters)):
+        return lambda node, kinds: [INTEGER] * _INDICES[code.name]
+    return None
+
+
+def _items_given(node: ast.Application, kinds: Any) -> list[Kind]:
+    return [_item_given(kinds.get(argument, ANY)) for argument in node.arguments[1:]]
+
+
+def _folded_given(node: ast.Application, kinds: Any) -> list[Kind]:
+    return [ANY, *map(_item_given, (kinds.get(argument, ANY) for argument in node.arguments[2:]))]
+
+
+def _item_given(kind: Kind) -> Kind:
+    item = item_of(kind) if kind.tag in ("List", "Vector", "String") else ANY
+    return ANY if item is NEVER else item
+
+
+_GIVEN: dict[str, Callable[[Any, Any], list[Kind]]] = {
+    **dict.fromkeys(("map", "for-each", "append-map", "filter-map", "any", "every"), _items_given),
+    **dict.fromkeys(("filter", "remove", "partition", "find", "list-index"), _items_given),
+    "fold": _folded_given, "fold-left": _folded_given,
+}  # fmt: skip
 
 
 # --- builtins --------------------------------------------------------------------------------------------------------
@@ -346,9 +394,20 @@ def _advice(
         return "pass a function: `(lambda (x) ...)`", fixes
     if name == "Entity" and kind.tag == "String" and is_short:
         return f"call the word: `(call {text})`", (wrap_fix(argument, "call"),)
+    if name == "Sequence" and kind is ENTITY:
+        return _parts_hint(builtin.name, text if is_short else "entity"), ()
     if name == "Parts" and kind.tag == "String" and is_short:
         return f"call the word: `(call {text})`", (wrap_fix(argument, "call"),)
     return None, ()
+
+
+def _parts_hint(function: str, text: str) -> str:
+    """Return the hint for an entity in place of a sequence."""
+    if function in ("x-of", "y-of", "z-of"):
+        return f"its position is `({function} (compute-shape-center {text}))`"
+    if function == "frames":
+        return "one item for each frame: `(frames (for/list ((t 10)) ...))`"
+    return f"the list of its parts is `(cdr {text})`"
 
 
 def _check_builtin_keywords(
@@ -695,7 +754,11 @@ def _check_stacked(
 ) -> bool:
     """Check the list of ``stack``: entities, or arrays."""
     items = kind.items if kind.items is not None else (item_of(kind),)
-    if kind.tag != "List" or all(may_be_parts(item) or accepts("ArrayLike", item) for item in items):
+    are_arrays = bool(items) and items[0] is not ANY and not may_be_parts(items[0])
+    fits = (lambda item: accepts("Array", item)) if are_arrays else may_be_parts
+    if kind is ANY or (kind.tag == "List" and all(map(fits, items))):
+        return True
+    if kind.tag != "List" and kind is not ENTITY and kind is not PART and kind.tag != "String":
         return True
     _report_object(inference, owner, parameter, value, kind, usage)
     return False

@@ -32,6 +32,7 @@ from scenelang.interpreter.kinds.kinds import (
     INTEGER,
     LIST,
     MATRIX,
+    MAX_ITEMS,
     NEVER,
     NONE,
     NUMBER,
@@ -49,6 +50,7 @@ from scenelang.interpreter.kinds.kinds import (
     join_all,
     kind_of_type,
     kind_of_value,
+    length_of,
     list_of,
     list_with,
     may_be_parts,
@@ -62,6 +64,10 @@ from scenelang.interpreter.runtime.types import Builtin
 
 _ARRAYS = union_of((VECTOR, ARRAY, MATRIX))
 _MAX_DEPTH = 400  # of nested expressions; what is deeper has the kind ANY
+
+
+_OPERANDS, _SHORT = 2, 60
+_ARITHMETIC: dict[str, Callable[[float, float], float]] = {"+": float.__add__, "-": float.__sub__, "*": float.__mul__}
 
 
 class World(Protocol):
@@ -109,6 +115,7 @@ class Need:
     expected: str = ""
     error: str = "type"
     passed: Variable | None = None
+    count: int | None = None  # of the arguments with which a function is called
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -266,7 +273,26 @@ class KindInference:
             if node.target.is_global:
                 return self.world.constant_of(node.target)
             return self.numbers.get(node.target)
+        if type(node) is ast.Application and len(node.arguments) == _OPERANDS and len(node.span.text) < _SHORT:
+            return self._computed(node)
         return number_of(node)
+
+    def _computed(self, node: ast.Application) -> float | None:
+        """Return the result of a sum, difference or product of two numbers."""
+        head = node.function
+        name = head.target.name if type(head) is ast.Reference and isinstance(head.target, Builtin) else ""
+        if name not in _ARITHMETIC:
+            return None
+        a, b = map(self.number_of, node.arguments)
+        return _ARITHMETIC[name](a, b) if a is not None and b is not None else None
+
+    def count_of(self, node: Any) -> int | None:
+        """Return how often a loop over the value of an expression turns, if that is certain and small."""
+        kind = self.result.kinds[node]
+        if kind.tag in ("List", "Vector"):
+            return length_of(kind)
+        number = self.number_of(node) if kind is INTEGER or kind.tag == "Float" else None
+        return int(number) if number is not None and number.is_integer() and 0 <= number <= MAX_ITEMS else None
 
     def _take_apart(self, pattern: tuple[Any, ...], kind: Kind, span: Span) -> None:
         items, rest = pattern
@@ -326,11 +352,21 @@ class KindInference:
             self.is_reached = False
             self.exits += 1
 
-    def need(self, node: Any, place: str, types: tuple[Any, ...], expected: str, error: str = "type") -> None:
+    def need(
+        self,
+        node: Any,
+        place: str,
+        types: tuple[Any, ...],
+        expected: str,
+        error: str = "type",
+        count: int | None = None,
+    ) -> None:
         """Record that ``node`` must have one of these types, if it is a parameter of the function around."""
         parameter = self._parameter(node)
         if parameter is not None:
-            self.result.needs.setdefault(parameter, []).append(Need(place, node.span, types, expected, error))
+            self.result.needs.setdefault(parameter, []).append(
+                Need(place, node.span, types, expected, error, count=count)
+            )
 
     def pass_argument(self, parameter: ast.Parameter, owner: str, argument: Any, usage: str) -> None:
         """Record an argument for a parameter without a type."""
@@ -581,9 +617,12 @@ def _application(inference: KindInference, node: ast.Application) -> Kind:
         inference.result.kinds[function] = kind
         return calls.call(inference, node, kind, arguments)
     kind = inference.infer(function)
-    arguments = inference.infer_all(node.arguments)
+    arguments = calls.infer_arguments(inference, node, kind)
     if kind is ANY and not (type(function) is ast.Reference and getattr(function.target, "shadows", False)):
-        inference.need(function, "called here", ("Function",), "a Function", "not-a-procedure")
+        are_plain = all(inference.result.kinds[each].tag not in ("Keyword", "Any") or type(each) is not ast.Constant
+                        for each in node.arguments)  # fmt: skip
+        count = len(node.arguments) if are_plain else None
+        inference.need(function, "called here", ("Function",), "a Function", "not-a-procedure", count)
     inference.note_call(kind.code, node.span)
     result = calls.call(inference, node, kind, arguments)
     if isinstance(kind.code, ast.Lambda) and any(k is ANY or k.tag == "Function" for k in arguments):
@@ -606,7 +645,8 @@ def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
     kinds = inference.infer_all(node.items)
     for item, kind in zip(node.items, kinds):
         if kind is ANY:
-            inference.need(item, "an item of an array", ("ArrayItem",), "a number")
+            types = ("Number",) if any(map(_is_number, kinds)) else ("ArrayItem",)
+            inference.need(item, "an item of an array", types, "a number")
         elif not accepts("ArrayItem", kind):
             scene_forms.report_array_item(inference, node, item, kind)
             return ANY
@@ -656,7 +696,13 @@ def _for(inference: KindInference, node: ast.For) -> Kind:
         is_wrong = not scene_forms.check_collected(inference, node.kind, _value_of(node.body), body)
     inference.is_certain, inference.narrowed = certain, narrowed
     inference.is_reached = reached and exits == inference.exits
-    return ANY if is_wrong else _result_of_loop(node, body)
+    if is_wrong:
+        return ANY
+    if node.kind == "list" and body is not NEVER and len(node.clauses) == 1 and node.clauses[0].kind == "each":
+        counts = [inference.count_of(value) for value in node.clauses[0].values]
+        if len(counts) == 1 and counts[0] is not None:
+            return list_of([body] * counts[0])
+    return _result_of_loop(node, body)
 
 
 def _result_of_loop(node: ast.For, body: Kind) -> Kind:

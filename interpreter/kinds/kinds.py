@@ -255,7 +255,7 @@ def length_of(kind: Kind) -> int | None:
 _VECTORS = frozenset(("Vector", "List", "MutableList", "MutableArray"))
 _SEQUENCES = frozenset((
     "List", "Part", "Pair", "MutableList", "Vector", "Matrix", "Array", "MutableArray", "Table", "Set", "Handles",
-    "Entity", "String",
+    "String",
 ))  # fmt: skip
 
 ACCEPTED: dict[str, frozenset[str]] = {

@@ -547,16 +547,21 @@ _SIDES = "the sizes along x, y and z are one attribute: `:scale [x y z]`"
 _DIAMETER = "half the diameter is the `:radius`"
 _MATERIAL = "a material is made of `:color`, `:roughness`, `:metallic`, `:opacity`, `:emission` and `:ior`"
 _SMOOTH = "surfaces are exact; `export --tolerance` says how finely they are divided"
+_CONSTANT = 'the radius is constant; that of a "cone" decreases to 0'
 _AXIS = {
     "height h length depth": _ENDS,
     "diameter d": _DIAMETER,
-    "r2 top-radius radius-top": 'the radius is constant; that of a "cone" decreases to 0',
+    "r2 top-radius radius-top": _CONSTANT,
+    "radius1 radius2 radius-1 radius-2": _CONSTANT,
 }
 _BOX = {
     "width height depth length w h x-size y-size z-size": _SIDES,
     "bevel fillet corner-radius": '"rounded-cube" has rounded edges: `:rounding`',
 }
-_ROUND = {"diameter d": _DIAMETER, "minor-radius tube-radius thickness r2": "the radius of the tube is `:tube`"}
+_ROUND = {
+    "diameter d": _DIAMETER,
+    "minor-radius tube-radius thickness r2 inner-radius outer-radius": "the radius of the tube is `:tube`",
+}
 _ANY = {
     "position pos location center centre at origin offset translate translation place": _PLACED,
     "rotation rotate angle orientation axis euler yaw pitch": _TURNED,

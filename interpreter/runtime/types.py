@@ -299,7 +299,8 @@ def _extent(reader: TypeReader, value: Any) -> Any:
 
 _EXPECTED = {
     "Parts": "an Entity, a pair or a list of these", "List[Parts]": "a list of entities",
-    "Template": "an Entity, parts or a function", "Numeric": "a number or an array",
+    "Sequence": "a list or another sequence", "Template": "an Entity, parts or a function",
+    "Numeric": "a number or an array",
     "ArrayLike": "a number, an array or a list of numbers", "Axis": "`:x`, `:y` or `:z`",
     "Alignment": "`:min`, `:center`, `:max`, `:before` or `:after`", "Extent": "one number or three",
 }  # fmt: skip

@@ -153,18 +153,34 @@ COLOR = Attribute(
     aliases=("colour", "rgb", "albedo", "base-color", "diffuse"),
 )  # fmt: skip
 
-# Attributes of the material, which every primitive has and only backends read.
+
+def number_of(word: str, name: str, value: Any) -> float:
+    """Convert a finite number; raise ``SceneError("attribute")`` if it is something else."""
+    if type(value) not in (int, float) or not math.isfinite(value):
+        raise _invalid(word, name, "a finite number")
+    return float(value)
+
+
+def radiance_of(word: str, name: str, value: Any) -> Point:
+    """Convert a number, or three numbers, to three."""
+    if type(value) in (int, float):
+        value = Vector((value, value, value))
+    return point_of(word, name, value, "a finite number or three finite numbers")
+
+
+# Attributes of the material, which every primitive has. Only backends use them; all are checked where they are given.
 MATERIALS = (
     Attribute("emission", "radiance, a number (times the colour) or [r g b]; default 0", "a number or three", 0.0,
-              accepts=("Number", "Triple"), low=0.0, aliases=("emissive", "glow", "light", "radiance")),
-    Attribute("opacity", "from 0 to 1, opaque at 1; default 1", "a number", 1.0, accepts=("Number",), low=0.0, high=1.0,
-              aliases=("alpha", "transparency", "transparent")),
-    Attribute("metallic", "from 0 to 1: metals reflect their colour; default 0", "a number", 0.0, accepts=("Number",),
-              low=0.0, high=1.0, aliases=("metalness", "metal")),
-    Attribute("roughness", "from 0, polished, to 1, rough; default matte, without highlights", "a number",
-              accepts=("Number",), low=0.0, high=1.0, aliases=("shininess", "glossiness", "smoothness")),
+              radiance_of, accepts=("Number", "Triple"), low=0.0, aliases=("emissive", "glow", "light", "radiance")),
+    Attribute("opacity", "from 0 to 1, opaque at 1; default 1", "a number", 1.0, number_of,
+              accepts=("Number",), low=0.0, high=1.0, aliases=("alpha", "transparency", "transparent")),
+    Attribute("metallic", "from 0 to 1: metals reflect their colour; default 0", "a number", 0.0, number_of,
+              accepts=("Number",), low=0.0, high=1.0, aliases=("metalness", "metal")),
+    Attribute("roughness", "from 0, polished, to 1, rough; default matte, without highlights", "a number", None,
+              number_of, accepts=("Number",), low=0.0, high=1.0, aliases=("shininess", "glossiness", "smoothness")),
     Attribute("ior", "index of refraction, 1 to 4: glossy, refracts what `:opacity` lets through; default none",
-              "a number", accepts=("Number",), low=1.0, high=4.0, aliases=("refraction", "index-of-refraction")),
+              "a number", None, number_of, accepts=("Number",), low=1.0, high=4.0,
+              aliases=("refraction", "index-of-refraction")),
 )  # fmt: skip
 
 
@@ -254,6 +270,9 @@ class Primitive:
                 found[attribute.field or attribute.name] = attribute.read(word, attribute.name, value)
         if (value := attributes.get("color")) is not None:
             found["color"] = color_of(word, value)
+        for attribute in MATERIALS:
+            if attribute.read is not None and (value := attributes.get(attribute.name)) is not None:
+                attribute.read(word, attribute.name, value)
         return cls(**found)
 
     @classmethod
