@@ -310,6 +310,9 @@ class SceneError(Exception):
     value: Any = None
     fixes: tuple[Fix, ...] = ()
     near: tuple[str, ...] = ()
+    expected: str | None = None
+    found: str | None = None
+    signature: str | None = None
 
     def called(self, name: str, span: Span | None) -> None:
         """Append the next outer call to the call stack; beyond a maximum length only the outermost call is updated."""
@@ -321,8 +324,9 @@ class SceneError(Exception):
     @property
     def diagnostic(self) -> Diagnostic:
         return Diagnostic(
-            self.name, self.message, self.span, self.hint, self.notes, tuple(self.chain), self.fixes, near=self.near
-        )
+            self.name, self.message, self.span, self.hint, self.notes, tuple(self.chain), self.fixes, self.expected,
+            self.found, self.signature, self.near,
+        )  # fmt: skip
 
     def __str__(self) -> str:
         """Return the diagnostic as the command line prints it: code, message, location, source line and hint."""
@@ -332,7 +336,20 @@ class SceneError(Exception):
 def error_of(diagnostic: Diagnostic) -> SceneError:
     """Return the exception that represents a diagnostic."""
     d = diagnostic
-    return SceneError(d.name, d.message, d.hint, d.span, d.notes, list(d.chain), fixes=d.fixes, near=d.near)
+    return SceneError(
+        d.name,
+        d.message,
+        d.hint,
+        d.span,
+        d.notes,
+        list(d.chain),
+        None,
+        d.fixes,
+        d.near,
+        d.expected,
+        d.found,
+        d.signature,
+    )
 
 
 class LimitError(SceneError):
@@ -393,6 +410,7 @@ def rename_fixes(span: Span | None, name: str, near: Iterable[str]) -> tuple[Fix
         return ()
     names = tuple(near)
     is_sure = len(names) == 1 and len(name) >= _LONG and _is_one_letter_off(name, names[0])
+    is_sure = is_sure and name.endswith("!") == names[0].endswith("!")  # what changes a value is another function
     return tuple(Fix(f"Change to `{other}`", (Edit(span, other),), is_sure) for other in names)
 
 

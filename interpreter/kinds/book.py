@@ -14,8 +14,11 @@ from scenelang.interpreter.kinds.infer import FormKinds, Need, Passed, infer_for
 from scenelang.interpreter.kinds.kinds import (
     ANY,
     ARRAYS,
+    ENTITY,
     FRAMES,
     LIST,
+    MAX_SHOWN,
+    PART,
     PARTS,
     Kind,
     accepts,
@@ -248,19 +251,34 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
     needs = needs_of(results)
     for each, result in zip(program.facts, results):
         own = [d for d in (*result.findings, *(d for _, d in misuses(result, needs))) if not _is_library(d)]
+        if not program.all_words and root is None and not program.main.name.startswith("<repl"):
+            found += _unbound_parts(each, result)
         if reached is not None and id(each) not in reached:
             own = [_unreached(d) for d in own if d.found != "`none`"]  # a word may be a stub until it is used
         found += own
         found += _inner_frames(each, result, root)
-    if program.scene is not None and _scene_word(program) == root and program.kinds.scene is not None:
+    if root is not None and _scene_word(program) == root and program.kinds.scene is not None:
         scene = program.kinds.scene
         found += [*scene.findings, *(d for _, d in misuses(scene, needs))]
     found += endless_recursions(results)
     found += _unbound_root(program, root)
     if not is_written:
-        found = [d for d in found if d.is_error or d.name in ("out-of-range", "endless-recursion")]
+        found = [d for d in found if d.is_error or d.name in ("out-of-range", "endless-recursion", "elementwise-poses")]
     functions = [each.form.function for each in program.facts if type(each.form) is ast.Bind]
     return _with_parameters(found, functions)
+
+
+def _unbound_parts(facts: FormFacts, result: FormKinds) -> Iterator[Diagnostic]:
+    """Report an entity at the top level of a program that binds no word."""
+    form = facts.form
+    kind = result.kinds.get(form, ANY)
+    is_called = type(form) in (ast.Application, ast.Call, ast.Transform, ast.Union, ast.UnionLoop)
+    if is_called and (kind is ENTITY or kind is PART or kind == PARTS) and form.span.expansion is None:
+        hint = f'bind it to a word: `(bind "scene" (lambda () {form.span.text}))`'
+        if len(form.span.text) > MAX_SHOWN:
+            hint = 'bind it to a word: `(bind "scene" (lambda () ...))`'
+        message = "this entity is not used: a program draws the words that it binds"
+        yield Diagnostic("dropped-value", message, form.span, hint)
 
 
 def _scene_word(program: Program) -> str | None:
@@ -396,6 +414,9 @@ def _unmet(passed: Passed, needs: Needs) -> Need | None:
         for need in needs.get(pending.pop(), ()):
             if need.types and not any(accepts(type_, passed.kind) for type_ in need.types):
                 return need
+            if need.rejects and passed.kind is not ANY:
+                if {option.tag for option in passed.kind.options} <= need.rejects:
+                    return need
             if need.count is not None and not _takes(passed.kind, need.count):
                 return need
             if need.passed is not None and need.passed not in seen:
@@ -419,6 +440,8 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
         expected = low if low == high else f"{low} to {high}"
         message = f"{passed.owner} calls {function} with {plural(use.count, 'argument')}, but it expects {expected}"
         name = "arity"
+    elif use.error == "type" and passed.kind.tag == "Vector" and any(t.name == "Point" for t in use.types if t):
+        name = "value"  # it is a vector, but of another length
     elif use.error == "not-a-procedure":
         message = f"{passed.owner} calls its parameter `{passed.parameter.name}`, but it is {value}"
     name = name if passed.is_certain else "conditional-failure"

@@ -53,15 +53,18 @@ from scenelang.interpreter.kinds.kinds import (
     length_of,
     list_of,
     list_with,
+    may_be_parts,
     number_of,
     pair_of,
     plural,
     shown,
+    swap_fix,
     union_of,
+    unquoted_number,
     vector_of,
     wrap_fix,
 )
-from scenelang.interpreter.runtime.types import Builtin
+from scenelang.interpreter.runtime.types import BASE_TYPES, Builtin, BuiltinParameter, Type, expected_name
 from scenelang.interpreter.runtime.values import Vector
 
 if TYPE_CHECKING:
@@ -182,7 +185,7 @@ def _car(arguments: Sequence[Kind]) -> Kind:
         return kind.items[0] if kind.items else item_of(kind) if kind.items is None else ANY
     if kind.tag == "Pair" and kind.items is not None:
         return kind.items[0]
-    return ENTITY if kind is PART else CONS if kind is ENTITY else ANY
+    return ENTITY if kind is PART else pair_of(STRING, EMBEDDING) if kind is ENTITY else ANY
 
 
 def _cdr(arguments: Sequence[Kind]) -> Kind:
@@ -427,7 +430,8 @@ def check_values(
             builtin.check(*(each.value for each in nodes))
         except SceneError as error:
             inference.report(error.name, error.message, node.span, error.hint, fixes=_near_fixes(error, nodes),
-                             near=error.near)  # fmt: skip
+                             expected=f"a valid argument of `{name}`", found=" ".join(n.span.text for n in nodes),
+                             signature=builtin.usage, near=error.near)  # fmt: skip
             return False
     return True
 
@@ -447,11 +451,27 @@ _REJECTED: dict[str, tuple[int, frozenset[str], str]] = {
     "scale": (0, _NO_ARRAY - {"Integer", "Float"} | {"Matrix"}, "one or three numbers"),
     **dict.fromkeys(("parts", "primitives"), (0, _NO_PARTS, "an Entity, a pair or a list of these")),
     "map-parts": (1, _NO_PARTS, "an Entity, a pair or a list of these"),
+    "embedding": (0, _NO_PARTS - {"String", "Keyword"} | {"Entity"}, "a handle, a text or attributes"),
     "pose": (0, _NO_ARRAY | {"Vector"}, "a Matrix"),
     **dict.fromkeys(("inverse", "determinant"), (0, _NO_ARRAY | {"Vector"}, "a square matrix")),
     "@": (0, _NO_ARRAY, "arrays"),
     **dict.fromkeys(("sum", "product"), (0, frozenset(("String",)), "a sequence of numbers")),
 }  # fmt: skip
+
+
+def need_of_argument(
+    inference: KindInference, builtin: Builtin, index: int, parameter: BuiltinParameter, argument: Any
+) -> None:
+    """Record what a builtin needs of an argument of unknown kind."""
+    type_: Type = parameter.type
+    place = f"passed to `{builtin.name}`"
+    if index in TRIPLES.get(builtin.name, ()) and builtin.name != "scale":
+        type_ = BASE_TYPES["Point"]
+    rejected = _REJECTED.get(builtin.name)
+    if rejected is not None and (rejected[0] == index or builtin.name == "@"):
+        inference.need(argument, place, (), rejected[2], rejects=rejected[1])
+    else:
+        inference.need(argument, place, (type_,), expected_name(type_.name))
 
 
 def _check_rejected(
@@ -472,14 +492,16 @@ def _check_rejected(
             continue
         if kind is ANY or not {option.tag for option in kind.options} <= tags:
             continue
-        hint = None
+        hint, fixes = unquoted_number(argument)
         if name == "ref" and len(nodes) == len(_PAIR) and accepts("Sequence", kinds[1]) and kinds[1] is not ANY:
             hint = f"the sequence comes first: `(ref {nodes[1].span.text} {argument.span.text})`"
+            fixes = swap_fix(node, argument, nodes[1])[1] if accepts("Integer", kind) else ()
         elif name == "@" and index > 0:
             hint = "a pose is scaled by `(scale n)`"
         inference.report(
             "parts" if tags is _NO_PARTS else "type", f"`{name}` expects {expected}, got {shown(argument, kind)}",
-            node.span, hint or f"signature: {builtin.usage}", expected=expected, found=describe(kind), signature=builtin.usage,
+            node.span, hint or f"signature: {builtin.usage}", fixes=fixes, expected=expected,
+            found=describe(kind), signature=builtin.usage,
         )  # fmt: skip
         return False
     return True
@@ -568,7 +590,7 @@ def _check_shapes(inference: KindInference, node: Any, name: str, nodes: Sequenc
     """Check that the lengths of the vectors that are combined item by item agree; one of length 1 fits all."""
     found = (length_of(kind) for kind in kinds if kind.tag == "Vector")
     lengths = {length for length in found if length not in (None, 1)}
-    if MATRIX in kinds and name in ("+", "-", "*", "/") and lengths and lengths != {4}:
+    if MATRIX in kinds and name in ("+", "-", "*", "/", "dot") and lengths and lengths != {4}:
         message = f"`{name}` cannot broadcast a matrix and a Vector of {next(iter(lengths))} numbers"
         hint = "poses are composed by `@`: `(@ (translate [x y z]) pose)`"
         inference.report("value", message, node.span, hint, expected="arrays of one shape", found=message)
@@ -697,6 +719,15 @@ def _check_sequence(
 ) -> bool:
     """Check the last argument of ``apply``, and the list of ``frames``."""
     kind = kinds[-1]
+    if name == "frames" and kind.tag == "List":
+        items = kind.items if kind.items is not None else (item_of(kind),)
+        culprit = next((item for item in items if not may_be_parts(item)), None)
+        if culprit is not None:
+            message = f"the items of `frames` must be entities or parts, got {describe(culprit)}"
+            inference.report("parts", message, nodes[-1].span, always=kind.items is not None,
+                             expected="an Entity, a posed entity or a list of these",
+                             found=describe(culprit))  # fmt: skip
+            return False
     wrong = not accepts("Sequence", kind) or (name == "frames" and kind is ENTITY)
     if wrong:
         hint = "put the arguments into a list: `(apply f (list a b))`"
@@ -806,7 +837,9 @@ def _check_cxr(inference: KindInference, node: Any, name: str, argument: Any, ki
             )  # fmt: skip
             return False
         if kind.items == ():
-            inference.report("index", f"`{name}` expects a longer list, got {shown(argument, kind)}", node.span)
+            whole = inference.result.kinds[argument]
+            inference.report("index", f"`{name}` expects a longer list, got {shown(argument, whole)}", node.span,
+                             expected="a longer list", found=f"{length_of(whole)} items")  # fmt: skip
             return False
         kind = result_of_pair(letter, kind)
     return True
@@ -839,6 +872,10 @@ def _check_index(inference: KindInference, node: Any, name: str, sequence: Any, 
         inference.report("type", f"`{name}` expects an Integer as the index, got {shown(index, wrong)}", node.span,
                          "indices start at 0", expected="an Integer", found=describe(wrong))  # fmt: skip
         return False
+    if kind is EMBEDDING and wrong is INTEGER:
+        inference.report("type", f"`ref` expects the name of an attribute, such as `:size`, got {shown(index, wrong)}",
+                         node.span, expected="a keyword", found="an Integer")  # fmt: skip
+        return False
     if length is None or value is None or not value.is_integer():
         return True
     lowest = -length if name == "ref" else 0
@@ -853,9 +890,22 @@ def _check_index(inference: KindInference, node: Any, name: str, sequence: Any, 
     return True
 
 
+def _step_of(inference: KindInference, node: Any) -> float | None:
+    """Return the number by which an index is multiplied: ``30`` of ``(* i 30)``."""
+    head = node.function if type(node) is ast.Application and len(node.arguments) == len(_PAIR) else None
+    target = head.target if type(head) is ast.Reference else None
+    if not isinstance(target, Builtin) or target.name != "*":
+        return None
+    for factor, index in (node.arguments, reversed(node.arguments)):
+        if inference.result.kinds.get(index, ANY) is INTEGER and inference.number_of(index) is None:
+            return inference.number_of(factor)
+    return None
+
+
 def check_angle(inference: KindInference, node: Any) -> None:
     """Warn about a literal angle that is surely given in degrees: more than two turns of radians."""
-    value = number_of(node)
+    value = inference.number_of(node)
+    value = _step_of(inference, node) if value is None else value
     if value is None or abs(value) <= 2 * TURN or node.span.expansion is not None:
         return
     text = node.span.text

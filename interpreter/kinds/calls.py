@@ -11,7 +11,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Edit, Fix, near_names
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.kinds.builtins import check_angle, check_values, result_of
+from scenelang.interpreter.kinds.builtins import check_angle, check_values, need_of_argument, result_of
 from scenelang.interpreter.kinds.kinds import (
     ANY,
     ENTITY,
@@ -76,7 +76,12 @@ def report_not_a_function(
     hint = 'write a list of values as `(list ...)`, a call of a word as `(call "word" ...)`'
     fixes: tuple[Fix, ...] = ()
     is_written = head.span.expansion is None and node.span.expansion is None
-    if function.tag in ("Vector", "List", "Array", "Matrix", "MutableList", "Table") and len(arguments) == 1:
+    if number_of(head) is not None and is_written and all(number_of(each) is not None for each in node.arguments):
+        array = "[" + node.span.text[1:-1].strip() + "]"
+        if node.arguments and node.span.source.text[node.span.start - 1 : node.span.start] != "#":
+            hint = f"an array is written in square brackets: `{array}`"
+            fixes = (Fix("Write an array", (Edit(node.span, array),), safe=True),)
+    elif function.tag in ("Vector", "List", "Array", "Matrix", "MutableList", "Table") and len(arguments) == 1:
         if is_written and type(head) is ast.Reference:
             written = f"(ref {text} {node.arguments[0].span.text})"
             hint = f"write `{written}`" if len(written) <= MAX_SHOWN else "use `ref` to read an item"
@@ -162,51 +167,9 @@ def _may_be_keyword(node: Any) -> bool:
     return type(node) is ast.Reference and isinstance(node.target, Variable)
 
 
-def infer_arguments(inference: KindInference, node: ast.Application, function: Kind) -> list[Kind]:
-    """Infer the arguments of a call. A function that is written where a library function calls it has parameters of
-    the kinds that it is called with."""
-    indices = _given_indices(function)
-    if indices is None or not any(type(argument) is ast.Lambda for argument in node.arguments):
-        return inference.infer_all(node.arguments)
-    lambdas = [argument for argument in node.arguments if type(argument) is ast.Lambda]
-    inference.infer_all([argument for argument in node.arguments if type(argument) is not ast.Lambda])
-    kinds = inference.result.kinds
-    given = indices(node, kinds)
-    for argument in lambdas:
-        is_callback = argument is node.arguments[0] or isinstance(function.code, ast.Lambda)
-        kind = inference.function(argument, arguments=given if is_callback else None)
-        kinds[argument] = kind
-    return [kinds[argument] for argument in node.arguments]
-
-
-def _given_indices(function: Kind) -> Callable[[Any, Any], list[Kind]] | None:
-    """Return what gives the kinds of a callback's arguments, for library functions that call it at once."""
-    code = function.code
-    if isinstance(code, Builtin):
-        return _GIVEN.get(code.name)
-    if isinstance(code, ast.Lambda) and code.name in _INDICES and all(map(_is_of_library, code.parameters)):
-        return lambda node, kinds: [INTEGER] * _INDICES[code.name]
-    return None
-
-
-def _items_given(node: ast.Application, kinds: Any) -> list[Kind]:
-    return [_item_given(kinds.get(argument, ANY)) for argument in node.arguments[1:]]
-
-
-def _folded_given(node: ast.Application, kinds: Any) -> list[Kind]:
-    return [ANY, *map(_item_given, (kinds.get(argument, ANY) for argument in node.arguments[2:]))]
-
-
-def _item_given(kind: Kind) -> Kind:
+def item_given(kind: Kind) -> Kind:
     item = item_of(kind) if kind.tag in ("List", "Vector", "String") else ANY
     return ANY if item is NEVER else item
-
-
-_GIVEN: dict[str, Callable[[Any, Any], list[Kind]]] = {
-    **dict.fromkeys(("map", "for-each", "append-map", "filter-map", "any", "every"), _items_given),
-    **dict.fromkeys(("filter", "remove", "partition", "find", "list-index"), _items_given),
-    "fold": _folded_given, "fold-left": _folded_given,
-}  # fmt: skip
 
 
 # --- builtins --------------------------------------------------------------------------------------------------------
@@ -227,6 +190,13 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
     count = len(nodes)
     is_wrong = count < len(signature.required) or (count > len(parameters) and signature.rest is None)
     if is_wrong:
+        written = _written_keyword(nodes)
+        if written is not None and not signature.keywords:
+            return inference.report(
+                "arity", f"`{builtin.name}` takes its arguments by position, not as `{written.span.text}`",
+                written.span, f"signature: {builtin.usage}", fixes=_by_position(node, parameters),
+                expected="positional arguments", found=written.span.text, signature=builtin.usage,
+            )  # fmt: skip
         if signature.keywords and _may_hide_keywords(inference, nodes):
             return ANY
         return _report_arity(inference, node, builtin, nodes)
@@ -235,9 +205,7 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
         parameter = parameters[index] if index < len(parameters) else signature.rest
         assert parameter is not None
         if kind is ANY:
-            inference.need(
-                argument, f"passed to `{builtin.name}`", (parameter.type,), expected_name(parameter.type.name)
-            )
+            need_of_argument(inference, builtin, index, parameter, argument)
         elif not _fits(parameter, argument, kind):
             return _report_type(inference, node, builtin, parameter, argument, kind, nodes, kinds)
     if not check_values(inference, node, builtin, nodes, kinds):
@@ -246,6 +214,16 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
     if callback is not None:
         callback(inference, node, builtin, nodes, kinds)
     return result_of(builtin, kinds, bool(signature.keywords and len(nodes) < len(node.arguments)))
+
+
+def _by_position(node: ast.Application, parameters: Sequence[BuiltinParameter]) -> tuple[Fix, ...]:
+    """Return the fix for a call that names all arguments of a builtin, in the order of its parameters."""
+    keys, values = node.arguments[::2], node.arguments[1::2]
+    names = [str(key.value) if type(key) is ast.Constant else "" for key in keys]
+    if node.span.expansion is not None or names != [p.name for p in parameters[: len(values)]]:
+        return ()
+    edits = tuple(Edit(Span(key.span.source, key.span.start, v.span.start), "") for key, v in zip(keys, values))
+    return (Fix("Pass them by position", edits, safe=True),)
 
 
 def _fits(parameter: BuiltinParameter, argument: Any, kind: Kind) -> bool:
@@ -284,7 +262,7 @@ def _turned(
         return hint, ()
     (index,) = turning
     written = f"(rotate (radians {angles.items[index].span.text}) {_AXES[index]})"
-    return f"write `{written}`", (Fix("Write an angle and an axis", (Edit(node.span, written),)),)
+    return f"write `{written}`", (Fix("Write an angle and an axis", (Edit(node.span, written),), safe=True),)
 
 
 _AXES = ("[1 0 0]", "[0 1 0]", "[0 0 1]")
@@ -307,7 +285,7 @@ def _grouped(
         if len(group) < 3 or index + 1 + len(rest) > len(parameters):
             continue
         kinds = [inference.result.kinds[each] for each in group]
-        if any(kind is ANY or not {option.tag for option in kind.options} <= numeric for kind in kinds):
+        if any(kind is not ANY and not {option.tag for option in kind.options} <= numeric for kind in kinds):
             continue
         if any(each.span.expansion is not None for each in group):
             continue
@@ -369,6 +347,8 @@ def _advice(
     text = argument.span.text if argument.span.expansion is None else ""
     is_short = bool(text) and len(text) <= MAX_SHOWN and "\n" not in text
     if name == "Numeric" and kind.tag == "List":
+        if builtin.name == "+" and all(inference.result.kinds[each].tag == "List" for each in node.arguments):
+            return "lists are joined by `append`; `(array list)` makes an array, which is added item by item", ()
         if is_short:
             return f"arithmetic needs an array: `(array {text})`", (wrap_fix(argument, "array"),)
         return "arithmetic needs an array: `(vector a b)`, `(array list)`", ()
@@ -471,7 +451,11 @@ def check_callback(
         return
     code, count = function.code, len(arguments)
     low, high, name, usage = arity_of(code)
-    if low is None or low <= count <= high:
+    if low is None:
+        return
+    if low <= count <= high:
+        if isinstance(code, Builtin):
+            _check_callback_types(inference, node, code, arguments, caller, runs)
         return
     expected = (
         f"{'at least ' if high == math.inf else ''}{low if low == high or high == math.inf else f'{low} to {high}'}"
@@ -488,6 +472,29 @@ def check_callback(
         hint, fixes=fixes, always=runs, expected=f"a Function of {plural(count, 'argument')}",
         found=f"a Function of {expected}", signature=usage,
     )  # fmt: skip
+
+
+def _takes(parameter: ast.Parameter, kind: Kind) -> bool:
+    return parameter.type is None or accepts(parameter.type, kind)
+
+
+def _check_callback_types(
+    inference: KindInference, node: Any, code: Builtin, arguments: Sequence[Kind], caller: str, runs: bool
+) -> None:
+    """Check what a builtin that is passed to another function is called with."""
+    signature = code.signature
+    parameters = [*signature.required, *signature.optional]
+    for index, kind in enumerate(arguments):
+        parameter = parameters[index] if index < len(parameters) else signature.rest
+        if parameter is None or accepts(parameter.type, kind):
+            continue
+        expected = expected_name(parameter.type.name)
+        inference.report(
+            "type", f"{caller} calls `{code.name}`, which expects {expected} for `{parameter.name}`, got "
+            f"{describe(kind)}", node.span, f"signature: {code.usage}", always=runs, expected=expected,
+            found=describe(kind), signature=code.usage,
+        )  # fmt: skip
+        return
 
 
 def arity_of(code: Any) -> tuple[int | None, float, str, str]:
@@ -510,7 +517,19 @@ def _mapped(inference: KindInference, node: Any, builtin: Builtin, nodes: Sequen
     """Check the function of ``map`` and its like against the number of sequences."""
     sequences = kinds[1:]
     runs = bool(sequences) and all(kind.items for kind in sequences)
-    check_callback(inference, nodes[0], kinds[0], sequences, f"`{builtin.name}`", runs)
+    check_callback(inference, nodes[0], kinds[0], [*map(item_given, sequences)], f"`{builtin.name}`", runs)
+
+
+def _applied(
+    inference: KindInference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]
+) -> None:
+    """Check the function of ``apply`` against the arguments and the items of the list, if its length is known."""
+    items = kinds[-1].items if kinds[-1].tag == "List" else None
+    if items is None or len(nodes) == 1:
+        return
+    arguments = [*kinds[1:-1], *items]
+    if not any(kind is ANY or kind.tag == "Keyword" for kind in arguments):
+        check_callback(inference, nodes[0], kinds[0], arguments, "`apply`", True)
 
 
 def _tested(inference: KindInference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
@@ -520,13 +539,15 @@ def _tested(inference: KindInference, node: Any, builtin: Builtin, nodes: Sequen
 def _folded(inference: KindInference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
     sequences = kinds[2:]
     runs = bool(sequences) and all(kind.items for kind in sequences)
-    check_callback(inference, nodes[0], kinds[0], [ANY, *sequences], f"`{builtin.name}`", runs)
+    items = [*map(item_given, sequences)]
+    given = [ANY, *items] if builtin.name == "fold-left" else [*items, ANY]
+    check_callback(inference, nodes[0], kinds[0], given, f"`{builtin.name}`", runs)
 
 
 _CALLBACKS: dict[str, Callable[..., None]] = {
     "map": _mapped, "for-each": _mapped, "append-map": _mapped, "filter-map": _mapped, "any": _mapped,
     "every": _mapped, "filter": _tested, "remove": _tested, "partition": _tested, "find": _tested,
-    "list-index": _tested, "fold": _folded, "fold-left": _folded, "fold-right": _folded,
+    "list-index": _tested, "apply": _applied, "fold": _folded, "fold-left": _folded, "fold-right": _folded,
 }  # fmt: skip
 
 
@@ -571,7 +592,7 @@ def _call_lambda(
         _check_parameter(inference, owner, parameter, argument, code.usage) for parameter, argument in zip(given, nodes)
     ]
     ok.append(check_keywords(inference, node, owner, "argument", code, keywords, () if unsure else None))
-    if code.name in _INDICES and all(map(_is_of_library, given)):
+    if code.name in INDICES and all(map(is_of_library, given)):
         _check_copies(inference, code, nodes, keywords)
     return result if all(ok) else ANY
 
@@ -634,11 +655,13 @@ def _check_parameter(
         inference.pass_argument(parameter, owner, value, usage)
         return (
             parameter.name != "objects"
-            or not _is_of_library(parameter)
+            or not is_of_library(parameter)
             or _check_stacked(inference, owner, parameter, value, kind, usage)
         )
+    if kind is ANY:
+        inference.need(value, f"passed to {owner}", (parameter.type,), expected_name(parameter.type.name))
     if accepts(parameter.type, kind) and _literal_fits(parameter.type, value):
-        return not _is_of_library(parameter) or _check_combined(inference, owner, parameter, value, kind, usage)
+        return not is_of_library(parameter) or _check_combined(inference, owner, parameter, value, kind, usage)
     sign = ":" if parameter.kind == "keyword" else ""
     expected = expected_name(parameter.type.name)
     hint, fixes = _advice_of_type(parameter.type, value, kind)
@@ -698,7 +721,7 @@ def _literal_fits(type_: Type, value: Any) -> bool:
     return True
 
 
-def _is_of_library(parameter: ast.Parameter) -> bool:
+def is_of_library(parameter: ast.Parameter) -> bool:
     span = parameter.target.span if isinstance(parameter.target, Variable) else None
     return span is not None and span.source.name.startswith(STD)
 
@@ -709,7 +732,7 @@ def _check_combined(
     """Check an argument of a combinator beyond its type: parts, a count, an angle."""
     assert parameter.type is not None
     name = parameter.type.name
-    if name in _OBJECTS and kind.tag != "Function":
+    if name in _OBJECTS and all(option.tag != "Function" for option in kind.options):
         inner = item_of(kind) if name == "List[Parts]" and kind.items is None else kind
         if not may_be_parts(inner):
             _report_object(inference, owner, parameter, value, kind, usage)
@@ -735,7 +758,7 @@ def _report_object(
     hint, fixes = _called_word(value, kind)
     message = f"the parameter `{parameter.name}` of {owner} expects entities, got {shown(value, kind)}"
     inference.report(
-        "parts", message, value.span, hint or f"parameters: {usage}", fixes=fixes,
+        "parts" if kind.tag == "List" else "type", message, value.span, hint or f"parameters: {usage}", fixes=fixes,
         expected="an Entity, a posed entity or a list of these", found=describe(kind), signature=usage,
     )  # fmt: skip
 
@@ -765,7 +788,7 @@ def _check_stacked(
 
 
 # How many indices a combinator passes to a function that makes its copies.
-_INDICES = {"grid": 3, "ring": 1, "scatter": 1}
+INDICES = {"grid": 3, "ring": 1, "scatter": 1}
 
 
 def _check_copies(
@@ -779,7 +802,7 @@ def _check_copies(
         counts = [n for p, n in zip(code.parameters, nodes) if p.type is not None and p.type.name == "Integer"]
         counts += [value for key, _, value in keywords if key in ("nx", "ny", "nz")]
         runs = all((inference.number_of(count) or 0) > 0 for count in counts)
-        check_callback(inference, node, kind, [INTEGER] * _INDICES[code.name], f"`{code.name}`", runs)
+        check_callback(inference, node, kind, [INTEGER] * INDICES[code.name], f"`{code.name}`", runs)
         result = kind.item
         if result is not None and not may_be_parts(result):
             inference.report(
@@ -833,6 +856,10 @@ def _report_positional_keyword(
     return False
 
 
+def _is_parts_or_any(inference: KindInference, nodes: Sequence[Any]) -> bool:
+    return all(may_be_parts(inference.result.kinds[node]) for node in nodes)
+
+
 def _is_parts(kind: Kind) -> bool:
     return kind is not ANY and may_be_parts(kind)
 
@@ -861,7 +888,7 @@ def _report_lambda_arity(
     fixes: tuple[Fix, ...] = ()
     extra = nodes[most:]
     first = next((p for p in code.parameters if p.kind == "required"), None)
-    if extra and first is not None and first.name == "objects" and most == 1:
+    if extra and first is not None and first.name == "objects" and most == 1 and _is_parts_or_any(inference, extra):
         span = Span(node.span.source, nodes[0].span.start, nodes[-1].span.end)
         hint = "the objects are given as one list: `(list ...)`"
         if all(_is_parts(inference.result.kinds[each]) for each in nodes):
@@ -885,7 +912,11 @@ def _report_lambda_arity(
             pairs = [f":{name} {each.span.text}" for name, each in zip(free, extra)]
             hint = f"name the argument{'s' * (len(pairs) > 1)}: `{' '.join(pairs)}`"
             safe = len(extra) == len(free) == 1
-            fixes = (Fix("Name the arguments", tuple(Edit(e.span, p) for e, p in zip(extra, pairs)), safe),)
+            if not all(_takes(named[name], inference.result.kinds[each]) for name, each in zip(free, extra)):
+                pairs, hint = [], f"parameters: {code.usage}"
+            fixes = (Fix("Name the arguments", tuple(Edit(e.span, p) for e, p in zip(extra, pairs)), safe),) * bool(
+                pairs
+            )
     return inference.report(
         "arity", f"{owner} expects {expected} {positional}{noun}, got {given}", node.span, hint, fixes=fixes,
         expected=f"{expected} {positional}{noun}", found=plural(given, "argument"), signature=code.usage,

@@ -10,6 +10,7 @@ and inside the body of a ``guard`` it is not reported.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -67,7 +68,12 @@ _MAX_DEPTH = 400  # of nested expressions; what is deeper has the kind ANY
 
 
 _OPERANDS, _SHORT = 2, 60
-_ARITHMETIC: dict[str, Callable[[float, float], float]] = {"+": float.__add__, "-": float.__sub__, "*": float.__mul__}
+_ARITHMETIC: dict[str, Callable[[float, float], float]] = {
+    "+": float.__add__,
+    "-": float.__sub__,
+    "*": float.__mul__,
+    "/": lambda a, b: a / b if b else math.nan,
+}
 
 
 class World(Protocol):
@@ -116,6 +122,7 @@ class Need:
     error: str = "type"
     passed: Variable | None = None
     count: int | None = None  # of the arguments with which a function is called
+    rejects: frozenset[str] = frozenset()  # tags of kinds that fail
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -284,7 +291,8 @@ class KindInference:
         if name not in _ARITHMETIC:
             return None
         a, b = map(self.number_of, node.arguments)
-        return _ARITHMETIC[name](a, b) if a is not None and b is not None else None
+        result = _ARITHMETIC[name](a, b) if a is not None and b is not None else math.nan
+        return result if math.isfinite(result) else None
 
     def count_of(self, node: Any) -> int | None:
         """Return how often a loop over the value of an expression turns, if that is certain and small."""
@@ -332,7 +340,8 @@ class KindInference:
                 position += 1
             if parameter.default is not None:
                 with self.uncertain():
-                    self.infer(parameter.default)
+                    found = self.infer(parameter.default)
+                    self._pass_default(node, parameter, found)
             if isinstance(parameter.target, Variable):
                 self.env[parameter.target] = kind
             elif parameter.target is not None:
@@ -342,6 +351,17 @@ class KindInference:
         self.caller, self.is_reached, self.exits, self.may_escape = caller, reached, exits, may_escape
         self.pending, self.runs_now = pending, runs_now
         return Kind("Function", None, result, node)
+
+    def _pass_default(self, function: ast.Lambda, parameter: ast.Parameter, kind: Kind) -> None:
+        """Record a default as an argument that is not always passed."""
+        target = parameter.target
+        if not isinstance(target, Variable) or target.assigned or kind is ANY or kind is NEVER or kind.tag == "None":
+            return
+        if parameter.type is None:
+            owner = f"`{function.name}`" if function.name not in ("lambda", "do") else "this function"
+            self.result.passed.append(
+                Passed(target, owner, parameter.default, kind, parameter.default, False, function.usage)
+            )
 
     def note_call(self, callee: Any, span: Span) -> None:
         """Record a call that the function around makes whenever it is called; it ends where a call may escape."""
@@ -360,12 +380,13 @@ class KindInference:
         expected: str,
         error: str = "type",
         count: int | None = None,
+        rejects: frozenset[str] = frozenset(),
     ) -> None:
         """Record that ``node`` must have one of these types, if it is a parameter of the function around."""
         parameter = self._parameter(node)
         if parameter is not None:
             self.result.needs.setdefault(parameter, []).append(
-                Need(place, node.span, types, expected, error, count=count)
+                Need(place, node.span, types, expected, error, count=count, rejects=rejects)
             )
 
     def pass_argument(self, parameter: ast.Parameter, owner: str, argument: Any, usage: str) -> None:
@@ -396,6 +417,8 @@ class KindInference:
 
     def items(self, node: Any, kind: Kind) -> Kind:
         """Return the kind of the items over which a ``for`` clause iterates; report what cannot be iterated."""
+        if kind is ANY:
+            self.need(node, "iterated over", ("Integer", "Sequence"), "a sequence")
         if kind is ANY or kind is NEVER:
             return ANY
         found = NEVER
@@ -425,6 +448,10 @@ class KindInference:
             self.need(node, f"a part of {place}", ("Parts",), "an entity", "parts")
         if not may_be_parts(kind):
             scene_forms.report_parts(self, node, kind, place)
+        elif scene_forms.are_no_parts(kind):
+            scene_forms.report_parts(self, node, kind, place, always=False)
+        else:
+            scene_forms.report_missing_branch(self, node, kind, place)
 
 
 def _or_any(kind: Kind) -> Kind:
@@ -617,7 +644,7 @@ def _application(inference: KindInference, node: ast.Application) -> Kind:
         inference.result.kinds[function] = kind
         return calls.call(inference, node, kind, arguments)
     kind = inference.infer(function)
-    arguments = calls.infer_arguments(inference, node, kind)
+    arguments = _infer_arguments(inference, node, kind)
     if kind is ANY and not (type(function) is ast.Reference and getattr(function.target, "shadows", False)):
         are_plain = all(inference.result.kinds[each].tag not in ("Keyword", "Any") or type(each) is not ast.Constant
                         for each in node.arguments)  # fmt: skip
@@ -625,11 +652,59 @@ def _application(inference: KindInference, node: ast.Application) -> Kind:
         inference.need(function, "called here", ("Function",), "a Function", "not-a-procedure", count)
     inference.note_call(kind.code, node.span)
     result = calls.call(inference, node, kind, arguments)
+    if isinstance(kind.code, Builtin) and kind.code.name == "primitive":
+        scene_forms.call_primitive(inference, node)
     if isinstance(kind.code, ast.Lambda) and any(k is ANY or k.tag == "Function" for k in arguments):
         inference.may_escape = True
     if result is NEVER or _calls_back(kind.code):  # such as `raise`; a callback may escape
         inference.note_call(None, node.span)
     return result
+
+
+def _infer_arguments(inference: KindInference, node: ast.Application, function: Kind) -> list[Kind]:
+    """Infer the arguments of a call. A function that is written where a library function calls it has parameters of
+    the kinds that it is called with."""
+    indices = _given_indices(function)
+    if indices is None or not any(type(argument) is ast.Lambda for argument in node.arguments):
+        return inference.infer_all(node.arguments)
+    lambdas = [argument for argument in node.arguments if type(argument) is ast.Lambda]
+    inference.infer_all([argument for argument in node.arguments if type(argument) is not ast.Lambda])
+    kinds = inference.result.kinds
+    given = indices(node, kinds)
+    for argument in lambdas:
+        is_callback = argument is node.arguments[0] or isinstance(function.code, ast.Lambda)
+        kind = inference.function(argument, arguments=given if is_callback else None)
+        kinds[argument] = kind
+    return [kinds[argument] for argument in node.arguments]
+
+
+def _given_indices(function: Kind) -> Callable[[Any, Any], list[Kind]] | None:
+    """Return what gives the kinds of a callback's arguments, for library functions that call it at once."""
+    code = function.code
+    if isinstance(code, Builtin):
+        return _GIVEN.get(code.name)
+    if isinstance(code, ast.Lambda) and code.name in calls.INDICES and all(map(calls.is_of_library, code.parameters)):
+        return lambda node, kinds: [INTEGER] * calls.INDICES[code.name]
+    return None
+
+
+def _items_given(node: ast.Application, kinds: Any) -> list[Kind]:
+    return [calls.item_given(kinds.get(argument, ANY)) for argument in node.arguments[1:]]
+
+
+def _folded_given(node: ast.Application, kinds: Any) -> list[Kind]:
+    return [*(calls.item_given(kinds.get(argument, ANY)) for argument in node.arguments[2:]), ANY]
+
+
+def _left_given(node: ast.Application, kinds: Any) -> list[Kind]:
+    return [ANY, *(calls.item_given(kinds.get(argument, ANY)) for argument in node.arguments[2:])]
+
+
+_GIVEN: dict[str, Callable[[Any, Any], list[Kind]]] = {
+    **dict.fromkeys(("map", "for-each", "append-map", "filter-map", "any", "every"), _items_given),
+    **dict.fromkeys(("filter", "remove", "partition", "find", "list-index"), _items_given),
+    "fold": _folded_given, "fold-left": _left_given, "fold-right": _folded_given,
+}  # fmt: skip
 
 
 def _calls_back(code: Any) -> bool:
@@ -678,8 +753,9 @@ def _for(inference: KindInference, node: ast.For) -> Kind:
         for variable in pattern_variables(accumulator.target):
             inference.env[variable] = ANY  # its kind may change from one iteration to the next
     certain, narrowed, reached = inference.is_certain, inference.narrowed, inference.is_reached
-    exits, inference.is_reached = inference.exits, False
-    for clause in node.clauses:
+    exits = inference.exits
+    for index, clause in enumerate(node.clauses):
+        inference.is_reached = reached and index == 0  # what a loop goes through first is evaluated once
         if clause.kind == "each":
             for target, value in zip(clause.targets, clause.values):
                 inference.bind(target, inference.items(value, inference.infer(value)), value.span)
@@ -688,6 +764,7 @@ def _for(inference: KindInference, node: ast.For) -> Kind:
             inference.is_certain = False
             mentioned = {part.target for part in walk(clause.values[0]) if type(part) is ast.Reference}
             inference.narrowed = inference.narrowed | {t for t in mentioned if isinstance(t, Variable)}
+    inference.is_reached = False
     body = inference.infer(node.body)
     is_wrong = False
     if node.kind == "union":
@@ -758,6 +835,12 @@ def _bind(inference: KindInference, node: ast.Bind) -> Kind:
         scene_forms.report_parts(
             inference, _value_of(function.body), result, f'"{name}"' if name else "the word's function"
         )
+    elif scene_forms.are_no_parts(result):
+        place = f'"{name}"' if name else "the word's function"
+        scene_forms.report_parts(inference, _value_of(function.body), result, place, always=False)
+    else:
+        place = f'"{name}"' if name else "the word's function"
+        scene_forms.report_missing_branch(inference, _value_of(function.body), result, place)
     return NONE
 
 
@@ -767,6 +850,8 @@ def _has_frames(kind: Kind) -> bool:
 
 def _call(inference: KindInference, node: ast.Call) -> Kind:
     word = inference.infer(node.word)
+    if word is ANY:
+        inference.need(node.word, "called as a word", ("Word",), "a String", "word")
     if type(node.word) is ast.Constant and type(node.word.value) is str:
         function = inference.world.word_function(node.word.value)
         if function is not None:
@@ -782,12 +867,19 @@ def _union(inference: KindInference, node: ast.Union) -> Kind:
 
 def _union_loop(inference: KindInference, node: ast.UnionLoop) -> Kind:
     count = inference.infer(node.count)
-    if count.tag == "Function" and inference.infer(node.function).tag == "Integer":
+    is_body = count.tag == "Function" or (count is not ANY and count is not NEVER and may_be_parts(count))
+    if is_body and inference.infer(node.function).tag == "Integer":
         scene_forms.report_swapped_loop(inference, node)
         return PARTS
+    if count is ANY:
+        inference.need(node.count, "the count of `union-loop`", ("Integer",), "an Integer")
     if not accepts("Integer", count) or (type(node.count) is ast.Constant and _is_fraction(node.count.value)):
         scene_forms.report_count(inference, node.count, count)
-    runs = type(node.count) is ast.Constant and type(node.count.value) is int and node.count.value > 0
+    number = inference.number_of(node.count)
+    runs = number is not None and number > 0
+    if number is not None and number < 0:
+        inference.warn("out-of-range", f"`union-loop` runs {number:g} times, that is never", node.count.span,
+                       expected="a count that is not negative", found=f"{number:g}")  # fmt: skip
     if type(node.function) is ast.Lambda:
         function = inference.function(node.function, arguments=[INTEGER])
         inference.result.kinds[node.function] = function

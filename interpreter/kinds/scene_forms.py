@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +18,10 @@ from scenelang.interpreter.kinds.calls import (
 )
 from scenelang.interpreter.kinds.kinds import (
     ANY,
+    ARRAYS,
     ENTITY,
     LIST,
+    MATRIX,
     MAX_SHOWN,
     NEVER,
     PART,
@@ -69,6 +72,18 @@ def call_word(inference: KindInference, node: ast.Call, word: Kind, arguments: S
     return ENTITY
 
 
+def call_primitive(inference: KindInference, node: ast.Application) -> None:
+    """Check ``(primitive word argument ...)``."""
+    word = node.arguments[0] if node.arguments else None
+    if type(word) is not ast.Constant or type(word.value) is not str:
+        return
+    call = ast.Call(word, node.arguments[1:], node.span)
+    if _check_embeddings(inference, call, f'"{word.value}"'):
+        parts = split(inference, node, node.arguments[1:], f'"{word.value}"', "")
+        if parts is not None:
+            check_primitive(inference, node, word.value, *parts)
+
+
 def report_word(inference: KindInference, node: Any, kind: Kind, form: str) -> None:
     text = node.span.text
     is_name = type(node) is ast.Reference and node.span.expansion is None
@@ -94,7 +109,9 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         if kind is ANY or kind is NEVER:
             return True  # it may be a keyword, so that what follows has another meaning
         tags = {option.tag for option in kind.options}
-        if tags & {"Embedding", "String", "Keyword"}:
+        if "Keyword" in tags:
+            return True
+        if tags & {"Embedding", "String"}:
             continue
         text = argument.span.text
         empty = next((key for key, value in written if _is_keyword(value)), None)
@@ -112,6 +129,10 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
             names = _attribute_names(inference, node.word.value)
             if len(names) > 1 and only is None:
                 hint = f"name the attribute: {', '.join(f'`:{name}`' for name in names[:6])}"
+            if kind is MATRIX:
+                hint = "a part is placed by `transform`: `(transform (call ...) pose)`"
+            elif kind is ENTITY:
+                hint = "entities are put together by `union`"
             if only is not None:
                 short = len(text) <= MAX_SHOWN
                 hint = f"name the attribute: `:{only} {text}`" if short else f"write `:{only}` before it"
@@ -258,6 +279,11 @@ def check_primitive(
         attribute = known.get(key)
         if attribute is not None and attribute.accepts:
             _check_attribute(inference, word, attribute, value)
+    if cls is not None and cls.is_file and not any(map(_may_carry_attributes, positional)):
+        if all(key != "file" for key, _, _ in keywords):
+            inference.report("attribute", f'the primitive "{word}" requires the attribute `:file`, a string', node.span,
+                             f'write `(call "{word}" :file "chair.glb")`', expected=":file", found="nothing",
+                             signature=_usage_of(word))  # fmt: skip
     ends = [value for key, _, value in keywords if key in ("p0", "p1")]
     points = [[inference.number_of(item) for item in end.items] for end in ends if type(end) is ast.ArrayLiteral]
     if "p0" in known and len(points) == _ENDS and points[0] == points[1] and None not in points[0]:
@@ -298,6 +324,10 @@ def _attribute_advice(attribute: Attribute, value: Any, kind: Kind) -> tuple[str
     text = value.span.text
     is_literal = type(value) is ast.Constant and type(value.value) is str and value.span.expansion is None
     if attribute.name == "color" and is_literal:
+        written = re.fullmatch(r'"rgba?\(\s*(\d+)\s*,\s*(\d+)\s*,\s*(\d+)[^)]*\)"', text)
+        if written is not None:
+            color = f"(rgb {' '.join(written.groups())})"
+            return f"write `{color}`", (Fix(f"Write `{color}`", (Edit(value.span, color),), safe=True),)
         return f"convert the name: `(color {text})`", (wrap_fix(value, "color"),)
     if is_literal and unquoted_number(value)[0] is not None:
         return unquoted_number(value)
@@ -366,9 +396,20 @@ def transform(inference: KindInference, node: ast.Transform, part: Kind, matrix:
         return PART
     if type(node.matrix) is ast.ArrayLiteral and not _is_square(node.matrix):
         _report_pose(inference, node, matrix)
+    elif _is_other_size(inference, node.matrix):
+        _report_pose(inference, node, ARRAYS)
     if part is ENTITY or part is PART:
         return PART
     return PARTS if part.tag == "List" else join(PART, LIST)
+
+
+def _is_other_size(inference: KindInference, node: Any) -> bool:
+    """Return whether an expression is a unit matrix that is not 4x4."""
+    head = node.function if type(node) is ast.Application else None
+    target = head.target if type(head) is ast.Reference else None
+    if not isinstance(target, Builtin) or target.name not in ("eye", "identity-matrix") or not node.arguments:
+        return False
+    return inference.number_of(node.arguments[0]) not in (None, 4)
 
 
 def _is_square(array: ast.ArrayLiteral) -> bool:
@@ -392,11 +433,57 @@ def _report_pose(inference: KindInference, node: ast.Transform, kind: Kind) -> N
     )  # fmt: skip
 
 
-def report_parts(inference: KindInference, node: Any, kind: Kind, place: str) -> None:
+def are_no_parts(kind: Kind) -> bool:
+    """Return whether a value is a list of unknown length whose items, if it has any, are no parts."""
+    item = item_of(kind) if kind.tag == "List" and kind.items is None else ANY
+    return item is not ANY and item is not NEVER and not may_be_parts(item)
+
+
+def report_missing_branch(inference: KindInference, node: Any, kind: Kind, place: str) -> None:
+    """Warn about an ``if`` without a second branch whose value is to be a part."""
+    missing = _if_without_branch(node)
+    if missing is None or kind is ANY or not any(option.tag == "None" for option in kind.options):
+        return
+    text = missing.span.text
+    head = re.match(r"\((if|when|unless|cond|case)\b", text)
+    name = head[1] if head is not None and missing.span.expansion is None else "if"
+    message = f"{place} gets `none` where this `{name}` has no branch, which is neither an entity nor parts"
+    hint = (
+        "nothing at all is `(union)`: `(if test entity (union))`"
+        if name in ("if", "when", "unless")
+        else ("nothing at all is `(union)`: `(else (union))`")
+    )
+    fixes: tuple[Fix, ...] = ()
+    if name == "if" and missing.span.expansion is None and missing.otherwise is None:
+        end = missing.span.end - 1
+        edit = Edit(Span(missing.span.source, end, end), " (union)")
+        fixes = (Fix("Add a branch", (edit,), safe=True),)  # what is right stays as it is
+    inference.report(
+        "parts", message, missing.span, hint, fixes=fixes, always=False,
+        expected="an Entity, a posed entity or a list of these", found="`none`",
+    )  # fmt: skip
+
+
+def _if_without_branch(node: Any) -> Any:
+    """Return the conditional without a last branch that gives the value of an expression, if there is one."""
+    pending = [node]
+    while pending:
+        node = pending.pop()
+        if type(node) is ast.Body and node.items:
+            pending.append(node.items[-1])
+        elif type(node) is ast.If:
+            ends = (node.then, node.otherwise)
+            if any(end is None or (type(end) is ast.Constant and end.value is None) for end in ends):
+                return node
+            pending += ends
+    return None
+
+
+def report_parts(inference: KindInference, node: Any, kind: Kind, place: str, always: bool = True) -> None:
     """Report a value that is neither an entity nor a list of parts."""
     hint = None
     fixes: tuple[Fix, ...] = ()
-    culprit = _not_a_part(kind)
+    culprit = _not_a_part(kind) if always else item_of(kind)
     text = node.span.text
     is_written = node.span.expansion is None and len(text) <= MAX_SHOWN
     if culprit.tag == "None":
@@ -416,17 +503,19 @@ def report_parts(inference: KindInference, node: Any, kind: Kind, place: str) ->
         fixes = (wrap_fix(node, "call"),) if type(node) is ast.Constant else ()
     elif culprit.tag == "Function":
         hint = f"call the function: `({text})`" if is_written else "call the function"
-        if is_written and type(node) is ast.Reference:
+        if is_written and type(node) is ast.Reference and isinstance(kind.code, ast.Lambda):
             fixes = (Fix("Call the function", (Edit(node.span, f"({text})"),), safe=_takes_nothing(kind)),)
     elif culprit.tag == "Embedding":
         hint = 'an embedding belongs to a call: `(call "word" embedding)`'
     elif culprit.tag == "Pair" and culprit.items is not None and may_be_parts(culprit.items[1]):
         hint = "the entity comes first: `(cons entity matrix)`"
+        if type(node) is ast.Application and len(node.arguments) == _ENDS:
+            fixes = swap_fix(node, *node.arguments)[1]
     elif culprit.tag == "Frames":
         hint = "only the root's value can be `(frames ...)`"
     inference.report(
         "parts", f"{place} expects entities or (entity . matrix) pairs, got {shown(node, culprit)}", node.span, hint,
-        fixes=fixes, expected="an Entity, a posed entity or a list of these", found=describe(culprit),
+        fixes=fixes, always=always, expected="an Entity, a posed entity or a list of these", found=describe(culprit),
     )  # fmt: skip
 
 
@@ -590,6 +679,10 @@ def report_bound_value(inference: KindInference, node: ast.Bind, kind: Kind) -> 
 def report_swapped_loop(inference: KindInference, node: ast.UnionLoop) -> None:
     hint, fixes = swap_fix(node, node.count, node.function)
     usage = "(union-loop count function)"
+    if inference.result.kinds[node.count].tag != "Function" and fixes:
+        body = node.count.span.text
+        edits = (Edit(node.count.span, node.function.span.text), Edit(node.function.span, f"(lambda (i) {body})"))
+        fixes = (Fix("Write the count and a function", edits, safe=True),)
     inference.report(
         "type", "`union-loop` expects the count first and the function second", node.span, f"{hint}: `{usage}`",
         fixes=fixes, expected="an Integer", found="a Function", signature=usage,
@@ -601,16 +694,34 @@ def report_loop_body(inference: KindInference, node: ast.UnionLoop, kind: Kind) 
     body, found = node.function, describe(kind)
     fixes: tuple[Fix, ...] = ()
     if body.span.expansion is None:
-        fixes = (Fix("Write a function", (Edit(body.span, f"(lambda (i) {body.span.text})"),), safe=True),)
+        edit = Edit(body.span, f"(lambda (i) {body.span.text})")
+        fixes = (Fix("Write a function", (edit,), safe=may_be_parts(kind)),)
     inference.report(
         "not-a-procedure", f"`union-loop` expects a function of the index, got {found}", body.span,
         "write `(lambda (i) ...)` around the body", fixes=fixes, expected="a Function", found=found,
     )  # fmt: skip
 
 
+def _hint_of_count(kind: Kind) -> str:
+    if kind.tag == "String":
+        return "write the number without quotes"
+    if kind.tag in ("List", "Vector", "MutableList"):
+        return "`for/union` goes through a list: `(for/union ((x list)) ...)`"
+    return "round it: `(round n)`, `(floor n)`"
+
+
+def _fix_of_count(node: Any) -> tuple[Fix, ...]:
+    """Return the fix for ``(iota n)`` or ``(range n)`` in place of the count."""
+    head = node.function if type(node) is ast.Application and len(node.arguments) == 1 else None
+    target = head.target if type(head) is ast.Reference else None
+    if not isinstance(target, Builtin) or target.name not in ("iota", "range") or node.span.expansion is not None:
+        return ()
+    text = node.arguments[0].span.text
+    return (Fix(f"Change to `{text}`", (Edit(node.span, text),), safe=True),)
+
+
 def report_count(inference: KindInference, node: Any, kind: Kind) -> None:
     inference.report(
         "type", f"`union-loop` expects an Integer count, got {shown(node, kind)}", node.span,
-        "write the number without quotes" if kind.tag == "String" else "round it: `(round n)`, `(floor n)`",
-        expected="an Integer", found=describe(kind),
+        _hint_of_count(kind), fixes=_fix_of_count(node), expected="an Integer", found=describe(kind),
     )  # fmt: skip

@@ -89,6 +89,8 @@ NAMES: Mapping[str, Term] = {
     "nth": Term("Common Lisp", hint="an item is read by `(ref sequence index)`"),
     "aref": Term("Common Lisp", "ref"), "get": Term("Clojure", "ref"), "elt": Term("Common Lisp", "ref"),
     "conj": Term("Clojure", hint="lists are joined by `append`: `(append xs (list x))`"),
+    "compose": Term("JavaScript", "@"),
+    "matmul": Term("Python", "@"), "np.matmul": Term("Python", "@"), "np.dot": Term("Python", "@"),
     "λ": Term("Scheme", "lambda"), "otherwise": Term("Common Lisp", "else"),
     "math.radians": Term("Python", "radians"), "math.degrees": Term("Python", "degrees"),
 }  # fmt: skip
@@ -206,6 +208,15 @@ FORMS: Sequence[Idiom] = (
     Idiom("JavaScript", "(++ ?x)", "(set! ?x (+ ?x 1))", "variables are changed by `set!`"),
     Idiom("Python", "(?x += ?y)", "(set! ?x (+ ?x ?y))", "variables are changed by `set!`"),
     Idiom("Common Lisp", "(nth ?i ?xs)", "(ref ?xs ?i)", "an item is read by `(ref sequence index)`", is_sure=False),
+    Idiom("JavaScript", "(foreach ?x ?xs ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+         "`for/union` collects the entities of a loop, `for/list` its values"),
+    Idiom("Racket", "(for/each (?clauses ...) ?body ...)", "(for/union (?clauses ...) ?body ...)",
+         "`for/union` collects the entities of a loop, `for` none", is_sure=False),
+    *(Idiom("Racket", f"(for/{name} (?clauses ...) ?body ...)", f"(apply {head} (for/list (?clauses ...) ?body ...))",
+            "`for/list` collects the values of a loop")
+      for name, head in (("max", "max"), ("min", "min"), ("product", "*"))),
+    Idiom("Python", "(if ?test then ?a)", "(when ?test ?a)", "`if` has no `then`"),
+    Idiom("Python", "(if ?test then ?a else ?b)", "(if ?test ?a ?b)", "`if` has no `then` and `else`"),
     Idiom("Python", "(if ?test ?a else ?b)", "(if ?test ?a ?b)", "`if` takes the second value without `else`"),
     Idiom("Python", "(if ?test ?a elif ?other ?b)", "(cond (?test ?a) (?other ?b))", "several tests make a `cond`"),
     Idiom("Python", "(if ?test ?a elif ?other ?b else ?c)", "(cond (?test ?a) (?other ?b) (else ?c))",
@@ -244,7 +255,7 @@ FORMS: Sequence[Idiom] = (
     *(Idiom("Python", f"(?a {op} ?b)", f"({name} ?a ?b)", _INFIX)
       for op, name in (("+", "+"), ("-", "-"), ("*", "*"), ("/", "/"), ("%", "%"), ("//", "//"), ("**", "expt"),
                        ("^", "expt"), ("<", "<"), (">", ">"), ("<=", "<="), (">=", ">="), ("==", "="),
-                       ("and", "and"), ("or", "or"))),
+                       ("and", "and"), ("or", "or"), ("&&", "and"), ("||", "or"))),
     *(Idiom("Python", f"(?a {op} ?b {op} ?c)", f"({name} ?a ?b ?c)", _INFIX)
       for op, name in (("+", "+"), ("*", "*"))),
 )  # fmt: skip
@@ -291,7 +302,7 @@ SPELLINGS: Sequence[Spelling] = (
     ),
     Spelling(
         "Python",
-        rf"(?<![\w.*/+-])({_WORD}|{_NUMBER})([*/+])({_WORD}|{_NUMBER})(?![\w.*/+-])",
+        rf"(?<![\w.*/+-])(?!for/)({_WORD}|{_NUMBER})([*/+])({_WORD}|{_NUMBER})(?![\w.*/+-])",
         r"(\2 \1 \3)",
         _INFIX,
     ),
@@ -467,7 +478,7 @@ def _is_left_by(habit: Habit, diagnostic: Diagnostic, around: bool) -> bool:
 _EXPLAINED = frozenset((
     "unbound", "bad-atom", "bad-string", "bad-dot", "misplaced", "syntax", "bracket", "unclosed", "extra-close",
     "lambda-list", "empty-application", "not-a-procedure", "attribute", "arity", "type", "value", "parts",
-    "embedding", "word", "keyword", "idle-attribute",
+    "embedding", "word", "keyword", "idle-attribute", "dropped-value",
 ))  # fmt: skip
 
 # Errors whose place is the whole form in which the construct stands, and errors about the structure of a form.
@@ -530,8 +541,13 @@ def _regions(text: str, errors: Sequence[Diagnostic]) -> list[tuple[int, int]]:
 # --- names -----------------------------------------------------------------------------------------------------------
 
 
+_OPERATORS = frozenset(("&&", "||", "==", "===", "**", "^"))
+
+
 def _named(source: Source, tree: Tree) -> Iterator[Habit]:
     name = NAMES.get(tree.text)
+    if tree.text in _OPERATORS and source.text[tree.start - 1 : tree.start] != "(":
+        name = Term(NAMES[tree.text].language, hint=f"the operator comes first: `({NAMES[tree.text].instead} a b)`")
     instead = name.instead if name is not None else _module_function(tree.text)
     language = name.language if name is not None else "JavaScript" if tree.text.startswith("Math.") else "Python"
     hint = name.hint if name is not None else ""
@@ -569,7 +585,7 @@ def _member(source: Source, tree: Tree) -> Iterator[Habit]:
     if record is not None:
         written = f"({record[1]}-{name} {owner})"
         hint = f"write `{written}`: a field is read by its function"
-        fix = Fix(f"Change to `{written}`", (Edit(Span(source, tree.start, tree.end), written),))
+        fix = Fix(f"Change to `{written}`", (Edit(Span(source, tree.start, tree.end), written),), safe=True)
     elif name in _METHODS:
         instead = _METHODS[name]
         hint = f"write `({instead} f {owner})`" if name in _FUNCTION_FIRST else f"write `({instead} {owner} ...)`"
@@ -599,12 +615,25 @@ def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: 
         instead = f'call "{head.text}"'
         rest = source.text[head.end : tree.end]
         text = f"({instead}{rest}"
+        edit = Edit(Span(source, head.start, head.end), instead)
+        if source.text[: tree.start].rstrip().endswith("(call") and len(items) == 1:
+            text = f'"{head.text}"'
+            edit = Edit(Span(source, tree.start, tree.end), text)
         hint = f"write `{_shown(text)}`"
-        fix = Fix("Call the word", (Edit(Span(source, head.start, head.end), instead),), safe=True)
+        is_sure = len(items) == 1 or is_word(head.text) or items[1].text.startswith((":", '"', "<"))
+        if not is_sure:
+            hint = f'a word takes attributes: `(call "{head.text}" :name value)`'
+        fix = Fix("Call the word", (edit,), safe=True) if is_sure else None
         message = f'"{head.text}" is a word, not a function: it is called by `call`'
         inner = tuple((item.start, item.end) for item in items[1:])
         yield Habit(tree.start, tree.end, inner, frozenset(),
                     _diagnostic(source, head.start, head.end, message, hint, fix))  # fmt: skip
+    elif head.text == "call" and len(items) > 1 and f"(define ({items[1].text} " in source.text:
+        rest = source.text[items[1].start : tree.end]
+        fix = Fix("Call the function", (Edit(Span(source, tree.start, tree.end), f"({rest}"),), safe=True)
+        message = f"`{items[1].text}` is a function, not a word"
+        yield Habit(items[1].start, items[1].end, (), frozenset(), _diagnostic(
+            source, items[1].start, items[1].end, message, f"write `({_shown(rest)}`", fix))  # fmt: skip
     elif head.text in ("call", "bind", "primitive") and len(items) > 1 and re.fullmatch(_WORD, items[1].text):
         word = items[1]
         fix = Fix("Write the word in quotes", (Edit(Span(source, word.start, word.end), f'"{word.text}"'),), safe=True)
@@ -672,6 +701,9 @@ def _commas(source: Source, root: Tree) -> Iterator[Habit]:
         for comma in commas:
             after = source.text[comma.end : comma.end + 1]
             edits.append(Edit(Span(source, comma.start, comma.end), "" if after.isspace() else " "))
+        if tree.opener == "(" and re.match(r"[-+.]?\d", tree.items[0].text):
+            yield _tuple(source, tree)
+            continue
         what = "items of an array" if tree.opener == "[" else "arguments"
         written = source.text[tree.start : tree.end]
         for edit in reversed(edits):
@@ -683,6 +715,15 @@ def _commas(source: Source, root: Tree) -> Iterator[Habit]:
                     _diagnostic(source, commas[0].start, commas[0].end,
                                 f"{what} are separated by spaces, not by commas", f"write `{_shown(written)}`",
                                 fix), "commas")  # fmt: skip
+
+
+def _tuple(source: Source, tree: Tree) -> Habit:
+    """``(1, 2, 3)``: numbers in parentheses."""
+    written = f"[{' '.join(source.text[item.start : item.end] for item in tree.items if item.text != ',')}]"
+    fix = Fix("Write an array", (Edit(Span(source, tree.start, tree.end), written),), safe=True)
+    message = f"`{_shown(source.text[tree.start : tree.end])}` is Python, not the Scene Language"
+    hint = f"write `{_shown(written)}`: an array is written in square brackets"
+    return Habit(tree.start, tree.end, (), frozenset(), _diagnostic(source, tree.start, tree.end, message, hint, fix))
 
 
 def _spellings(source: Source, first: int, last: int) -> Iterator[Habit]:
@@ -763,6 +804,10 @@ def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
         start, end = tree.start, tree.end
         inner = tuple((part.start, part.end) for parts in bound.values() for part in parts)
         names = frozenset(part.text for part in bound.get(form.defines, ()) if part.text)
+        if form.instead.startswith(("(for", "(apply")):
+            variables = [*bound.get("i", ()), *bound.get("x", ())]
+            variables += [clause.items[0] for clause in bound.get("clauses", ()) if clause.items]
+            names |= {variable.text for variable in variables if variable.text}
         if form.instead.startswith("(define-record"):
             names |= {f"{name}{end}" for name in names for end in _record_names(bound["fields"])}
         message = f"`{_shown(source.text[start:end])}` is {form.language}, not the Scene Language"
@@ -796,6 +841,7 @@ _SHAPES: Mapping[str, Callable[[Tree], bool]] = {
     "?name": lambda tree: not tree.opener and re.fullmatch(_SYMBOL, tree.text) is not None,
     "?entity": _is_entity,
     "?child": lambda tree: tree.opener == "(" or (not tree.opener and _NOT_AN_ENTITY.match(tree.text) is None),
+    "?v": lambda tree: bool(tree.opener) or _NOT_AN_ENTITY.match(tree.text) is None,
     "?vector": lambda tree: tree.opener == "[" or (not tree.opener and bool(re.match(r"[-+.]?\d", tree.text))),
 }
 

@@ -44,10 +44,14 @@ def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
     SceneError("word")
         If the operand of ``scene`` is not a string.
     """
-    if program.scene is not None and type(program.scene.word) is ast.Constant:
-        if type(program.scene.word.value) is str:
-            return program.scene.word.value, []
-        raise SceneError("word", "`scene` expects a string as the root word", None, program.scene.span)
+    if program.scene is not None:
+        word = program.scene.word
+        if type(word) is ast.Constant and type(word.value) is str:
+            return word.value, []
+        hint = None
+        if type(word) is ast.Call and type(word.word) is ast.Constant and word.span.expansion is None:
+            hint = f"write `(scene {word.span.text.removeprefix('(call').removesuffix(')').strip()})`"
+        raise SceneError("word", "`scene` expects a string as the root word", hint, program.scene.span)
     words = program.words or program.all_words
     if not words:
         hint = 'bind a word, such as `(bind "word" (lambda () (call "cube")))`'
@@ -238,6 +242,8 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
     defined = {name for d in found if d.name == "unbound" for name in _defined_by(d)}
     found = [d for d in found if not (d.name == "unbound" and d.span is not None and d.span.text in defined)]
     found = [d for d in found if not (d.name == "dropped-value" and _is_followed(d, found))]
+    if any(d.is_error for d in found):  # the program may bind words once it can be read
+        found = [d for d in found if not (d.name == "dropped-value" and d.message.endswith("that it binds"))]
     found = _without_details(found)
     found = _once_for_each_word(found)
     return _misspelled_parameters(found, program) if program is not None else found
@@ -253,7 +259,7 @@ def _without_details(found: list[Diagnostic]) -> list[Diagnostic]:
         for d in found
         if d.span is None
         or (
-            not (d.name in ("unused", "constant-condition") and _is_inside(d.span, empty))
+            not (d.name in ("unused", "constant-condition", "dropped-value") and _is_inside(d.span, empty))
             and not (d.name == "unbound" and d.span.text == "i" and _is_inside(d.span, bodies))
         )
     ]

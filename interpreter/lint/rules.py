@@ -560,7 +560,8 @@ _BOX = {
 }
 _ROUND = {
     "diameter d": _DIAMETER,
-    "minor-radius tube-radius thickness r2 inner-radius outer-radius": "the radius of the tube is `:tube`",
+    "minor minor-radius tube-radius thickness r2 inner-radius outer-radius": "the radius of the tube is `:tube`",
+    "major major-radius ring-radius": "the radius of the ring is `:radius`",
 }
 _ANY = {
     "position pos location center centre at origin offset translate translation place": _PLACED,

@@ -159,7 +159,13 @@ def numbers_of(value: Any, reader: TypeReader | None = None) -> list[Any] | None
     if reader is not None:
         _record_read(reader, value)
     if type(value) is Pair:
-        items = list_items(value)
+        items = []
+        rest: Any = value
+        while type(rest) is Pair:
+            items.append(rest.car)
+            rest = rest.cdr
+        if rest is not NIL:
+            return None
     elif isinstance(value, MutableList):
         items = value.items
     elif isinstance(value, MutableArray) and value.data.ndim == 1:
@@ -299,8 +305,8 @@ def _extent(reader: TypeReader, value: Any) -> Any:
 
 _EXPECTED = {
     "Parts": "an Entity, a pair or a list of these", "List[Parts]": "a list of entities",
-    "Sequence": "a list or another sequence", "Template": "an Entity, parts or a function",
-    "Numeric": "a number or an array",
+    "Point": "three numbers `[x y z]`", "Sequence": "a list or another sequence",
+    "Template": "an Entity, parts or a function", "Numeric": "a number or an array",
     "ArrayLike": "a number, an array or a list of numbers", "Axis": "`:x`, `:y` or `:z`",
     "Alignment": "`:min`, `:center`, `:max`, `:before` or `:after`", "Extent": "one number or three",
 }  # fmt: skip

@@ -161,7 +161,7 @@ def test_entries_of_z_count_as_texts_of_the_program() -> None:
 
 
 def test_a_wrong_attribute_is_the_programs_mistake() -> None:
-    with unchecked(), pytest.raises(SceneError, match=":metallic"):
+    with unchecked(), pytest.raises(AssertionError, match=":metallic"):  # it is refused where it is given
         words('(call "cube" :metallic "very")')
 
 

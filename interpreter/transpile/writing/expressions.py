@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.diagnostics import SceneError, did_you_mean, near_names, suggest
 from scenelang.interpreter.transpile.analysis.inference import ARRAY, POSE, RECORD, SHAPE
 from scenelang.interpreter.transpile.analysis.known import RESULTS
 from scenelang.interpreter.transpile.analysis.scopes import (
@@ -143,7 +143,10 @@ def check_path(w: Writer, node: ast.expr, path: str) -> None:
         near = [p.removeprefix(module + ".") for p in RESULTS if p.startswith(module + ".")]
         raise w.error("python-unsupported", f"`{w.text.text(node)}` is not supported", node, suggest(name, near))
     visible = {v.name for v in w.names.variables.values()} | set(HELPERS) | BUILTINS
-    raise w.error("python-name", f"`{path}` is not defined", node, suggest(path, sorted(visible)))
+    near = near_names(path, sorted(visible))
+    error = w.error("python-name", f"`{path}` is not defined", node, did_you_mean(near))
+    error.near, error.expected, error.found = tuple(near), "a defined name", path
+    raise error
 
 
 def _attribute(w: Writer, node: ast.Attribute) -> Code:

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Sequence
 
 from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import suggest
+from scenelang.grammar.diagnostics import SceneError, did_you_mean, near_names, suggest
 from scenelang.interpreter.transpile.analysis.inference import BOOL, FLOAT, INT, NOTHING, T_INT
 from scenelang.interpreter.transpile.analysis.scopes import Class, Function, PythonParameter, PythonVariable
 from scenelang.interpreter.transpile.writing.code import (
@@ -169,15 +169,19 @@ def _check(w: Writer, node: ast.Call, target: Function, parameters: list[PythonP
     kinds = {p.kind for p in parameters}
     if not has_star and len(node.args) > len(plain) and "rest" not in kinds:
         expected = f"{len(plain)} argument{'s' if len(plain) != 1 else ''}"
-        raise w.error("python-call", f"`{target.name}` expects {expected}, got {len(node.args)}", node)
+        raise _misfit(
+            w, node, target, parameters, f"`{target.name}` expects {expected}, got {len(node.args)}", expected
+        )
     given = {p.variable.name for p, _ in zip(plain, node.args)} if not has_star else set()
     for keyword in node.keywords:
         if keyword.arg is None:
             return
         if keyword.arg not in names and "keys" not in kinds:
-            raise w.error(
-                "python-call", f"`{target.name}` has no parameter `{keyword.arg}`", keyword, suggest(keyword.arg, names)
-            )
+            message = f"`{target.name}` has no parameter `{keyword.arg}`"
+            near = near_names(keyword.arg, names)
+            error = _misfit(w, keyword, target, parameters, message, ", ".join(names) or "no keyword")
+            error.hint, error.near, error.found = did_you_mean(near), tuple(near), keyword.arg
+            raise error
         if keyword.arg in given:
             raise w.error(
                 "python-call", f"multiple values for the argument `{keyword.arg}` of `{target.name}`", keyword
@@ -189,7 +193,20 @@ def _check(w: Writer, node: ast.Call, target: Function, parameters: list[PythonP
     ]  # fmt: skip
     if missing and not has_star:
         names_text = ", ".join(f"`{m}`" for m in missing)
-        raise w.error("python-call", f"missing arguments in a call of `{target.name}`: {names_text}", node)
+        message = f"missing arguments in a call of `{target.name}`: {names_text}"
+        raise _misfit(w, node, target, parameters, message, ", ".join(missing))
+
+
+def _misfit(
+    w: Writer, node: ast.AST, target: Function, parameters: Sequence[PythonParameter], message: str, expected: str
+) -> SceneError:
+    """Return the error for a call that does not match its function, with the signature."""
+    marks = {"rest": "*", "keys": "**"}
+    names = [f"{marks.get(p.kind, '')}{p.variable.name}{'=...' if p.default is not None else ''}" for p in parameters]
+    error = w.error("python-call", message, node)
+    error.expected, error.found = expected, w.text.text(node)[:80]
+    error.signature = f"{target.name}({', '.join(names)})"
+    return error
 
 
 def _spread(w: Writer, node: ast.Call, function: Code, parameters: list[PythonParameter], first: list[Code]) -> Code:
