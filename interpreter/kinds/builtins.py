@@ -258,6 +258,16 @@ def _item(arguments: Sequence[Kind]) -> Kind:
     return ANY
 
 
+def _nth(index: int) -> Rule:
+    """The item at a position of a list or vector."""
+
+    def rule(arguments: Sequence[Kind]) -> Kind:
+        items = arguments[0].items if arguments[0].tag in ("List", "Vector") else None
+        return items[index] if items is not None and -len(items) <= index < len(items) else _item(arguments)
+
+    return rule
+
+
 def _ref(arguments: Sequence[Kind]) -> Kind:
     """An item of a list or vector; a default may be given for tables only."""
     if len(arguments) != 2:
@@ -358,7 +368,7 @@ _RULES: dict[str, Rule] = {
     "rest": _same_sequence, "sort": _same_sequence, "shuffle": _same_sequence, "py-shuffle": _same_sequence,
     "repeat": _same_sequence, "delete": _constant(LIST), "delete-duplicates": _constant(LIST),
     "map": _mapped, "append-map": _constant(LIST), "filter-map": _constant(LIST),
-    "first": _item, "second": _item, "third": _item, "last": _item, "ref": _ref, "list-ref": _ref,
+    "first": _nth(0), "second": _nth(1), "third": _nth(2), "last": _nth(-1), "ref": _ref, "list-ref": _ref,
     "choice": _item, "py-choice": _item,
     "zip": _zipped, "enumerate": _enumerated, "vector": _vector, "array": _constant(ANY), "@": _matrix_product,
     "dot": _dot, "min": _extremum, "max": _extremum, "sum": _sum, "identity-pose": _constant(MATRIX),
@@ -445,7 +455,7 @@ _SEQUENCE = "a list or another sequence"
 _REJECTED: dict[str, tuple[int, frozenset[str], str]] = {
     **dict.fromkeys(("first", "second", "third", "fourth", "fifth", "rest", "take", "drop"), (0, _NO_SEQUENCE,
                                                                                               _SEQUENCE)),
-    "ref": (0, _NO_SEQUENCE - {"Entity"}, "a list, array, table, record or embedding"),
+    "ref": (0, _NO_SEQUENCE, "a list, array, table, record or embedding"),
     "choice": (0, _NO_SEQUENCE - {"Integer", "Float"}, "a sequence or a number"),
     **dict.fromkeys(("min", "max"), (0, _NO_SEQUENCE - {"Integer", "Float"}, "numbers or a sequence")),
     "scale": (0, _NO_ARRAY - {"Integer", "Float"} | {"Matrix"}, "one or three numbers"),
@@ -601,11 +611,10 @@ def _check_shapes(inference: KindInference, node: Any, name: str, nodes: Sequenc
         inference.report("value", f"`{name}` cannot {verb} arrays of the shapes {shapes}", node.span,
                          "the arrays need the same length", expected="arrays of one length", found=shapes)  # fmt: skip
         return False
-    if name in ("*", "+") and sum(kind is MATRIX for kind in kinds) > 1:
+    if name == "*" and sum(kind is MATRIX for kind in kinds) > 1:
         head = node.function.span
         fixes = (Fix("Write `@`", (Edit(head, "@"),), safe=True),) if head.expansion is None else ()
-        verb = "multiplies" if name == "*" else "adds"
-        inference.warn("elementwise-poses", f"`{name}` {verb} two matrices item by item", node.span,
+        inference.warn("elementwise-poses", "`*` multiplies two matrices item by item", node.span,
                        "`@` composes poses: the last applies first", fixes)  # fmt: skip
     return True
 

@@ -396,7 +396,7 @@ def transform(inference: KindInference, node: ast.Transform, part: Kind, matrix:
         return PART
     if type(node.matrix) is ast.ArrayLiteral and not _is_square(node.matrix):
         _report_pose(inference, node, matrix)
-    elif _is_other_size(inference, node.matrix):
+    elif _is_other_size(inference, node.matrix) or _is_no_pose(inference, node.matrix):
         _report_pose(inference, node, ARRAYS)
     if part is ENTITY or part is PART:
         return PART
@@ -412,6 +412,20 @@ def _is_other_size(inference: KindInference, node: Any) -> bool:
     return inference.number_of(node.arguments[0]) not in (None, 4)
 
 
+def _is_no_pose(inference: KindInference, node: Any) -> bool:
+    """Return whether an expression is the sum of two poses, or a multiple of one: its last row is not 0 0 0 1."""
+    head = node.function if type(node) is ast.Application else None
+    target = head.target if type(head) is ast.Reference else None
+    if not isinstance(target, Builtin) or target.name not in ("+", "-", "*", "/"):
+        return False
+    kinds = [inference.result.kinds[each] for each in node.arguments]
+    poses = sum(kind is MATRIX for kind in kinds)
+    if target.name in ("+", "-"):
+        return poses == len(kinds) > 1
+    factors = [inference.number_of(each) for each in node.arguments if inference.result.kinds[each] is not MATRIX]
+    return poses == 1 and len(factors) == 1 and factors[0] not in (None, 1)
+
+
 def _is_square(array: ast.ArrayLiteral) -> bool:
     """Return whether an array of arrays has four rows of four items, as far as its text shows."""
     lengths = [len(row.items) for row in array.items if type(row) is ast.ArrayLiteral]
@@ -423,7 +437,12 @@ def _report_pose(inference: KindInference, node: ast.Transform, kind: Kind) -> N
     hint, fixes = "a vector becomes a pose with `(translate [x y z])`", ()
     if type(value) is ast.ArrayLiteral and any(type(row) is ast.ArrayLiteral for row in value.items):
         hint = "a pose has four rows of four numbers, the last of which is [0 0 0 1]"
-    if kind.tag in ("Vector", "List") and value.span.expansion is None and (length_of(kind) in (3, None)):
+    if _is_no_pose(inference, value):
+        hint = "poses are composed by `@`: `(@ last first)`, the first applies first; `(scale n)` is a pose"
+        head = value.function.span if type(value) is ast.Application else None
+        if head is not None and head.expansion is None and head.text == "+":
+            fixes = (Fix("Write `@`", (Edit(head, "@"),), safe=True),)  # type: ignore[assignment]
+    elif kind.tag in ("Vector", "List") and value.span.expansion is None and (length_of(kind) in (3, None)):
         fixes = (wrap_fix(value, "translate"),)  # type: ignore[assignment]
     elif kind.tag == "Function":
         hint = "call the function to get its pose"
@@ -445,14 +464,12 @@ def report_missing_branch(inference: KindInference, node: Any, kind: Kind, place
     if missing is None or kind is ANY or not any(option.tag == "None" for option in kind.options):
         return
     text = missing.span.text
-    head = re.match(r"\((if|when|unless|cond|case)\b", text)
-    name = head[1] if head is not None and missing.span.expansion is None else "if"
+    head = re.match(r"\((if|when|unless)\b", text)
+    if head is None or missing.span.expansion is not None:
+        return  # the clauses of `cond` and `case` may be all that there are
+    name = head[1]
     message = f"{place} gets `none` where this `{name}` has no branch, which is neither an entity nor parts"
-    hint = (
-        "nothing at all is `(union)`: `(if test entity (union))`"
-        if name in ("if", "when", "unless")
-        else ("nothing at all is `(union)`: `(else (union))`")
-    )
+    hint = "nothing at all is `(union)`: `(if test entity (union))`"
     fixes: tuple[Fix, ...] = ()
     if name == "if" and missing.span.expansion is None and missing.otherwise is None:
         end = missing.span.end - 1

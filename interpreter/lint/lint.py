@@ -252,7 +252,11 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
 def _without_details(found: list[Diagnostic]) -> list[Diagnostic]:
     """Leave out what a larger mistake explains: an unused variable or a constant test in a body without a value, and
     the index of a loop whose body is not a function yet."""
-    empty = [d.span for d in found if d.name == "parts" and d.found == "`none`" and d.span is not None]
+    empty = [
+        d.span
+        for d in found
+        if d.name in ("parts", "conditional-failure") and d.found == "`none`" and d.span is not None
+    ]
     bodies = [d.span for d in found if d.name == "not-a-procedure" and d.span is not None and _binds_index(d)]
     return [
         d
