@@ -277,7 +277,7 @@ def test_scatter_turns_and_functions() -> None:
         ("(stack (list 1 2))", "parts", "(list 1 2)"),
         (f"(align {CUBE} {BALL} :x :left)", "type", "`:min`, `:center`, `:max`, `:before` or `:after`"),
         (f"(mirror {CUBE} :axes :x)", "keyword", "axes"),
-        (f"(attach {CUBE} {BALL} :at [1 0])", "type", "a Point"),
+        (f"(attach {CUBE} {BALL} :at [1 0])", "type", "three numbers"),
         (f"(scatter 100 {CUBE} :size 1 :apart 1)", "user", "of 100 copies"),
         ("(jitter 3)", "type", "an Integer: 3"),
         (f"(on-top-of 3 {CUBE})", "type", "an Integer: 3"),

@@ -431,6 +431,10 @@ def _takes(kind: Kind, count: int) -> bool:
     return low is None or low <= count <= high
 
 
+def _needs_point(use: Need) -> bool:
+    return any(not isinstance(type_, str) and type_.name == "Point" for type_ in use.types)
+
+
 def _misuse(passed: Passed, use: Need) -> Diagnostic:
     value = shown(passed.argument, passed.kind)
     message = f"the parameter `{passed.parameter.name}` of {passed.owner} must be {use.expected}, got {value}"
@@ -440,7 +444,7 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
         expected = low if low == high else f"{low} to {high}"
         message = f"{passed.owner} calls {function} with {plural(use.count, 'argument')}, but it expects {expected}"
         name = "arity"
-    elif use.error == "type" and passed.kind.tag == "Vector" and any(t.name == "Point" for t in use.types if t):
+    elif use.error == "type" and passed.kind.tag == "Vector" and _needs_point(use):
         name = "value"  # it is a vector, but of another length
     elif use.error == "not-a-procedure":
         message = f"{passed.owner} calls its parameter `{passed.parameter.name}`, but it is {value}"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from sampling import one_in, only
-from support import evaluate, unchecked
+from support import evaluate, session, unchecked
 
 import scenelang
 from scenelang.backends.pictures import mitsuba
@@ -20,6 +20,7 @@ from scenelang.backends.pictures.mitsuba import MITSUBA
 from scenelang.backends.pictures.mitsuba_scene import parts_of
 from scenelang.backends.pictures.stage import staging_of, still
 from scenelang.cli.main import main
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
@@ -132,8 +133,9 @@ def test_glass_refracts_and_gloss_reflects() -> None:
     ],
 )
 def test_attributes_that_make_no_material_are_told(attributes: str, said: str) -> None:
+    source = Source("<test>", f'(bind "a" (lambda () (call "sphere" {attributes})))')
     with unchecked(), pytest.raises(SceneError, match=said) as caught:
-        image(evaluate(f'(bind "a" (lambda () (call "sphere" {attributes})))'), "draft")
+        image(session().evaluate(source).require(), "draft")
     assert caught.value.name == "attribute"
 
 

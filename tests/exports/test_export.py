@@ -203,7 +203,7 @@ def test_errors_are_one_line_and_leave_nothing(backend: Backend, make: Any, tmp_
             ("empty-scene", make.scene(), BackendOptions()),
             ("empty-scene", make.scene(make.primitive("delete-blocks")), BackendOptions()),
             ("pose", make.scene((make.group("a", (cube, huge)), huge)), BackendOptions()),
-            ("attribute", make.scene(make.primitive("cube", opacity="much")), BackendOptions()),
+            ("attribute", make.scene(make.primitive("cube", ior=0.5)), BackendOptions()),
             ("value", make.scene(cube), BackendOptions(settings={"depth": -1})),
         ]
     for name, scene, options in odd:

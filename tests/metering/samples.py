@@ -232,6 +232,7 @@ def samples(n: int) -> dict[str, list[Sample]]:
         *texts, *lists, *arrays, *mutable, *numbers, *entities, *embeddings, *small, *streams[:1], *procedures[:2],
         *handles, *error, *pose, *symbols,
     ]  # fmt: skip
+    parts = _named(lists, "parts", "doubled parts", "list")
     vectors = [*_named(arrays, "vector", "vector of floats", "mutable array"), *lists[:3], *_named(small, "[1 2 3]")]
     short_text = _named(small, "a")
     return {
@@ -249,7 +250,13 @@ def samples(n: int) -> dict[str, list[Sample]]:
         "Word": [*texts[:1], *short_text],
         "Embedding": [*embeddings, *texts[:1]],
         "Entity": entities,
-        "Parts": [*entities, *_named(lists, "parts", "doubled parts", "list")],
+        "Parts": [*entities, *parts],
+        "List[Parts]": parts,
+        "Template": [*entities, *parts, *procedures],
+        "Axis": [_same(":y", Keyword("y"), False)],
+        "Alignment": [_same(":max", Keyword("max"), False), _same("none", None, False)],
+        "Extent": [*_named(small, "0.5", "[1 2 3]"), *vectors],
+        "Point": [*vectors, *_named(small, "[1 2 3]")],
         "Function": procedures,
         "Stream": streams,
         "Table": mutable[2:4],

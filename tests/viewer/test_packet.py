@@ -136,7 +136,7 @@ def test_a_primitive_without_extent_is_no_trouble() -> None:
 
 def test_a_look_that_makes_no_sense_is_an_error() -> None:
     with unchecked():
-        result = evaluate('(bind "a" (lambda () (call "cube" :opacity "high")))')
+        result = evaluate('(bind "a" (lambda () (call "cube" :ior .5)))')
     assert result.scene is not None
     with pytest.raises(SceneError) as error:
         packet_of(result.scene)
