@@ -48,6 +48,7 @@ class _Entry:
     functions: dict[str, ast.Lambda | None] = field(default_factory=dict)
     bound: dict[str, bool] = field(default_factory=dict)
     later: dict[Variable, bool] = field(default_factory=dict)
+    assigned: dict[Variable, bool] = field(default_factory=dict)
     numbers: dict[Variable, float | None] = field(default_factory=dict)
 
 
@@ -73,6 +74,10 @@ class _View:
         found = self.entry.bound[word] = self._version.may_be_bound(word)
         return found
 
+    def is_assigned(self, variable: Variable) -> bool:
+        found = self.entry.assigned[variable] = self._version.is_assigned(variable)
+        return found
+
     def is_later(self, variable: Variable) -> bool:
         found = self.entry.later[variable] = self._version.is_later(variable, self.index)
         return found
@@ -89,6 +94,9 @@ class _Version:
         self._library = library
         self.facts: Sequence[FormFacts] = program.facts
         self.homes = {variable: index for index, each in enumerate(self.facts) for variable in each.defined}
+        # the mark of a variable stays when the form that changed it has gone; an input of the REPL may be changed later
+        self._assigned = frozenset(variable for each in self.facts for variable in each.assigned)
+        self._is_open = program.main.name.startswith("<repl")
         self._first: dict[Variable, int] = {}
         for index, each in enumerate(self.facts):
             for variable in each.defined:
@@ -100,6 +108,9 @@ class _Version:
     def may_be_bound(self, word: str) -> bool:
         return self._any_word or word in self._bound
 
+    def is_assigned(self, variable: Variable) -> bool:
+        return variable.assigned and (self._is_open or variable in self._assigned)
+
     def is_later(self, variable: Variable, index: int) -> bool:
         """Return whether a variable has no definition before the form ``index`` ends, but one behind it."""
         return self._first.get(variable, -1) >= index
@@ -107,14 +118,14 @@ class _Version:
     def constant_of(self, variable: Variable) -> float | None:
         """Return the number that a global variable always has, if its definition shows it."""
         home = self.homes.get(variable)
-        if home is None or variable.assigned or self._first[variable] != home:
+        if home is None or self.is_assigned(variable) or self._first[variable] != home:
             return None
         form = self.facts[home].form
         return number_of(form.value) if type(form.target) is Variable else None
 
     def kind_of(self, variable: Variable, group: int) -> Kind:
         """Return the kind of a global variable as seen by the forms of a group."""
-        if variable.assigned:
+        if self.is_assigned(variable):
             return ANY
         home = self.homes.get(variable)
         if home is None:
@@ -185,6 +196,7 @@ def _is_valid(entry: _Entry, version: _Version, group: int, index: int) -> bool:
         all(version.kind_of(variable, group) == kind for variable, kind in entry.variables.items())
         and all(version.functions.get(word) is function for word, function in entry.functions.items())
         and all(version.may_be_bound(word) == bound for word, bound in entry.bound.items())
+        and all(version.is_assigned(variable) == assigned for variable, assigned in entry.assigned.items())
         and all(version.is_later(variable, index) == later for variable, later in entry.later.items())
         and all(version.constant_of(variable) == number for variable, number in entry.numbers.items())
     )

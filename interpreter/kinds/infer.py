@@ -88,6 +88,9 @@ class World(Protocol):
     def may_be_bound(self, word: str) -> bool:
         """Return whether the program may bind a word."""
 
+    def is_assigned(self, variable: Variable) -> bool:
+        """Return whether a global variable is changed by ``set!``."""
+
     def is_later(self, variable: Variable) -> bool:
         """Return whether a global variable is defined by a form that runs after this one."""
 
@@ -263,9 +266,13 @@ class KindInference:
     def variable(self, variable: Variable) -> Kind:
         """Return the kind of a variable's value where it is read."""
         known = self.world.kind_of(variable) if variable.is_global else ANY  # always read, so that an edit is noticed
-        if variable.assigned or variable in self.narrowed:
+        if self.is_assigned(variable) or variable in self.narrowed:
             return ANY
         return self.env.get(variable, known)
+
+    def is_assigned(self, variable: Variable) -> bool:
+        """Return whether a variable is changed by ``set!``, so that nothing is known of its value."""
+        return variable.assigned and (not variable.is_global or self.world.is_assigned(variable))
 
     def bind(self, target: Any, kind: Kind, span: Span) -> None:
         """Bind a variable or destructuring pattern to a value of a kind."""
@@ -276,7 +283,7 @@ class KindInference:
 
     def number_of(self, node: Any) -> float | None:
         """Return the number that an expression always has: a literal, or a variable that is defined as one."""
-        if type(node) is ast.Reference and isinstance(node.target, Variable) and not node.target.assigned:
+        if type(node) is ast.Reference and isinstance(node.target, Variable) and not self.is_assigned(node.target):
             if node.target.is_global:
                 return self.world.constant_of(node.target)
             return self.numbers.get(node.target)

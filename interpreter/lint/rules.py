@@ -462,6 +462,7 @@ class FormFacts:
     used: frozenset[Variable]
     computes_strings: bool
     binds: tuple[tuple[str | None, Any], ...]
+    assigned: frozenset[Variable]
 
 
 def facts_of(form: Any) -> FormFacts:
@@ -488,6 +489,7 @@ def facts_of(form: Any) -> FormFacts:
         frozenset(target for target in targets if isinstance(target, Variable) and target.is_global),
         any(isinstance(target, Builtin) and target.result == "String" for target in targets),
         tuple(_binds(nodes)),
+        frozenset(node.target for node in nodes if type(node) is ast.Assignment),
     )
 
 
