@@ -429,6 +429,8 @@ def _unmet(passed: Passed, needs: Needs) -> Need | None:
             if need.rejects and passed.kind is not ANY:
                 if {option.tag for option in passed.kind.options} <= need.rejects:
                     return need
+            if need.fails is not None and passed.number is not None and need.fails(passed.number):
+                return need
             if need.count is not None and not _takes(passed.kind, need.count):
                 return need
             if need.passed is not None and need.passed not in seen:
@@ -460,7 +462,8 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
         name = "value"  # it is a vector, but of another length
     elif use.error == "not-a-procedure":
         message = f"{passed.owner} calls its parameter `{passed.parameter.name}`, but it is {value}"
-    name = name if passed.is_certain else "conditional-failure"
+    if name != "out-of-range":
+        name = name if passed.is_certain else "conditional-failure"
     note = Note(use.place, use.span)
     return Diagnostic(
         name, message, passed.argument.span, f"parameters: {passed.usage}", (note,), expected=use.expected,

@@ -354,7 +354,7 @@ _RULES: dict[str, Rule] = {
     **dict.fromkeys(("hypot", "norm", "distance", "determinant"), _constant(NUMBER)),
     **dict.fromkeys(("x-of", "y-of", "z-of"), _coordinate),
     "normalize": lambda arguments: VECTOR if arguments[0].items is None else vector_of(len(arguments[0].items)),
-    "vector-ref": _constant(NUMBER), "transpose": lambda arguments: ANY if arguments[0].tag != "Matrix" else ARRAYS,
+    "vector-ref": _coordinate, "transpose": lambda arguments: ANY if arguments[0].tag != "Matrix" else ARRAYS,
     **dict.fromkeys(("bitwise-and", "bitwise-or", "bitwise-xor", "arithmetic-shift", "gcd", "lcm"), _constant(INTEGER)),
     **dict.fromkeys(("length", "string-length", "vector-length", "count", "ord"), _constant(INTEGER)),
     **dict.fromkeys(("compute-shape-min", "compute-shape-max", "compute-shape-center"), _constant(vector_of(3))),
@@ -407,8 +407,13 @@ def check_values(
     divisors = nodes[1:] if len(nodes) > 1 else nodes if name == "/" else ()
     if name in _DIVISIONS and any(inference.number_of(divisor) == 0 for divisor in divisors):
         if not any(kind is ANY or kind.tag not in ("Integer", "Float") for kind in kinds[:1]):
-            inference.report("zero-division", f"division by zero in `{name}`", node.span)
+            inference.report("zero-division", f"division by zero in `{name}`", node.span, expected="another number",
+                             found="0")  # fmt: skip
             return False
+    elif name in _DIVISIONS:
+        for divisor in divisors:
+            inference.need(divisor, f"a divisor in `{name}`", (), "a number other than 0", "zero-division",
+                           fails=lambda value: value == 0)  # fmt: skip
     index = _INDEXED.get(name)
     if index is not None and len(nodes) > index[1]:
         if not _check_index(inference, node, name, nodes[index[0]], kinds[index[0]], nodes[index[1]]):
@@ -524,6 +529,14 @@ _PAIR = ("sequence", "index")
 _EVALUATED = frozenset(("sqrt", "log", "log2", "log10", "asin", "acos", "substring", "normalize", "cross"))
 
 
+# The numbers for which a function is not defined.
+_LIMITED: dict[str, Callable[[float], bool]] = {
+    "sqrt": lambda x: x < 0,
+    **dict.fromkeys(("log", "log2", "log10"), lambda x: x <= 0),
+    **dict.fromkeys(("asin", "acos"), lambda x: abs(x) > 1),
+}
+
+
 class _Uncharged:
     """Runtime of a builtin that is called with literals: it counts nothing."""
 
@@ -541,6 +554,9 @@ def _check_domain(inference: KindInference, node: Any, builtin: Builtin, nodes: 
             items = [inference.number_of(item) for item in argument.items]
             value = Vector([item for item in items if item is not None]) if None not in items else None
         if value is None:
+            if len(nodes) == 1 and builtin.name in _LIMITED:
+                inference.need(argument, f"passed to `{builtin.name}`", (), "in the domain of the function", "domain",
+                               fails=_LIMITED[builtin.name])  # fmt: skip
             return True
         values.append(int(value) if type(value) is float and value.is_integer() else value)
     try:
@@ -915,6 +931,9 @@ def check_angle(inference: KindInference, node: Any) -> None:
     """Warn about a literal angle that is surely given in degrees: more than two turns of radians."""
     value = inference.number_of(node)
     value = _step_of(inference, node) if value is None else value
+    if value is None:
+        inference.need(node, "an angle", (), "an angle in radians", "out-of-range",
+                       fails=lambda angle: abs(angle) > 2 * TURN)  # fmt: skip
     if value is None or abs(value) <= 2 * TURN or node.span.expansion is not None:
         return
     text = node.span.text

@@ -126,6 +126,7 @@ class Need:
     passed: Variable | None = None
     count: int | None = None  # of the arguments with which a function is called
     rejects: frozenset[str] = frozenset()  # tags of kinds that fail
+    fails: Callable[[float], bool] | None = None  # whether a number fails
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,6 +140,7 @@ class Passed:
     call: Any
     is_certain: bool
     usage: str
+    number: float | None = None
 
 
 @dataclass(slots=True)
@@ -366,9 +368,13 @@ class KindInference:
             return
         if parameter.type is None:
             owner = f"`{function.name}`" if function.name not in ("lambda", "do") else "this function"
+            owner = function.name if function.name.startswith('"') else owner
             self.result.passed.append(
-                Passed(target, owner, parameter.default, kind, parameter.default, False, function.usage)
-            )
+                Passed(
+                    target, owner, parameter.default, kind, parameter.default, False, function.usage,
+                    self.number_of(parameter.default),
+                )
+            )  # fmt: skip
 
     def note_call(self, callee: Any, span: Span) -> None:
         """Record a call that the function around makes whenever it is called; it ends where a call may escape."""
@@ -388,12 +394,13 @@ class KindInference:
         error: str = "type",
         count: int | None = None,
         rejects: frozenset[str] = frozenset(),
+        fails: Callable[[float], bool] | None = None,
     ) -> None:
         """Record that ``node`` must have one of these types, if it is a parameter of the function around."""
         parameter = self._parameter(node)
         if parameter is not None:
             self.result.needs.setdefault(parameter, []).append(
-                Need(place, node.span, types, expected, error, count=count, rejects=rejects)
+                Need(place, node.span, types, expected, error, count=count, rejects=rejects, fails=fails)
             )
 
     def pass_argument(self, parameter: ast.Parameter, owner: str, argument: Any, usage: str) -> None:
@@ -407,7 +414,8 @@ class KindInference:
                 self.result.needs.setdefault(own, []).append(Need(owner, argument.span, passed=target))
         elif kind is not NEVER:
             call = self.nodes[-1]
-            self.result.passed.append(Passed(target, owner, argument, kind, call, self.is_certain, usage))
+            number = self.number_of(argument)
+            self.result.passed.append(Passed(target, owner, argument, kind, call, self.is_certain, usage, number))
 
     def _parameter(self, node: Any) -> Variable | None:
         """Return the parameter of the function around that ``node`` reads, where every call of the function comes."""

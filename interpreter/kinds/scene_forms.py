@@ -305,7 +305,12 @@ def _check_attribute(inference: KindInference, word: str, attribute: Attribute, 
     kind = inference.result.kinds[value]
     if kind is ANY:
         types = (*attribute.accepts, "None")
-        inference.need(value, f'used as `:{attribute.name}` of "{word}"', types, str(attribute.type), "attribute")
+        place = f'used as `:{attribute.name}` of "{word}"'
+        inference.need(value, place, types, str(attribute.type), "attribute")
+        if attribute.low is not None:
+            low, high = attribute.low, attribute.high
+            limits = "not negative" if high == math.inf else f"{low:g} to {high:g}"
+            inference.need(value, place, (), limits, "out-of-range", fails=lambda number: not low <= number <= high)
     if kind is ANY or kind is NEVER or any(option.tag == "None" for option in kind.options):
         return
     if not any(accepts(name, kind) for name in attribute.accepts):

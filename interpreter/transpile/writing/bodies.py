@@ -66,7 +66,9 @@ def _returned_frames(w: Writer, function: Function, forms: list[Code]) -> list[C
 def _plain_body(w: Writer, function: Function, body: Sequence[ast.stmt]) -> list[Code]:
     returned = w.facts.returns.get(function)
     needs_value = function.is_registered or (returned is not None and returned.kinds & ~16 != 0)
-    finish: Finish = lambda block: none() if needs_value else None
+    last = body[-1] if body else None
+    drops_shape = isinstance(last, ast.Expr) and bool(w.type(last.value).kinds & SHAPE)  # the value of the call is None
+    finish: Finish = lambda block: none() if needs_value or drops_shape else None
     return write_body(w, body, Mode(ast.Return, finish))
 
 

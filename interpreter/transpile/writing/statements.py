@@ -166,7 +166,18 @@ def _expression(w: Writer, node: ast.Expr, block: Block, note: Code) -> None:
     effect = w.effect(value)
     if not effect.has_effect and not isinstance(value, ast.Call):
         return
+    body = w.exits.function.body
+    is_last = bool(body) and body[-1] is node  # then the function's value is found to be missing where it is used
+    if isinstance(value, ast.Call) and w.paths.of(value.func) in _SHAPE_MAKERS and not is_last:
+        w.warn(
+            "python-ignored", "the shape that this statement creates is not used", node,
+            "assign it, or return it: `return ...`",
+        )  # fmt: skip
     block.add_effect(w.expr(value), effect, note)
+
+
+# Functions that return a shape and change nothing.
+_SHAPE_MAKERS = frozenset(("primitive_call", "library_call", "transform_shape", "concat_shapes", "loop"))
 
 
 def _functional(w: Writer, node: ast.Expr, block: Block, note: Code) -> None:
