@@ -819,6 +819,8 @@ def _check_triple(
     """Check that an argument that is a point or direction has three numbers."""
     parameters = (*builtin.signature.required, *builtin.signature.optional)
     kind = kinds[position]
+    if type(nodes[position]) is ast.ArrayLiteral:
+        inference.need_numbers(nodes[position], f"a component of what is passed to `{builtin.name}`")
     length = length_of(kind) if kind.tag in ("Vector", "List") else None
     if length is None or length == 3:
         return True

@@ -403,6 +403,12 @@ class KindInference:
                 Need(place, node.span, types, expected, error, count=count, rejects=rejects, fails=fails)
             )
 
+    def need_numbers(self, array: ast.ArrayLiteral, place: str) -> None:
+        """Record that the items of an array are numbers, not rows."""
+        for item in array.items:
+            if self.result.kinds[item] is ANY:
+                self.need(item, place, ("Number",), "a number")
+
     def pass_argument(self, parameter: ast.Parameter, owner: str, argument: Any, usage: str) -> None:
         """Record an argument for a parameter without a type."""
         target, kind = parameter.target, self.result.kinds[argument]

@@ -311,6 +311,8 @@ def _check_attribute(inference: KindInference, word: str, attribute: Attribute, 
             low, high = attribute.low, attribute.high
             limits = "not negative" if high == math.inf else f"{low:g} to {high:g}"
             inference.need(value, place, (), limits, "out-of-range", fails=lambda number: not low <= number <= high)
+    if type(value) is ast.ArrayLiteral and {"Triple", "Color"} & set(attribute.accepts):
+        inference.need_numbers(value, f'a component of `:{attribute.name}` of "{word}"')
     if kind is ANY or kind is NEVER or any(option.tag == "None" for option in kind.options):
         return
     if not any(accepts(name, kind) for name in attribute.accepts):
