@@ -12,8 +12,8 @@ import sys
 import threading
 from codecs import BOM_UTF8
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -187,6 +187,17 @@ def run_with_room(
     raise value
 
 
+@contextmanager
+def _rare_collection() -> Iterator[None]:
+    """Context in which garbage is collected rarely: programs and scenes are many small objects that stay."""
+    thresholds = gc.get_threshold()
+    gc.set_threshold(200_000, 50, 100)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*thresholds)
+
+
 def _macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], None] | None = None) -> RunMacro:
     """Return a function that runs the bodies of macros; the evaluator is imported when there is one to run."""
     runners: list[RunMacro] = []
@@ -275,7 +286,7 @@ class Session:
         if is_scene_file(source):
             return Checked(None, self._read_scene(source).diagnostics)
         try:
-            with limited(self.options.limits):
+            with limited(self.options.limits), _rare_collection():
                 check = lambda: self._check(source, self._translation(source))
                 return run_with_room(check, EXPANSION_DEPTH, folders=self.folders(source))
         except RecursionError:
@@ -522,9 +533,7 @@ class Session:
     def _run(self, program: Program, runtime: Runtime) -> Scene:
         from scenelang.interpreter.runtime.evaluate import ProgramRun
 
-        thresholds = gc.get_threshold()
-        gc.set_threshold(200_000, 50, 100)
-        try:
+        with _rare_collection():
             try:
                 word, _ = self._root(program)
             except SceneError:
@@ -532,8 +541,6 @@ class Session:
                 raise
             scene = self._run_once(program, runtime, word)
             return self._with_entries(program, runtime, word, scene) if self.options.z_entries else scene
-        finally:
-            gc.set_threshold(*thresholds)
 
     def _runtime(self, main: Source, snapshots: frozenset[int] = frozenset()) -> Runtime:
         from scenelang.interpreter.runtime.runtime import Runtime
@@ -818,7 +825,8 @@ class Editing:
         if problem is not None:
             return VersionAnalysis(source, None, (_in_source(problem, source),))
         try:
-            return run_with_room(lambda: self._check(source), EXPANSION_DEPTH)
+            with _rare_collection():
+                return run_with_room(lambda: self._check(source), EXPANSION_DEPTH)
         except RecursionError:
             self._versions = self._no_versions()
             problem = Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1))
@@ -850,7 +858,8 @@ class Editing:
         try:
             work = lambda: run.run(program, word, session.options.seed, started)
             cancel = lambda: run.rt.meter.cancel()
-            scene = run_with_room(work, session.options.limits.depth, cancel, session.folders(source))
+            with _rare_collection():
+                scene = run_with_room(work, session.options.limits.depth, cancel, session.folders(source))
         except (SceneError, RecursionError, MemoryError) as error:
             problem = session.problem_of(error)
         for entity in run.rt.made:
