@@ -246,6 +246,8 @@ def choice(rt: Runtime, xs: Any, *, size: Any = None, replace: bool = True, p: A
     pool, as_array = _pool(rt, "choice", xs)
     shape = _shape(rt, "choice", size)
     probabilities = None if p is None else to_numpy(rt, p, "choice").astype(float)
+    if probabilities is not None and probabilities.ndim != 1:
+        raise SceneError("value", f"`choice` expects one probability for each item, got {show(p, 40)}")
     if probabilities is not None or not replace:
         rt.meter.check_size(len(pool), "an array")
         rt.charge(len(pool) >> 3)

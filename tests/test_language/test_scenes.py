@@ -63,6 +63,7 @@ REFUSED = {
     '(call "sphere" :radius [1 2])': "attribute", '(call "cylinder" :p0 3)': "attribute", '(call "cube" :color 3)': "attribute",
     "(frames '())": "frames", "(translate 3)": "type", "(translate [1 2])": "value", "(rotate 1 [0 0 0])": "value",
     "(scale \"x\")": "type", '(bind 5 (lambda () c))': "word", '(bind "w" 5)': "type", "(ref (embedding :a 1) :b)": "key",
+    "(choice '(1 2) :p 3)": "value", "(choice '(1 2) :p [[.5 .5]])": "value", "(choice '(1 2) :p '(1 2 3))": "value",
 }  # fmt: skip
 
 
