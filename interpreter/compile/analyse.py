@@ -128,6 +128,14 @@ def strings_in(value: Any) -> Iterator[str]:
             stack += (item.car, item.cdr)
 
 
+def called_builtin(node: Any) -> str | None:
+    """Return the name of the builtin that an expression calls, None for any other expression."""
+    if type(node) is not ast.Application or type(node.function) is not ast.Reference:
+        return None
+    target = node.function.target
+    return target.name if isinstance(target, Builtin) else None
+
+
 def analyse(forms: tuple[Any, ...]) -> Analysis:
     """Analyse the top-level forms of a file; set the attributes ``owner`` and ``captured`` of their variables."""
     analysis = Analysis()

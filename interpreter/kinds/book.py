@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
@@ -10,8 +11,9 @@ from scenelang.grammar.datum import Span, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, Note, near_names
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds.calls import arity_of
-from scenelang.interpreter.kinds.infer import FormKinds, Need, Passed, infer_form
+from scenelang.interpreter.kinds.infer import FormKinds, Need, Passed, infer_form, value_of
 from scenelang.interpreter.kinds.kinds import (
+    A_PART,
     ANY,
     ARRAYS,
     ENTITY,
@@ -87,6 +89,11 @@ class _View:
         return found
 
 
+def _is_input(program: Program) -> bool:
+    """Return whether a program is an input of the REPL, which later ones go on with."""
+    return program.main.name.startswith("<repl")
+
+
 class _Version:
     """One version of a program: where its variables and words are defined."""
 
@@ -96,11 +103,9 @@ class _Version:
         self.homes = {variable: index for index, each in enumerate(self.facts) for variable in each.defined}
         # the mark of a variable stays when the form that changed it has gone; an input of the REPL may be changed later
         self._assigned = frozenset(variable for each in self.facts for variable in each.assigned)
-        self._is_open = program.main.name.startswith("<repl")
-        self._first: dict[Variable, int] = {}
-        for index, each in enumerate(self.facts):
-            for variable in each.defined:
-                self._first.setdefault(variable, index)
+        self._is_open = _is_input(program)
+        backwards = reversed([*enumerate(self.facts)])
+        self._first = {variable: index for index, each in backwards for variable in each.defined}
         self.groups = [0] * len(self.facts)
         self.kinds: dict[Variable, Kind] = {}
         self.functions, self._bound, self._any_word = _word_functions(program)
@@ -263,8 +268,6 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
     needs = needs_of(results)
     for each, result in zip(program.facts, results):
         own = [d for d in (*result.findings, *(d for _, d in misuses(result, needs))) if not _is_library(d)]
-        if not program.all_words and root is None and not program.main.name.startswith("<repl"):
-            found += _unbound_parts(each, result)
         if reached is not None and id(each) not in reached:
             own = [_unreached(d) for d in own if d.found != "`none`"]  # a word may be a stub until it is used
         found += own
@@ -274,6 +277,8 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
         found += [*scene.findings, *(d for _, d in misuses(scene, needs))]
     found += endless_recursions(results)
     found += _unbound_root(program, root)
+    if not program.all_words and program.ok and not _is_input(program) and not any(d.is_error for d in found):
+        found += chain.from_iterable(map(_unbound_parts, program.facts, results))
     if not is_written:
         found = [d for d in found if d.is_error or d.name in ("out-of-range", "endless-recursion", "elementwise-poses")]
     functions = [each.form.function for each in program.facts if type(each.form) is ast.Bind]
@@ -306,13 +311,11 @@ def _inner_frames(facts: FormFacts, result: FormKinds, root: str | None) -> Iter
     kind = result.kinds.get(form.function, ANY)
     if root is None or facts.word == root or kind.item is not FRAMES:
         return
-    body: Any = form.function.body
-    while type(body) is ast.Body and body.items:
-        body = body.items[-1]
+    body = value_of(form.function.body)
     message = f'the value of "{facts.word}" cannot be frames, because it is not the root'
     yield Diagnostic(
         "frames", message, body.span, f'the root is "{root}": call `frames` there',
-        expected="an Entity, a posed entity or a list of these", found="frames",
+        expected=A_PART, found="frames",
     )  # fmt: skip
 
 
@@ -424,19 +427,23 @@ def _unmet(passed: Passed, needs: Needs) -> Need | None:
     pending, seen = [passed.parameter], {passed.parameter}
     while pending:
         for need in needs.get(pending.pop(), ()):
-            if need.types and not any(accepts(type_, passed.kind) for type_ in need.types):
-                return need
-            if need.rejects and passed.kind is not ANY:
-                if {option.tag for option in passed.kind.options} <= need.rejects:
-                    return need
-            if need.fails is not None and passed.number is not None and need.fails(passed.number):
-                return need
-            if need.count is not None and not _takes(passed.kind, need.count):
+            if not _is_met(need, passed):
                 return need
             if need.passed is not None and need.passed not in seen:
                 seen.add(need.passed)
                 pending.append(need.passed)
     return None
+
+
+def _is_met(need: Need, passed: Passed) -> bool:
+    kind, number = passed.kind, passed.number
+    if need.types and not any(accepts(type_, kind) for type_ in need.types):
+        return False
+    if need.rejects and {option.tag for option in kind.options} <= need.rejects:
+        return False
+    if need.fails is not None and number is not None and need.fails(number):
+        return False
+    return need.count is None or _takes(kind, need.count)
 
 
 def _takes(kind: Kind, count: int) -> bool:

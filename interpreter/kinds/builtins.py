@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError
+from scenelang.interpreter.compile.analyse import called_builtin
 from scenelang.interpreter.kinds.kinds import (
+    A_PART,
     ANY,
     ARRAYS,
     BOOLEAN,
@@ -47,6 +49,7 @@ from scenelang.interpreter.kinds.kinds import (
     Kind,
     accepts,
     describe,
+    is_number,
     item_of,
     join,
     join_all,
@@ -111,10 +114,6 @@ def result_of(builtin: Builtin, arguments: Sequence[Kind], has_keywords: bool) -
     return _BY_TYPE.get(builtin.result, ANY)
 
 
-def _is_number(kind: Kind) -> bool:
-    return kind.tag in ("Integer", "Float") or kind is NUMBER
-
-
 def _is_vector(kind: Kind) -> bool:
     return kind.tag == "Vector"
 
@@ -123,11 +122,11 @@ def _arithmetic(arguments: Sequence[Kind]) -> Kind:
     """Numbers give a number; arrays of one shape, and numbers, an array of that shape."""
     if all(kind is INTEGER for kind in arguments):
         return INTEGER
-    if all(map(_is_number, arguments)):
+    if all(map(is_number, arguments)):
         return NUMBER
     if any(kind is ANY for kind in arguments):
         return NUMERIC
-    vectors = [kind for kind in arguments if not _is_number(kind)]
+    vectors = [kind for kind in arguments if not is_number(kind)]
     if all(map(_is_vector, vectors)):
         lengths = {len(kind.items) if kind.items is not None else None for kind in vectors}
         length = lengths.pop() if len(lengths) == 1 else None
@@ -143,7 +142,7 @@ def _division(arguments: Sequence[Kind]) -> Kind:
 def _elementwise(arguments: Sequence[Kind]) -> Kind:
     """A function of one number, applied to each item of an array."""
     kind = arguments[0] if arguments else ANY
-    if _is_number(kind):
+    if is_number(kind):
         return NUMBER
     return vector_of(len(kind.items)) if _is_vector(kind) and kind.items is not None else NUMERIC
 
@@ -243,7 +242,7 @@ def _reversed(arguments: Sequence[Kind]) -> Kind:
 def _mapped(arguments: Sequence[Kind]) -> Kind:
     function = arguments[0]
     item = function.item if function.tag == "Function" and function.item is not None else ANY
-    if len(arguments) == len(("function", "sequence")) and arguments[1].tag in ("List", "Vector") and item is not NEVER:
+    if len(arguments) == 2 and arguments[1].tag in ("List", "Vector") and item is not NEVER:
         length = length_of(arguments[1])
         if length is not None:
             return list_of([item] * length)
@@ -283,7 +282,7 @@ def _coordinate(arguments: Sequence[Kind]) -> Kind:
 
 
 def _vector(arguments: Sequence[Kind]) -> Kind:
-    if any(map(_is_number, arguments)):  # the others are numbers too, or the call fails
+    if any(map(is_number, arguments)):  # the others are numbers too, or the call fails
         return vector_of(len(arguments), all(kind is INTEGER for kind in arguments))
     return ARRAYS
 
@@ -302,21 +301,21 @@ def _dot(arguments: Sequence[Kind]) -> Kind:
 
 
 def _extremum(arguments: Sequence[Kind]) -> Kind:
-    if len(arguments) > 1 and all(map(_is_number, arguments)):
+    if len(arguments) > 1 and all(map(is_number, arguments)):
         return INTEGER if all(kind is INTEGER for kind in arguments) else NUMBER
     return ANY
 
 
 def _sum(arguments: Sequence[Kind]) -> Kind:
     kind = arguments[0]
-    if kind.tag == "Vector" or (kind.tag == "List" and _is_number(item_of(kind))):
+    if kind.tag == "Vector" or (kind.tag == "List" and is_number(item_of(kind))):
         return NUMBER
     return ANY
 
 
 def _drawn(arguments: Sequence[Kind]) -> Kind:
     """A draw without ``:size`` is a number if its limits are."""
-    return NUMBER if all(map(_is_number, arguments)) else ANY
+    return NUMBER if all(map(is_number, arguments)) else ANY
 
 
 def _zipped(arguments: Sequence[Kind]) -> Kind:
@@ -508,7 +507,7 @@ def _check_rejected(
         if kind is ANY or not {option.tag for option in kind.options} <= tags:
             continue
         hint, fixes = unquoted_number(argument)
-        if name == "ref" and len(nodes) == len(_PAIR) and accepts("Sequence", kinds[1]) and kinds[1] is not ANY:
+        if name == "ref" and len(nodes) == 2 and accepts("Sequence", kinds[1]) and kinds[1] is not ANY:
             hint = f"the sequence comes first: `(ref {nodes[1].span.text} {argument.span.text})`"
             fixes = swap_fix(node, argument, nodes[1])[1] if accepts("Integer", kind) else ()
         elif name == "@" and index > 0:
@@ -522,19 +521,8 @@ def _check_rejected(
     return True
 
 
-_PAIR = ("sequence", "index")
-
-
 # Functions that are cheap, have no effects, and are not defined for all arguments of their types.
 _EVALUATED = frozenset(("sqrt", "log", "log2", "log10", "asin", "acos", "substring", "normalize", "cross"))
-
-
-# The numbers for which a function is not defined.
-_LIMITED: dict[str, Callable[[float], bool]] = {
-    "sqrt": lambda x: x < 0,
-    **dict.fromkeys(("log", "log2", "log10"), lambda x: x <= 0),
-    **dict.fromkeys(("asin", "acos"), lambda x: abs(x) > 1),
-}
 
 
 class _Uncharged:
@@ -554,20 +542,27 @@ def _check_domain(inference: KindInference, node: Any, builtin: Builtin, nodes: 
             items = [inference.number_of(item) for item in argument.items]
             value = Vector([item for item in items if item is not None]) if None not in items else None
         if value is None:
-            if len(nodes) == 1 and builtin.name in _LIMITED:
+            if len(nodes) == 1 and builtin.signature.required[0].type.name == "Numeric":
                 inference.need(argument, f"passed to `{builtin.name}`", (), "in the domain of the function", "domain",
-                               fails=_LIMITED[builtin.name])  # fmt: skip
+                               fails=lambda number: _failure(builtin, [number]) is not None)  # fmt: skip
             return True
         values.append(int(value) if type(value) is float and value.is_integer() else value)
+    error = _failure(builtin, values)
+    if error is None:
+        return True
+    inference.report(error.name, error.message, node.span, error.hint or f"signature: {builtin.usage}",
+                     signature=builtin.usage)  # fmt: skip
+    return False
+
+
+def _failure(builtin: Builtin, values: Sequence[Any]) -> SceneError | None:
     try:
         builtin.function(_Uncharged, *values)
     except SceneError as error:
-        inference.report(error.name, error.message, node.span, error.hint or f"signature: {builtin.usage}",
-                         signature=builtin.usage)  # fmt: skip
-        return False
+        return error
     except (ArithmeticError, ValueError):
-        return True
-    return True
+        pass
+    return None
 
 
 def _check_scale(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
@@ -580,7 +575,7 @@ def _check_scale(inference: KindInference, node: Any, name: str, nodes: Sequence
 def _check_range(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
     """Warn about a range that is empty because its step leads away from its end."""
     start, end = map(number_of, nodes[:2]) if len(nodes) > 1 else (None, None)
-    step = number_of(nodes[2]) if len(nodes) > _START_AND_END else 1
+    step = number_of(nodes[2]) if len(nodes) > 2 else 1
     if step == 0:
         inference.report("value", "`range` expects a step that is not 0", node.span, expected="a step other than 0",
                          found="0")  # fmt: skip
@@ -592,9 +587,6 @@ def _check_range(inference: KindInference, node: Any, name: str, nodes: Sequence
     inference.warn("out-of-range", f"the range from {first} to {last} is empty", node.span, hint,
                    expected="an end in the direction of the step", found=node.span.text)  # fmt: skip
     return True
-
-
-_START_AND_END = 2
 
 
 def _check_extremes(
@@ -617,9 +609,10 @@ def _check_shapes(inference: KindInference, node: Any, name: str, nodes: Sequenc
     found = (length_of(kind) for kind in kinds if kind.tag == "Vector")
     lengths = {length for length in found if length not in (None, 1)}
     if MATRIX in kinds and name in ("+", "-", "*", "/", "dot") and lengths and lengths != {4}:
-        message = f"`{name}` cannot broadcast a matrix and a Vector of {next(iter(lengths))} numbers"
+        vector = f"a Vector of {next(iter(lengths))} numbers"
         hint = "poses are composed by `@`: `(@ (translate [x y z]) pose)`"
-        inference.report("value", message, node.span, hint, expected="arrays of one shape", found=message)
+        inference.report("value", f"`{name}` cannot broadcast a matrix and {vector}", node.span, hint,
+                         expected="arrays of one shape", found=vector)  # fmt: skip
         return False
     if len(lengths) > 1 and all(kind.tag in ("Vector", "Integer", "Float") for kind in kinds):
         shapes = " and ".join(f"({length_of(kind)})" for kind in kinds if kind.tag == "Vector")
@@ -635,13 +628,11 @@ def _check_shapes(inference: KindInference, node: Any, name: str, nodes: Sequenc
     return True
 
 
-def _check_axis(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
-    axis = nodes[1] if len(nodes) > 1 else None
-    if type(axis) is not ast.ArrayLiteral or not axis.items or not all(map(_is_zero, axis.items)):
+def _check_direction(inference: KindInference, vector: Any, message: str, hint: str) -> bool:
+    """Check that a literal vector that gives a direction is not zero."""
+    if type(vector) is not ast.ArrayLiteral or not vector.items or not all(map(_is_zero, vector.items)):
         return True
-    hint = "the axes are `[1 0 0]`, `[0 1 0]` and `[0 0 1]`"
-    inference.report("value", f"`{name}`: the rotation axis must be a finite non-zero vector", axis.span, hint,
-                     expected="a non-zero Vector", found=axis.span.text)  # fmt: skip
+    inference.report("value", message, vector.span, hint, expected="a non-zero Vector", found=vector.span.text)
     return False
 
 
@@ -684,7 +675,7 @@ def _check_sorted(inference: KindInference, node: Any, name: str, nodes: Sequenc
     """Check that the items of a list that is sorted without a key can be compared."""
     items = kinds[0].items or ()
     orders = {"number" if item.tag == "Float" or item is INTEGER else item.tag for item in items}
-    if len(node.arguments) > 1 or len(orders) < len(_PAIR) or not orders <= {"number", "String"}:
+    if len(node.arguments) > 1 or len(orders) < 2 or not orders <= {"number", "String"}:
         return True
     inference.report("type", "cannot compare a number and a String", node.span,
                      "sort by a key: `:key (lambda (x) ...)`", expected="items of one kind",
@@ -695,24 +686,20 @@ def _check_sorted(inference: KindInference, node: Any, name: str, nodes: Sequenc
 def _check_radians(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
     """Check the angle and the axis of a rotation."""
     angle = nodes[0]
-    head = angle.function if type(angle) is ast.Application else None
-    target = head.target if type(head) is ast.Reference else None
-    if isinstance(target, Builtin) and target.name == "degrees" and head is not None and head.span.expansion is None:
-        fix = Fix("Write `radians`", (Edit(head.span, "radians"),), safe=True)
+    if called_builtin(angle) == "degrees" and angle.function.span.expansion is None:
+        fix = Fix("Write `radians`", (Edit(angle.function.span, "radians"),), safe=True)
         inference.warn("out-of-range", f"`degrees` gives degrees, but `{name}` takes radians", angle.span,
                        "degrees are converted by `radians`", (fix,), expected="an angle in radians",
                        found="degrees")  # fmt: skip
-    return _check_axis(inference, node, name, nodes, kinds) if name == "rotate" else True
+    if name != "rotate" or len(nodes) == 1:
+        return True
+    message = "`rotate`: the rotation axis must be a finite non-zero vector"
+    return _check_direction(inference, nodes[1], message, "the axes are `[1 0 0]`, `[0 1 0]` and `[0 0 1]`")
 
 
 def _check_normal(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
-    normal = nodes[-1]
-    if type(normal) is not ast.ArrayLiteral or not normal.items or not all(map(_is_zero, normal.items)):
-        return True
     message = "`reflect`: the normal of a reflection must be a finite non-zero vector"
-    inference.report("value", message, normal.span, "the plane x = 0 has the normal `[1 0 0]`",
-                     expected="a non-zero Vector", found=normal.span.text)  # fmt: skip
-    return False
+    return _check_direction(inference, nodes[-1], message, "the plane x = 0 has the normal `[1 0 0]`")
 
 
 def _check_product(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
@@ -739,28 +726,27 @@ def _check_pairs(inference: KindInference, node: Any, name: str, nodes: Sequence
     return False
 
 
-def _check_sequence(
-    inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]
-) -> bool:
-    """Check the last argument of ``apply``, and the list of ``frames``."""
+def _check_frames(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Check the items of the list of ``frames``."""
     kind = kinds[-1]
-    if name == "frames" and kind.tag == "List":
-        items = kind.items if kind.items is not None else (item_of(kind),)
-        culprit = next((item for item in items if not may_be_parts(item)), None)
-        if culprit is not None:
-            message = f"the items of `frames` must be entities or parts, got {describe(culprit)}"
-            inference.report("parts", message, nodes[-1].span, always=kind.items is not None,
-                             expected="an Entity, a posed entity or a list of these",
-                             found=describe(culprit))  # fmt: skip
-            return False
-    wrong = not accepts("Sequence", kind) or (name == "frames" and kind is ENTITY)
-    if wrong:
-        hint = "put the arguments into a list: `(apply f (list a b))`"
-        if name == "frames":
-            hint = "one item for each frame: `(frames (for/list ((t 10)) ...))`"
-        inference.report("type", f"`{name}` expects a list, got {shown(nodes[-1], kind)}", node.span, hint,
-                         expected="a List", found=describe(kind))  # fmt: skip
-    return not wrong
+    items = kind.items if kind.items is not None else (item_of(kind),)
+    culprit = next((item for item in items if not may_be_parts(item)), None) if kind.tag == "List" else None
+    if culprit is None:
+        return True
+    message = f"the items of `frames` must be entities or parts, got {describe(culprit)}"
+    inference.report("parts", message, nodes[-1].span, always=kind.items is not None, expected=A_PART,
+                     found=describe(culprit))  # fmt: skip
+    return False
+
+
+def _check_applied(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Check the last argument of ``apply``."""
+    if accepts("Sequence", kinds[-1]):
+        return True
+    inference.report("type", f"`apply` expects a list, got {shown(nodes[-1], kinds[-1])}", node.span,
+                     "put the arguments into a list: `(apply f (list a b))`", expected="a List",
+                     found=describe(kinds[-1]))  # fmt: skip
+    return False
 
 
 _ORDINALS = {"first": 1, "second": 2, "third": 3, "fourth": 4, "fifth": 5, "last": 1}
@@ -807,7 +793,7 @@ _FURTHER: dict[str, Callable[..., bool]] = {
     **dict.fromkeys(("rotate", "sin", "cos", "tan"), _check_radians), "iota": _check_counted, "choice": _check_nonempty,
     **dict.fromkeys(("randint", "py-randint", "py-randrange"), _check_drawn), "sort": _check_sorted,
     **dict.fromkeys(("min", "max"), _check_nonempty),
-    "apply": _check_sequence, "frames": _check_sequence, **dict.fromkeys(_ORDINALS, _check_ordinal),
+    "apply": _check_applied, "frames": _check_frames, **dict.fromkeys(_ORDINALS, _check_ordinal),
     "rgb": _check_rgb, "hsv": _check_hsv, "reflect": _check_normal, "@": _check_product, "table": _check_pairs,
     "scale": _check_scale, "range": _check_range,
 }  # fmt: skip
@@ -919,9 +905,7 @@ def _check_index(inference: KindInference, node: Any, name: str, sequence: Any, 
 
 def _step_of(inference: KindInference, node: Any) -> float | None:
     """Return the number by which an index is multiplied: ``30`` of ``(* i 30)``."""
-    head = node.function if type(node) is ast.Application and len(node.arguments) == len(_PAIR) else None
-    target = head.target if type(head) is ast.Reference else None
-    if not isinstance(target, Builtin) or target.name != "*":
+    if called_builtin(node) != "*" or len(node.arguments) != 2:
         return None
     for factor, index in (node.arguments, reversed(node.arguments)):
         if inference.result.kinds.get(index, ANY) is INTEGER and inference.number_of(index) is None:

@@ -13,6 +13,7 @@ from scenelang.grammar.diagnostics import Edit, Fix, near_names
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds.builtins import check_angle, check_values, need_of_argument, result_of
 from scenelang.interpreter.kinds.kinds import (
+    A_PART,
     ANY,
     ENTITY,
     INTEGER,
@@ -22,6 +23,7 @@ from scenelang.interpreter.kinds.kinds import (
     Kind,
     accepts,
     describe,
+    is_keyword,
     item_of,
     may_be_parts,
     number_of,
@@ -38,7 +40,6 @@ if TYPE_CHECKING:
     from scenelang.interpreter.kinds.infer import KindInference, RecordCode
 
 _FEW = 4  # keyword arguments that a hint lists
-_ENTITY_ARGUMENTS = 2
 
 
 def function_of(builtin: Builtin) -> Kind:
@@ -137,7 +138,7 @@ def split(inference: KindInference, node: Any, arguments: Sequence[Any], name: s
     pending = iter(arguments)
     for argument in pending:
         kind = inference.result.kinds[argument]
-        if type(argument) is ast.Constant and type(argument.value) is Keyword:
+        if is_keyword(argument):
             key = str(argument.value)
             value = next(pending, None)
             if value is None:
@@ -190,7 +191,7 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
     count = len(nodes)
     is_wrong = count < len(signature.required) or (count > len(parameters) and signature.rest is None)
     if is_wrong:
-        written = _written_keyword(nodes)
+        written = written_keyword(nodes)
         if written is not None and not signature.keywords:
             return inference.report(
                 "arity", f"`{builtin.name}` takes its arguments by position, not as `{written.span.text}`",
@@ -250,11 +251,8 @@ def _report_arity(inference: KindInference, node: ast.Application, builtin: Buil
     )  # fmt: skip
 
 
-def _turned(
-    inference: KindInference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any]
-) -> tuple[str | None, tuple[Fix, ...]]:
+def _turned(node: ast.Application, angles: Any) -> tuple[str | None, tuple[Fix, ...]]:
     """Return a hint and a fix for ``(rotate [0 45 0])``: the angles about the three axes."""
-    angles = nodes[0]
     hint = "`rotate` takes an angle in radians and an axis: `(rotate (radians 90) [0 1 0])`"
     numbers = [number_of(item) for item in angles.items] if type(angles) is ast.ArrayLiteral else []
     turning = [i for i, number in enumerate(numbers) if number != 0]
@@ -273,7 +271,7 @@ def _grouped(
 ) -> tuple[str | None, tuple[Fix, ...]]:
     """Return a hint and a fix for numbers that belong into an array: ``(translate 1 2 3)``."""
     if builtin.name == "rotate" and len(nodes) == 1 and inference.result.kinds[nodes[0]].tag == "Vector":
-        return _turned(inference, node, builtin, nodes)
+        return _turned(node, nodes[0])
     parameters = (*builtin.signature.required, *builtin.signature.optional)
     vectors = [i for i, parameter in enumerate(parameters) if parameter.type.name in ("Vector", "Point")]
     if builtin.name == "scale":
@@ -474,7 +472,7 @@ def check_callback(
     )  # fmt: skip
 
 
-def _takes(parameter: ast.Parameter, kind: Kind) -> bool:
+def takes(parameter: ast.Parameter, kind: Kind) -> bool:
     return parameter.type is None or accepts(parameter.type, kind)
 
 
@@ -497,6 +495,13 @@ def _check_callback_types(
         return
 
 
+def name_of(code: ast.Lambda) -> str:
+    """Return the name of a function for messages; that of a word has quotes already."""
+    if code.name in ("lambda", "do"):
+        return "this function"
+    return code.name if code.name.startswith('"') else f"`{code.name}`"
+
+
 def arity_of(code: Any) -> tuple[int | None, float, str, str]:
     """Return the least and greatest number of positional arguments, the function's name and its usage."""
     if isinstance(code, Builtin):
@@ -508,8 +513,7 @@ def arity_of(code: Any) -> tuple[int | None, float, str, str]:
         kinds = [parameter.kind for parameter in code.parameters]
         low = kinds.count("required")
         high = math.inf if "rest" in kinds else low + kinds.count("optional")
-        name = "this function" if code.name in ("lambda", "do") else f"`{code.name}`"
-        return low, high, name, code.usage
+        return low, high, name_of(code), code.usage
     return None, 0, "", ""
 
 
@@ -557,7 +561,7 @@ _CALLBACKS: dict[str, Callable[..., None]] = {
 def _call_lambda(
     inference: KindInference, node: ast.Application, code: ast.Lambda, arguments: Sequence[Kind], function: Kind
 ) -> Kind:
-    owner = f"`{code.name}`" if code.name not in ("lambda", "do") else "this function"
+    owner = name_of(code)
     result = function.item if function.item is not None else ANY
     named = {p.name: p for p in code.parameters if p.kind == "keyword"}
     takes_any = any(p.kind == "keys" for p in code.parameters)
@@ -570,7 +574,7 @@ def _call_lambda(
         nodes, keywords = parts
         if not takes_any and _report_positional_keyword(inference, code, owner, nodes, keywords):
             return ANY
-    elif _written_keyword(nodes) is not None and _report_plain_keyword(inference, node, code, owner):
+    elif written_keyword(nodes) is not None and _report_plain_keyword(inference, node, code, owner):
         return ANY
     given = [p for p in code.parameters if p.kind in ("required", "optional")]
     required = sum(p.kind == "required" for p in given)
@@ -759,7 +763,7 @@ def _report_object(
     message = f"the parameter `{parameter.name}` of {owner} expects entities, got {shown(value, kind)}"
     inference.report(
         "parts" if kind.tag == "List" else "type", message, value.span, hint or f"parameters: {usage}", fixes=fixes,
-        expected="an Entity, a posed entity or a list of these", found=describe(kind), signature=usage,
+        expected=A_PART, found=describe(kind), signature=usage,
     )  # fmt: skip
 
 
@@ -807,18 +811,18 @@ def _check_copies(
         if result is not None and not may_be_parts(result):
             inference.report(
                 "parts", f"the function of `{code.name}` must return entities, got {describe(result)}", node.span,
-                always=runs, expected="an Entity, a posed entity or a list of these", found=describe(result),
+                always=runs, expected=A_PART, found=describe(result),
             )  # fmt: skip
 
 
-def _written_keyword(nodes: Sequence[Any]) -> Any:
-    return next((n for n in nodes if type(n) is ast.Constant and type(n.value) is Keyword), None)
+def written_keyword(nodes: Sequence[Any]) -> Any:
+    return next(filter(is_keyword, nodes), None)
 
 
 def _report_plain_keyword(inference: KindInference, node: Any, code: ast.Lambda, owner: str) -> bool:
     """Report ``(f :height 2)`` where the function has positional parameters of these names; keywords are plain values
     for it, so that the number of arguments is wrong."""
-    key = _written_keyword(node.arguments)
+    key = written_keyword(node.arguments)
     names = [p.name for p in code.parameters if p.kind in ("required", "optional")]
     required = sum(p.kind == "required" for p in code.parameters)
     has_rest = any(p.kind == "rest" for p in code.parameters)
@@ -912,7 +916,7 @@ def _report_lambda_arity(
             pairs = [f":{name} {each.span.text}" for name, each in zip(free, extra)]
             hint = f"name the argument{'s' * (len(pairs) > 1)}: `{' '.join(pairs)}`"
             safe = len(extra) == len(free) == 1
-            if not all(_takes(named[name], inference.result.kinds[each]) for name, each in zip(free, extra)):
+            if not all(takes(named[name], inference.result.kinds[each]) for name, each in zip(free, extra)):
                 pairs, hint = [], f"parameters: {code.usage}"
             fixes = (Fix("Name the arguments", tuple(Edit(e.span, p) for e, p in zip(extra, pairs)), safe),) * bool(
                 pairs

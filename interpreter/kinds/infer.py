@@ -19,7 +19,7 @@ from typing import Any, Protocol
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, Fix
-from scenelang.interpreter.compile.analyse import pattern_variables, walk
+from scenelang.interpreter.compile.analyse import called_builtin, pattern_variables, walk
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds import calls, scene_forms
 from scenelang.interpreter.kinds.kinds import (
@@ -36,7 +36,6 @@ from scenelang.interpreter.kinds.kinds import (
     MAX_ITEMS,
     NEVER,
     NONE,
-    NUMBER,
     NUMERIC,
     PARTS,
     SET,
@@ -45,6 +44,7 @@ from scenelang.interpreter.kinds.kinds import (
     Kind,
     accepts,
     describe,
+    is_number,
     is_truthy,
     item_of,
     join,
@@ -67,8 +67,8 @@ _ARRAYS = union_of((VECTOR, ARRAY, MATRIX))
 _MAX_DEPTH = 400  # of nested expressions; what is deeper has the kind ANY
 
 
-_OPERANDS, _SHORT = 2, 60
-_ARITHMETIC: dict[str, Callable[[float, float], float]] = {
+_SHORT = 60  # characters of an expression that is computed
+_ARITHMETIC: dict[str | None, Callable[[float, float], float]] = {
     "+": float.__add__,
     "-": float.__sub__,
     "*": float.__mul__,
@@ -289,18 +289,14 @@ class KindInference:
             if node.target.is_global:
                 return self.world.constant_of(node.target)
             return self.numbers.get(node.target)
-        if type(node) is ast.Application and len(node.arguments) == _OPERANDS and len(node.span.text) < _SHORT:
+        if called_builtin(node) in _ARITHMETIC and len(node.arguments) == 2 and len(node.span.text) < _SHORT:
             return self._computed(node)
         return number_of(node)
 
     def _computed(self, node: ast.Application) -> float | None:
-        """Return the result of a sum, difference or product of two numbers."""
-        head = node.function
-        name = head.target.name if type(head) is ast.Reference and isinstance(head.target, Builtin) else ""
-        if name not in _ARITHMETIC:
-            return None
+        """Return the result of arithmetic with two numbers."""
         a, b = map(self.number_of, node.arguments)
-        result = _ARITHMETIC[name](a, b) if a is not None and b is not None else math.nan
+        result = _ARITHMETIC[called_builtin(node)](a, b) if a is not None and b is not None else math.nan
         return result if math.isfinite(result) else None
 
     def count_of(self, node: Any) -> int | None:
@@ -367,11 +363,9 @@ class KindInference:
         if not isinstance(target, Variable) or target.assigned or kind is ANY or kind is NEVER or kind.tag == "None":
             return
         if parameter.type is None:
-            owner = f"`{function.name}`" if function.name not in ("lambda", "do") else "this function"
-            owner = function.name if function.name.startswith('"') else owner
             self.result.passed.append(
                 Passed(
-                    target, owner, parameter.default, kind, parameter.default, False, function.usage,
+                    target, calls.name_of(function), parameter.default, kind, parameter.default, False, function.usage,
                     self.number_of(parameter.default),
                 )
             )  # fmt: skip
@@ -467,6 +461,10 @@ class KindInference:
         """Report a value that cannot be parts of an entity."""
         if kind is ANY:
             self.need(node, f"a part of {place}", ("Parts",), "an entity", "parts")
+        self.check_certain_parts(node, kind, place)
+
+    def check_certain_parts(self, node: Any, kind: Kind, place: str) -> None:
+        """Report what the kind of a value shows not to be parts, always or in some cases."""
         if not may_be_parts(kind):
             scene_forms.report_parts(self, node, kind, place)
         elif scene_forms.are_no_parts(kind):
@@ -667,9 +665,7 @@ def _application(inference: KindInference, node: ast.Application) -> Kind:
     kind = inference.infer(function)
     arguments = _infer_arguments(inference, node, kind)
     if kind is ANY and not (type(function) is ast.Reference and getattr(function.target, "shadows", False)):
-        are_plain = all(inference.result.kinds[each].tag not in ("Keyword", "Any") or type(each) is not ast.Constant
-                        for each in node.arguments)  # fmt: skip
-        count = len(node.arguments) if are_plain else None
+        count = len(node.arguments) if calls.written_keyword(node.arguments) is None else None
         inference.need(function, "called here", ("Function",), "a Function", "not-a-procedure", count)
     inference.note_call(kind.code, node.span)
     result = calls.call(inference, node, kind, arguments)
@@ -741,20 +737,16 @@ def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
     kinds = inference.infer_all(node.items)
     for item, kind in zip(node.items, kinds):
         if kind is ANY:
-            types = ("Number",) if any(map(_is_number, kinds)) else ("ArrayItem",)
+            types = ("Number",) if any(map(is_number, kinds)) else ("ArrayItem",)
             inference.need(item, "an item of an array", types, "a number")
         elif not accepts("ArrayItem", kind):
             scene_forms.report_array_item(inference, node, item, kind)
             return ANY
     if not scene_forms.check_rows(inference, node, kinds):
         return ANY
-    if any(_is_number(kind) for kind in kinds):  # items of other shapes would fail
+    if any(is_number(kind) for kind in kinds):  # items of other shapes would fail
         return vector_of(len(kinds), all(kind is INTEGER for kind in kinds))
     return _ARRAYS
-
-
-def _is_number(kind: Kind) -> bool:
-    return kind.tag in ("Integer", "Float") or kind is NUMBER
 
 
 def _while(inference: KindInference, node: ast.While) -> Kind:
@@ -789,9 +781,9 @@ def _for(inference: KindInference, node: ast.For) -> Kind:
     body = inference.infer(node.body)
     is_wrong = False
     if node.kind == "union":
-        inference.check_parts(_value_of(node.body), body, "`for/union`")
+        inference.check_parts(value_of(node.body), body, "`for/union`")
     elif node.kind in ("append", "sum", "table"):
-        is_wrong = not scene_forms.check_collected(inference, node.kind, _value_of(node.body), body)
+        is_wrong = not scene_forms.check_collected(inference, node.kind, value_of(node.body), body)
     inference.is_certain, inference.narrowed = certain, narrowed
     inference.is_reached = reached and exits == inference.exits
     if is_wrong:
@@ -814,7 +806,7 @@ def _result_of_loop(node: ast.For, body: Kind) -> Kind:
 _LOOP_RESULTS = {"each": NONE, "union": PARTS, "append": LIST, "table": TABLE, "set": SET, "sum": NUMERIC}
 
 
-def _value_of(node: Any) -> Any:
+def value_of(node: Any) -> Any:
     """Return the expression whose value a body has."""
     while type(node) is ast.Body and node.items and type(node.items[-1]) is not ast.Define:
         node = node.items[-1]
@@ -852,16 +844,11 @@ def _bind(inference: KindInference, node: ast.Bind) -> Kind:
     inference.result.kinds[function] = kind
     result = kind.item or ANY
     name = node.word.value if type(node.word) is ast.Constant else None
-    if not may_be_parts(result) and not (result.tag == "Frames" or _has_frames(result)):
-        scene_forms.report_parts(
-            inference, _value_of(function.body), result, f'"{name}"' if name else "the word's function"
-        )
-    elif scene_forms.are_no_parts(result):
-        place = f'"{name}"' if name else "the word's function"
-        scene_forms.report_parts(inference, _value_of(function.body), result, place, always=False)
+    place = f'"{name}"' if name else "the word's function"
+    if _has_frames(result):
+        scene_forms.report_missing_branch(inference, value_of(function.body), result, place)
     else:
-        place = f'"{name}"' if name else "the word's function"
-        scene_forms.report_missing_branch(inference, _value_of(function.body), result, place)
+        inference.check_certain_parts(value_of(function.body), result, place)
     return NONE
 
 
@@ -882,7 +869,7 @@ def _call(inference: KindInference, node: ast.Call) -> Kind:
 
 def _union(inference: KindInference, node: ast.Union) -> Kind:
     for member in node.members:
-        inference.check_parts(_value_of(member), inference.infer(member), "`union`")
+        inference.check_parts(value_of(member), inference.infer(member), "`union`")
     return PARTS if node.members else EMPTY
 
 
@@ -905,7 +892,7 @@ def _union_loop(inference: KindInference, node: ast.UnionLoop) -> Kind:
         function = inference.function(node.function, arguments=[INTEGER])
         inference.result.kinds[node.function] = function
         if function.item is not None:
-            inference.check_parts(_value_of(node.function.body), function.item, "`union-loop`")
+            inference.check_parts(value_of(node.function.body), function.item, "`union-loop`")
     else:
         function = inference.infer(node.function)
     if not accepts("Function", function):

@@ -118,6 +118,11 @@ CONS = union_of((LIST, PAIR, PART))
 PARTS = Kind("List", None, PART)
 
 
+def is_number(kind: Kind) -> bool:
+    """Return whether a value is certainly a number."""
+    return kind.tag in ("Integer", "Float") or kind is NUMBER
+
+
 def join(a: Kind, b: Kind) -> Kind:
     """Return the least kind that contains both."""
     if a is b or b is NEVER:
@@ -440,6 +445,8 @@ def _may_be_parts(kind: Kind) -> bool:
 
 # --- messages ---------------------------------------------------------------------------------------------------------
 
+A_PART = "an Entity, a posed entity or a list of these"  # what is expected where parts are
+
 MAX_SHOWN = 40  # characters of source text in a message
 
 
@@ -453,6 +460,11 @@ def shown(node: Any, kind: Kind) -> str:
 
 def plural(count: int, noun: str) -> str:
     return f"{count} {noun}{'s' * (count != 1)}"
+
+
+def is_keyword(node: Any) -> bool:
+    """Return whether an expression is a keyword, as written."""
+    return type(node) is ast.Constant and type(node.value) is Keyword
 
 
 def number_of(node: Any) -> float | None:

@@ -10,13 +10,16 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError
+from scenelang.interpreter.compile.analyse import called_builtin
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds.calls import (
     arity_of,
     check_keywords,
     split,
+    takes,
 )
 from scenelang.interpreter.kinds.kinds import (
+    A_PART,
     ANY,
     ARRAYS,
     ENTITY,
@@ -29,6 +32,7 @@ from scenelang.interpreter.kinds.kinds import (
     Kind,
     accepts,
     describe,
+    is_keyword,
     item_of,
     join,
     length_of,
@@ -38,8 +42,6 @@ from scenelang.interpreter.kinds.kinds import (
     unquoted_number,
     wrap_fix,
 )
-from scenelang.interpreter.runtime.types import Builtin
-from scenelang.interpreter.runtime.values import Keyword
 from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, Attribute, find
 
 if TYPE_CHECKING:
@@ -99,7 +101,7 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
     pending = iter(node.arguments)
     written: list[tuple[Any, Any]] = []
     for argument in pending:
-        if _is_keyword(argument):
+        if is_keyword(argument):
             value = next(pending, None)
             if value is None:
                 break
@@ -114,7 +116,7 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         if tags & {"Embedding", "String"}:
             continue
         text = argument.span.text
-        empty = next((key for key, value in written if _is_keyword(value)), None)
+        empty = next((key for key, value in written if is_keyword(value)), None)
         if empty is not None:
             message = f"missing value after `{empty.span.text}` in a call of {owner}"
             inference.report("embedding", message, empty.span, expected="a value", found="a keyword")
@@ -144,10 +146,6 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         )  # fmt: skip
         return False
     return True
-
-
-def _is_keyword(node: Any) -> bool:
-    return type(node) is ast.Constant and type(node.value) is Keyword
 
 
 def _spelled_attribute(inference: KindInference, node: ast.Call, argument: Any) -> bool | None:
@@ -180,7 +178,7 @@ def _only_attribute(inference: KindInference, word: str, kind: Kind) -> str | No
     """Return the one attribute of a word that a value of this kind can be."""
     function = inference.world.word_function(word)
     if function is not None:
-        names = [p.name for p in function.parameters if p.kind == "keyword" and _takes(p, kind)]
+        names = [p.name for p in function.parameters if p.kind == "keyword" and takes(p, kind)]
         return names[0] if len(names) == 1 else None
     if inference.world.may_be_bound(word) or (cls := _primitive(word)) is None:
         return None
@@ -193,10 +191,6 @@ def _primitive(word: str) -> Any:
         return find(word)
     except SceneError:
         return None
-
-
-def _takes(parameter: ast.Parameter, kind: Kind) -> bool:
-    return parameter.type is None or accepts(parameter.type, kind)
 
 
 def _call_bound(
@@ -286,12 +280,9 @@ def check_primitive(
                              signature=_usage_of(word))  # fmt: skip
     ends = [value for key, _, value in keywords if key in ("p0", "p1")]
     points = [[inference.number_of(item) for item in end.items] for end in ends if type(end) is ast.ArrayLiteral]
-    if "p0" in known and len(points) == _ENDS and points[0] == points[1] and None not in points[0]:
+    if "p0" in known and len(points) == 2 and points[0] == points[1] and None not in points[0]:
         message = f'the ends `:p0` and `:p1` of "{word}" are the same point, so that it has no length'
         inference.warn("no-extent", message, ends[1].span, expected="two points", found=ends[1].span.text)
-
-
-_ENDS = 2
 
 
 def _usage_of(word: str) -> str:
@@ -412,22 +403,19 @@ def transform(inference: KindInference, node: ast.Transform, part: Kind, matrix:
 
 def _is_other_size(inference: KindInference, node: Any) -> bool:
     """Return whether an expression is a unit matrix that is not 4x4."""
-    head = node.function if type(node) is ast.Application else None
-    target = head.target if type(head) is ast.Reference else None
-    if not isinstance(target, Builtin) or target.name not in ("eye", "identity-matrix") or not node.arguments:
+    if called_builtin(node) not in ("eye", "identity-matrix") or not node.arguments:
         return False
     return inference.number_of(node.arguments[0]) not in (None, 4)
 
 
 def _is_no_pose(inference: KindInference, node: Any) -> bool:
     """Return whether an expression is the sum of two poses, or a multiple of one: its last row is not 0 0 0 1."""
-    head = node.function if type(node) is ast.Application else None
-    target = head.target if type(head) is ast.Reference else None
-    if not isinstance(target, Builtin) or target.name not in ("+", "-", "*", "/"):
+    name = called_builtin(node)
+    if name not in ("+", "-", "*", "/"):
         return False
     kinds = [inference.result.kinds[each] for each in node.arguments]
     poses = sum(kind is MATRIX for kind in kinds)
-    if target.name in ("+", "-"):
+    if name in ("+", "-"):
         return poses == len(kinds) > 1
     factors = [inference.number_of(each) for each in node.arguments if inference.result.kinds[each] is not MATRIX]
     return poses == 1 and len(factors) == 1 and factors[0] not in (None, 1)
@@ -446,8 +434,8 @@ def _report_pose(inference: KindInference, node: ast.Transform, kind: Kind) -> N
         hint = "a pose has four rows of four numbers, the last of which is [0 0 0 1]"
     if _is_no_pose(inference, value):
         hint = "poses are composed by `@`: `(@ last first)`, the first applies first; `(scale n)` is a pose"
-        head = value.function.span if type(value) is ast.Application else None
-        if head is not None and head.expansion is None and head.text == "+":
+        head = value.function.span  # type: ignore[union-attr]
+        if head.expansion is None and head.text == "+":
             fixes = (Fix("Write `@`", (Edit(head, "@"),), safe=True),)  # type: ignore[assignment]
     elif kind.tag in ("Vector", "List") and value.span.expansion is None and (length_of(kind) in (3, None)):
         fixes = (wrap_fix(value, "translate"),)  # type: ignore[assignment]
@@ -478,13 +466,13 @@ def report_missing_branch(inference: KindInference, node: Any, kind: Kind, place
     message = f"{place} gets `none` where this `{name}` has no branch, which is neither an entity nor parts"
     hint = "nothing at all is `(union)`: `(if test entity (union))`"
     fixes: tuple[Fix, ...] = ()
-    if name == "if" and missing.span.expansion is None and missing.otherwise is None:
+    if name == "if" and missing.otherwise is None:
         end = missing.span.end - 1
         edit = Edit(Span(missing.span.source, end, end), " (union)")
         fixes = (Fix("Add a branch", (edit,), safe=True),)  # what is right stays as it is
     inference.report(
         "parts", message, missing.span, hint, fixes=fixes, always=False,
-        expected="an Entity, a posed entity or a list of these", found="`none`",
+        expected=A_PART, found="`none`",
     )  # fmt: skip
 
 
@@ -533,13 +521,13 @@ def report_parts(inference: KindInference, node: Any, kind: Kind, place: str, al
         hint = 'an embedding belongs to a call: `(call "word" embedding)`'
     elif culprit.tag == "Pair" and culprit.items is not None and may_be_parts(culprit.items[1]):
         hint = "the entity comes first: `(cons entity matrix)`"
-        if type(node) is ast.Application and len(node.arguments) == _ENDS:
+        if type(node) is ast.Application and len(node.arguments) == 2:
             fixes = swap_fix(node, *node.arguments)[1]
     elif culprit.tag == "Frames":
         hint = "only the root's value can be `(frames ...)`"
     inference.report(
         "parts", f"{place} expects entities or (entity . matrix) pairs, got {shown(node, culprit)}", node.span, hint,
-        fixes=fixes, always=always, expected="an Entity, a posed entity or a list of these", found=describe(culprit),
+        fixes=fixes, always=always, expected=A_PART, found=describe(culprit),
     )  # fmt: skip
 
 
@@ -589,11 +577,9 @@ _PURE = {
 
 def _report_unused_result(inference: KindInference, node: Any) -> None:
     """Warn about a call in the middle of a body that has no effect."""
-    function = node.function if type(node) is ast.Application else None
-    builtin = function.target if type(function) is ast.Reference else None
-    if not isinstance(builtin, Builtin) or builtin.name not in _PURE or node.span.expansion is not None:
+    name = called_builtin(node)
+    if name not in _PURE or node.span.expansion is not None:
         return
-    name = builtin.name
     changing = _PURE[name]
     hint = f"`{name}` returns a new value and changes nothing"
     if changing:
@@ -618,7 +604,7 @@ def report_array_item(inference: KindInference, around: ast.ArrayLiteral, node: 
     number, number_fixes = unquoted_number(node)
     if number is not None:
         hint, fixes = number, number_fixes
-    elif _is_keyword(node) and node.span.expansion is None:
+    elif is_keyword(node) and node.span.expansion is None:
         hint = f"write the variable without a colon: `{node.value}`"
         fixes = (Fix("Remove the colon", (Edit(node.span, str(node.value)),), safe=True),)
     elif around.span.expansion is None and around.span.text.startswith("["):
@@ -636,7 +622,7 @@ def check_rows(inference: KindInference, node: ast.ArrayLiteral, kinds: Sequence
     numbers = [kind.tag in ("Integer", "Float") for kind in kinds]
     known = {length for length in lengths if length is not None}
     is_mixed = bool(known) and any(numbers)
-    if not is_mixed and len(known) < _TWO_LENGTHS:
+    if not is_mixed and len(known) < 2:
         return True
     wrong = next(i for i, length in enumerate(lengths) if length is not None and (is_mixed or length != lengths[0]))
     item, kind = node.items[wrong], kinds[wrong]
@@ -651,9 +637,6 @@ def check_rows(inference: KindInference, node: ast.ArrayLiteral, kinds: Sequence
     inference.report("value", message, item.span, hint, expected="a number" if is_mixed else "rows of one length",
                      found=describe(kind))  # fmt: skip
     return False
-
-
-_TWO_LENGTHS = 2
 
 
 def _row_length(kind: Kind) -> int | None:
@@ -736,9 +719,7 @@ def _hint_of_count(kind: Kind) -> str:
 
 def _fix_of_count(node: Any) -> tuple[Fix, ...]:
     """Return the fix for ``(iota n)`` or ``(range n)`` in place of the count."""
-    head = node.function if type(node) is ast.Application and len(node.arguments) == 1 else None
-    target = head.target if type(head) is ast.Reference else None
-    if not isinstance(target, Builtin) or target.name not in ("iota", "range") or node.span.expansion is not None:
+    if called_builtin(node) not in ("iota", "range") or len(node.arguments) != 1 or node.span.expansion is not None:
         return ()
     text = node.arguments[0].span.text
     return (Fix(f"Change to `{text}`", (Edit(node.span, text),), safe=True),)

@@ -242,8 +242,6 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
     defined = {name for d in found if d.name == "unbound" for name in _defined_by(d)}
     found = [d for d in found if not (d.name == "unbound" and d.span is not None and d.span.text in defined)]
     found = [d for d in found if not (d.name == "dropped-value" and _is_followed(d, found))]
-    if any(d.is_error for d in found):  # the program may bind words once it can be read
-        found = [d for d in found if not (d.name == "dropped-value" and d.message.endswith("that it binds"))]
     found = _without_details(found)
     found = _once_for_each_word(found)
     return _misspelled_parameters(found, program) if program is not None else found

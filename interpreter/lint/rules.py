@@ -10,7 +10,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Datum, ListDatum, Source, Span, dataclass, subdatums
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read
-from scenelang.interpreter.compile.analyse import children, pattern_variables, strings_in, walk
+from scenelang.interpreter.compile.analyse import called_builtin, children, pattern_variables, strings_in, walk
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.types import Builtin
 from scenelang.interpreter.runtime.values import Keyword
@@ -79,21 +79,14 @@ def _factors(node: ast.Transform) -> list[Any]:
 
 
 def _product(matrix: Any) -> list[Any]:
-    if _head(matrix) == "@":
+    if called_builtin(matrix) == "@":
         return [factor for argument in matrix.arguments for factor in _product(argument)]
     return [matrix]
 
 
-def _head(node: Any) -> str | None:
-    if type(node) is ast.Application and type(node.function) is ast.Reference:
-        target = node.function.target
-        return target.name if isinstance(target, Builtin) else None
-    return None
-
-
 def _is_constant_rotation(node: Any) -> bool:
     """Return whether ``node`` is a ``rotate`` about the origin whose angle does not depend on local variables."""
-    if _head(node) != "rotate" or len(node.arguments) != 2:
+    if called_builtin(node) != "rotate" or len(node.arguments) != 2:
         return False
     return not any(
         type(part) is ast.Reference and isinstance(part.target, Variable) and not part.target.is_global
@@ -103,7 +96,7 @@ def _is_constant_rotation(node: Any) -> bool:
 
 def _is_off_axis(rotation: Any, translation: Any) -> bool:
     """Return whether ``translation`` certainly has a component perpendicular to the axis of ``rotation``."""
-    if _head(translation) != "translate" or len(translation.arguments) != 1:
+    if called_builtin(translation) != "translate" or len(translation.arguments) != 1:
         return False
     axis, offset = _numbers(rotation.arguments[1]), _numbers(translation.arguments[0])
     if axis is None or offset is None:
