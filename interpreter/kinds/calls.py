@@ -77,11 +77,10 @@ def report_not_a_function(
     hint = 'write a list of values as `(list ...)`, a call of a word as `(call "word" ...)`'
     fixes: tuple[Fix, ...] = ()
     is_written = head.span.expansion is None and node.span.expansion is None
-    if number_of(head) is not None and is_written and all(number_of(each) is not None for each in node.arguments):
+    if is_written and node.arguments and _are_numbers(node):
         array = "[" + node.span.text[1:-1].strip() + "]"
-        if node.arguments and node.span.source.text[node.span.start - 1 : node.span.start] != "#":
-            hint = f"an array is written in square brackets: `{array}`"
-            fixes = (Fix("Write an array", (Edit(node.span, array),), safe=True),)
+        hint = f"an array is written in square brackets: `{array}`"
+        fixes = (Fix("Write an array", (Edit(node.span, array),), safe=True),)
     elif function.tag in ("Vector", "List", "Array", "Matrix", "MutableList", "Table") and len(arguments) == 1:
         if is_written and type(head) is ast.Reference:
             written = f"(ref {text} {node.arguments[0].span.text})"
@@ -126,6 +125,12 @@ def report_not_a_function(
         "not-a-procedure", f"expected a function to call, got {shown(head, function)}", node.span, hint, fixes=fixes,
         expected="a Function", found=found,
     )  # fmt: skip
+
+
+def _are_numbers(node: ast.Application) -> bool:
+    """Return whether parentheses hold numbers only; ``#(1 2)`` has its own explanation."""
+    before = node.span.source.text[node.span.start - 1 : node.span.start]
+    return before != "#" and all(number_of(each) is not None for each in (node.function, *node.arguments))
 
 
 def split(inference: KindInference, node: Any, arguments: Sequence[Any], name: str, usage: str) -> Any:
@@ -860,10 +865,6 @@ def _report_positional_keyword(
     return False
 
 
-def _is_parts_or_any(inference: KindInference, nodes: Sequence[Any]) -> bool:
-    return all(may_be_parts(inference.result.kinds[node]) for node in nodes)
-
-
 def _is_parts(kind: Kind) -> bool:
     return kind is not ANY and may_be_parts(kind)
 
@@ -892,7 +893,13 @@ def _report_lambda_arity(
     fixes: tuple[Fix, ...] = ()
     extra = nodes[most:]
     first = next((p for p in code.parameters if p.kind == "required"), None)
-    if extra and first is not None and first.name == "objects" and most == 1 and _is_parts_or_any(inference, extra):
+    if (
+        extra
+        and first is not None
+        and first.name == "objects"
+        and most == 1
+        and all(may_be_parts(inference.result.kinds[each]) for each in extra)
+    ):
         span = Span(node.span.source, nodes[0].span.start, nodes[-1].span.end)
         hint = "the objects are given as one list: `(list ...)`"
         if all(_is_parts(inference.result.kinds[each]) for each in nodes):
