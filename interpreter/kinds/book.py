@@ -10,7 +10,6 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, Note, near_names
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.kinds.calls import arity_of
 from scenelang.interpreter.kinds.infer import FormKinds, Need, Passed, infer_form, value_of
 from scenelang.interpreter.kinds.kinds import (
     A_PART,
@@ -24,6 +23,7 @@ from scenelang.interpreter.kinds.kinds import (
     PARTS,
     Kind,
     accepts,
+    arity_of,
     describe,
     join,
     number_of,

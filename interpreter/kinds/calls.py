@@ -22,10 +22,12 @@ from scenelang.interpreter.kinds.kinds import (
     PART,
     Kind,
     accepts,
+    arity_of,
     describe,
     is_keyword,
     item_of,
     may_be_parts,
+    name_of,
     number_of,
     plural,
     shown,
@@ -498,28 +500,6 @@ def _check_callback_types(
             found=describe(kind), signature=code.usage,
         )  # fmt: skip
         return
-
-
-def name_of(code: ast.Lambda) -> str:
-    """Return the name of a function for messages; that of a word has quotes already."""
-    if code.name in ("lambda", "do"):
-        return "this function"
-    return code.name if code.name.startswith('"') else f"`{code.name}`"
-
-
-def arity_of(code: Any) -> tuple[int | None, float, str, str]:
-    """Return the least and greatest number of positional arguments, the function's name and its usage."""
-    if isinstance(code, Builtin):
-        signature = code.signature
-        low = len(signature.required)
-        high = math.inf if signature.rest is not None else low + len(signature.optional)
-        return low, high, f"`{code.name}`", code.usage
-    if isinstance(code, ast.Lambda):
-        kinds = [parameter.kind for parameter in code.parameters]
-        low = kinds.count("required")
-        high = math.inf if "rest" in kinds else low + kinds.count("optional")
-        return low, high, name_of(code), code.usage
-    return None, 0, "", ""
 
 
 def _mapped(inference: KindInference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:

@@ -55,6 +55,7 @@ from scenelang.interpreter.kinds.kinds import (
     list_of,
     list_with,
     may_be_parts,
+    name_of,
     number_of,
     union_of,
     vector_of,
@@ -365,7 +366,7 @@ class KindInference:
         if parameter.type is None:
             self.result.passed.append(
                 Passed(
-                    target, calls.name_of(function), parameter.default, kind, parameter.default, False, function.usage,
+                    target, name_of(function), parameter.default, kind, parameter.default, False, function.usage,
                     self.number_of(parameter.default),
                 )
             )  # fmt: skip

@@ -7,13 +7,14 @@ unions of kinds with different tags. A kind over-approximates: a value can only 
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import Edit, Fix
-from scenelang.interpreter.runtime.types import Type
+from scenelang.interpreter.runtime.types import Builtin, Type
 from scenelang.interpreter.runtime.values import NIL, Array, Embedding, Keyword, Matrix, Pair, Symbol, Vector
 
 MAX_ITEMS = 64  # longer sequences only have a common kind of item
@@ -498,3 +499,28 @@ def unquoted_number(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
     return f"write the number without quotes: `{match[1]}`", (
         Fix(f"Change to `{match[1]}`", (Edit(node.span, match[1]),), safe=True),
     )
+
+
+# --- functions -----------------------------------------------------------------------------------------------------
+
+
+def name_of(code: ast.Lambda) -> str:
+    """Return the name of a function for messages; that of a word has quotes already."""
+    if code.name in ("lambda", "do"):
+        return "this function"
+    return code.name if code.name.startswith('"') else f"`{code.name}`"
+
+
+def arity_of(code: Any) -> tuple[int | None, float, str, str]:
+    """Return the least and greatest number of positional arguments, the function's name and its usage."""
+    if isinstance(code, Builtin):
+        signature = code.signature
+        low = len(signature.required)
+        high = math.inf if signature.rest is not None else low + len(signature.optional)
+        return low, high, f"`{code.name}`", code.usage
+    if isinstance(code, ast.Lambda):
+        kinds = [parameter.kind for parameter in code.parameters]
+        low = kinds.count("required")
+        high = math.inf if "rest" in kinds else low + kinds.count("optional")
+        return low, high, name_of(code), code.usage
+    return None, 0, "", ""

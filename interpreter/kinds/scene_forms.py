@@ -13,7 +13,6 @@ from scenelang.grammar.diagnostics import Edit, Fix, SceneError
 from scenelang.interpreter.compile.analyse import called_builtin
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds.calls import (
-    arity_of,
     check_keywords,
     split,
     takes,
@@ -31,6 +30,7 @@ from scenelang.interpreter.kinds.kinds import (
     PARTS,
     Kind,
     accepts,
+    arity_of,
     describe,
     is_keyword,
     item_of,
