@@ -337,19 +337,9 @@ def error_of(diagnostic: Diagnostic) -> SceneError:
     """Return the exception that represents a diagnostic."""
     d = diagnostic
     return SceneError(
-        d.name,
-        d.message,
-        d.hint,
-        d.span,
-        d.notes,
-        list(d.chain),
-        None,
-        d.fixes,
-        d.near,
-        d.expected,
-        d.found,
+        d.name, d.message, d.hint, d.span, d.notes, list(d.chain), None, d.fixes, d.near, d.expected, d.found,
         d.signature,
-    )
+    )  # fmt: skip
 
 
 class LimitError(SceneError):

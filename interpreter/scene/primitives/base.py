@@ -103,19 +103,29 @@ def point_of(word: str, name: str, value: Any, expected: str = "three finite num
     return (x, y, z)
 
 
-def size_of(word: str, name: str, value: Any) -> Point:
-    """Convert a number, or three numbers, to three absolute sizes."""
+def triple_of(word: str, name: str, value: Any) -> Point:
+    """Convert a number, or three numbers, to three."""
     if type(value) in (int, float):
         value = Vector((value, value, value))
-    size = point_of(word, name, value, "a finite number or three finite numbers")
+    return point_of(word, name, value, "a finite number or three finite numbers")
+
+
+def size_of(word: str, name: str, value: Any) -> Point:
+    """Convert a number, or three numbers, to three absolute sizes."""
+    size = triple_of(word, name, value)
     return (abs(size[0]), abs(size[1]), abs(size[2]))
+
+
+def number_of(word: str, name: str, value: Any) -> float:
+    """Convert a finite number; raise ``SceneError("attribute")`` if it is something else."""
+    if type(value) not in (int, float) or not math.isfinite(value):
+        raise _invalid(word, name, "a finite number")
+    return float(value)
 
 
 def length_of(word: str, name: str, value: Any) -> float:
     """Convert a finite number to its absolute value."""
-    if type(value) not in (int, float) or not math.isfinite(value):
-        raise _invalid(word, name, "a finite number")
-    return abs(float(value))
+    return abs(number_of(word, name, value))
 
 
 def color_of(word: str, value: Any) -> Point:
@@ -153,25 +163,10 @@ COLOR = Attribute(
     aliases=("colour", "rgb", "albedo", "base-color", "diffuse"),
 )  # fmt: skip
 
-
-def number_of(word: str, name: str, value: Any) -> float:
-    """Convert a finite number; raise ``SceneError("attribute")`` if it is something else."""
-    if type(value) not in (int, float) or not math.isfinite(value):
-        raise _invalid(word, name, "a finite number")
-    return float(value)
-
-
-def radiance_of(word: str, name: str, value: Any) -> Point:
-    """Convert a number, or three numbers, to three."""
-    if type(value) in (int, float):
-        value = Vector((value, value, value))
-    return point_of(word, name, value, "a finite number or three finite numbers")
-
-
 # Attributes of the material, which every primitive has. Only backends use them; all are checked where they are given.
 MATERIALS = (
     Attribute("emission", "radiance, a number (times the colour) or [r g b]; default 0", "a number or three", 0.0,
-              radiance_of, accepts=("Number", "Triple"), low=0.0, aliases=("emissive", "glow", "light", "radiance")),
+              triple_of, accepts=("Number", "Triple"), low=0.0, aliases=("emissive", "glow", "light", "radiance")),
     Attribute("opacity", "from 0 to 1, opaque at 1; default 1", "a number", 1.0, number_of,
               accepts=("Number",), low=0.0, high=1.0, aliases=("alpha", "transparency", "transparent")),
     Attribute("metallic", "from 0 to 1: metals reflect their colour; default 0", "a number", 0.0, number_of,
