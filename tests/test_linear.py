@@ -11,6 +11,7 @@ import pytest
 from scenelang.grammar.datum import Source
 from scenelang.grammar.formatter import format_text
 from scenelang.grammar.reader import read
+from scenelang.interpreter.compile.analyse import analyse
 from scenelang.interpreter.expand.forms import INDENTS
 from scenelang.interpreter.lint import lint
 from scenelang.session import Session
@@ -67,3 +68,17 @@ def test_names_are_counted_in_one_pass() -> None:
     """The text was searched for every definition."""
     found = lint._mentions("(define a 'a) `(,b ,@b) 'c''c b@d \"e\"", 3)
     assert (found["a"], found["b"], found["c"], found["d"]) == (2, 2, 1, 1)
+
+
+def test_loops_in_loops_are_found_in_one_pass() -> None:
+    """The body of an outer loop was searched once more for each loop around it."""
+
+    def found(depth: int) -> int:
+        text = "(let l ((i 0)) (if (< i 1) (l (+ i 1)) " * depth + "x" + "))" * depth
+        program = Session().check(Source("<test>", f"(define (f x) {text})")).program
+        assert program is not None
+        (form,) = program.forms
+        return calls(lambda: analyse((form,)))
+
+    few, many = (found(depth) for depth in (40, 80))
+    assert many < 2.3 * few

@@ -18,7 +18,13 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 
 
-@pytest.mark.parametrize("page", walkthroughs.PAGES)
+PAGES = [
+    pytest.param(page, marks=pytest.mark.slow) if page == "tutorials/animation.md" else page
+    for page in walkthroughs.PAGES
+]
+
+
+@pytest.mark.parametrize("page", PAGES)
 def test_a_page_that_is_followed_shows_what_it_says(page: str) -> None:
     found = walkthroughs.follow(page, lambda words, folder: copies.command(*words, folder=folder))
     assert found.text == (DOCS / page).read_text("utf-8")

@@ -259,12 +259,16 @@ def _mark_safe(node: ast.Body) -> None:
                 variable.recursive = False
 
 
+TailCalls = Counter[tuple[Variable, int]]  # by variable and number of arguments
+
+
 class _Loops:
-    """Finds loops. Results are cached, because the body of a loop is searched once for every enclosing loop."""
+    """Finds loops. Results are cached, because a loop in tail position is found while its enclosing loop is."""
 
     def __init__(self, form: Any) -> None:
         self._form = form
         self._found: dict[int, Loop | None] = {}
+        self._calls: dict[int, TailCalls] = {}  # of loops, by their nodes, until the enclosing loop takes them
 
     @cached_property
     def _uses(self) -> Counter[Variable]:
@@ -293,27 +297,35 @@ class _Loops:
         if not plain or len(start.arguments) != len(function.parameters) or variable.assigned:
             return None
         uses = self._uses[variable] - 1  # but for the call that starts it
-        if uses != self._tail_calls(function.body, variable, len(function.parameters)):
+        calls = self._tail_calls(function.body)
+        if uses != calls.pop((variable, len(function.parameters)), 0):
             return None
+        self._calls[id(node)] = calls
         return Loop(variable, function, start)
 
-    def _tail_calls(self, body: Any, variable: Variable, count: int) -> int:
-        """Count the tail calls of ``variable`` with ``count`` arguments in ``body``."""
-        found = 0
+    def _tail_calls(self, body: Any) -> TailCalls:
+        """Count the tail calls of each variable in ``body``; the smaller count is added to the larger one, so that
+        nested loops take no quadratic time."""
+        found: TailCalls = Counter()
         stack = [body]
         while stack:
             node = stack.pop()
             kind = type(node)
             if kind is ast.Application:
                 head = node.function
-                found += type(head) is ast.Reference and head.target is variable and len(node.arguments) == count
+                if type(head) is ast.Reference and isinstance(head.target, Variable):
+                    found[head.target, len(node.arguments)] += 1
             elif kind is ast.If:
                 stack.append(node.then)
                 if node.otherwise is not None:
                     stack.append(node.otherwise)
             elif kind is ast.Body:
-                inner = self.find(node)
-                stack.append(inner.function.body if inner is not None else node.items[-1])
+                if self.find(node) is None:
+                    stack.append(node.items[-1])
+                    continue
+                inner = self._calls.pop(id(node))
+                small, found = (found, inner) if len(found) < len(inner) else (inner, found)
+                found.update(small)
             elif kind in (ast.And, ast.Or) and node.items:
                 stack.append(node.items[-1])
         return found

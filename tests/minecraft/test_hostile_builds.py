@@ -15,7 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from nbtlib import ByteArray, Compound, Int, IntArray, List, LongArray, Short, String
-from searching import many
+from searching import many, places
 
 from minecraft.builds import STATES, made
 from scenelang.backends.minecraft import nbt
@@ -59,7 +59,7 @@ def plain(ending: str, folder: Path) -> bytes:
 def test_every_truncation(ending: str, tmp_path: Path) -> None:
     data = plain(ending, tmp_path)
     path = tmp_path / f"a{ending}"
-    for end in range(len(data)):
+    for end in places(len(data)):
         path.write_bytes(data[:end])
         refused(path)
     packed = (tmp_path / f"good{ending}").read_bytes()

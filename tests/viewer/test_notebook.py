@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from PIL import Image
 
 from scenelang import Scene, evaluate
@@ -30,6 +31,7 @@ def test_what_has_no_geometry_shows_as_text() -> None:
     assert repr(scene.root) == "<entity a>"
 
 
+@pytest.mark.browser
 def test_the_view_is_a_page_in_a_frame_of_its_own(tmp_path: Path, show: Callable[..., Any]) -> None:
     scene: Any = evaluate(TEXT)
     shown = scene.show(height=400)

@@ -1,4 +1,4 @@
-"""The page in a browser: what an artist does with it. Most of it runs with `make test-browser`."""
+"""The page in a browser: what an artist does with it (`make test-browser`)."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.cli.main import main
 from scenelang.interpreter.scene.flatten import flatten
 from scenelang.interpreter.scene.numbering import primitive_handles
+
+pytestmark = pytest.mark.browser
 
 Show = Callable[..., Any]
 PAIR = """(param size 1.0 "how large the ball is" :min 0.2 :max 1.5)
@@ -53,7 +55,6 @@ def test_the_page_shows_meshes_and_loads_only_from_its_server(program: Show, ser
     assert "2 primitives" in page.page.locator("#summary").text_content()
 
 
-@pytest.mark.browser
 def test_isolating_and_hiding_a_word_changes_the_picture(program: Show, serve: Show, show: Show) -> None:
     page = show(serve(program(PAIR)).address).ready()
     page.page.get_by_role("button", name="Isolate ball").click()
@@ -86,7 +87,6 @@ def test_moving_a_slider_evaluates_anew_and_saving_writes_the_file(program: Show
     assert red(page.picture()).sum() > 0
 
 
-@pytest.mark.browser
 def test_a_computed_param_is_shown_with_a_reason(program: Show, serve: Show, show: Show) -> None:
     page = show(serve(program(PAIR)).address).ready()
     row = page.page.locator("[data-param=doubled]")
@@ -94,7 +94,6 @@ def test_a_computed_param_is_shown_with_a_reason(program: Show, serve: Show, sho
     assert "Computed value; change it in the program." in row.inner_text()
 
 
-@pytest.mark.browser
 def test_an_edit_shows_up_and_a_mistake_keeps_picture_and_camera(program: Show, serve: Show, show: Show) -> None:
     path = program(PAIR)
     page = show(serve(path).address).ready()
@@ -117,7 +116,6 @@ def test_an_edit_shows_up_and_a_mistake_keeps_picture_and_camera(program: Show, 
     assert not page.page.locator("#diagnostics").is_visible()
 
 
-@pytest.mark.browser
 def test_errors_at_run_time_show_hint_and_chain(program: Show, serve: Show, show: Show) -> None:
     page = show(serve(program('(bind "a" (lambda () (call "b")))\n(bind "b" (lambda () (car 3)))\n')).address).ready()
     told = page.text("#diagnostics")
@@ -125,7 +123,6 @@ def test_errors_at_run_time_show_hint_and_chain(program: Show, serve: Show, show
     assert "there is no picture yet" in page.text("#message")
 
 
-@pytest.mark.browser
 def test_picking_shows_path_attributes_and_the_line(program: Show, serve: Show, show: Show) -> None:
     page = show(serve(program(PAIR)).address).ready()
     rows, columns = np.nonzero(blue(page.picture()))
@@ -143,7 +140,6 @@ def test_picking_shows_path_attributes_and_the_line(program: Show, serve: Show, 
     assert page.page.locator('#tree [aria-selected="true"]').count() == 0
 
 
-@pytest.mark.browser
 def test_paths_and_handles_are_those_of_the_scene(serve: Show, show: Show) -> None:
     path = Path(__file__).parents[2] / "examples" / "chessboard.scene"
     page = show(serve(path).address, (600, 400)).ready()
@@ -155,7 +151,6 @@ def test_paths_and_handles_are_those_of_the_scene(serve: Show, show: Show) -> No
     assert told == list(primitive_handles(scene, flatten(scene))[0])
 
 
-@pytest.mark.browser
 def test_a_4d_scene_has_a_timeline(program: Show, serve: Show, show: Show) -> None:
     page = show(serve(program(FILM)).address).ready()
     first = page.picture()
@@ -172,7 +167,6 @@ def test_a_4d_scene_has_a_timeline(program: Show, serve: Show, show: Show) -> No
     assert page.page.locator("#tree li").count() == 3
 
 
-@pytest.mark.browser
 def test_the_tree_is_walked_with_keys(program: Show, serve: Show, show: Show) -> None:
     page = show(serve(program(PAIR)).address).ready()
     page.page.locator("#tree > li").focus()
@@ -181,7 +175,6 @@ def test_the_tree_is_walked_with_keys(program: Show, serve: Show, show: Show) ->
     assert "pair/ball/sphere" in page.text("#inspector")
 
 
-@pytest.mark.browser
 def test_a_copied_camera_draws_the_same_picture(program: Show, serve: Show, show: Show) -> None:
     path = program(PAIR)
     page = show(serve(path).address).ready()
@@ -202,7 +195,6 @@ def test_a_copied_camera_draws_the_same_picture(program: Show, serve: Show, show
             assert both > 0.96
 
 
-@pytest.mark.browser
 def test_the_views_agree_with_the_renderers_cameras(program: Show, serve: Show, show: Show) -> None:
     page = show(serve(program(PAIR)).address, (900, 700)).ready()
     for name, viewpoint in (
@@ -226,7 +218,6 @@ def test_the_views_agree_with_the_renderers_cameras(program: Show, serve: Show, 
 
 
 # As it is moved, refined as far as a slow machine may get, refined.
-@pytest.mark.browser
 @pytest.mark.parametrize("samples", [0, 10, pytest.param(32, marks=pytest.mark.slow)])
 def test_a_flat_patch_has_the_colour_of_draft_pictures(program: Show, serve: Show, show: Show, samples: int) -> None:
     colors = ["1 1 1", ".8 .8 .8", ".5 .1 .05", ".05 .3 .9", ".02 .02 .02", "0 1 0"]
@@ -252,7 +243,6 @@ def test_a_flat_patch_has_the_colour_of_draft_pictures(program: Show, serve: Sho
         assert np.abs(picture[at] - drawn[at].astype(int)).max() <= 2, colors[i]
 
 
-@pytest.mark.browser
 def test_looks_agree_with_draft_pictures(program: Show, serve: Show, show: Show) -> None:
     looks = [":roughness .3", ":metallic 1 :roughness .3", ":emission [.2 .1 0]", ":opacity .5", ":ior 1.5"]
     balls = " ".join(
@@ -269,7 +259,6 @@ def test_looks_agree_with_draft_pictures(program: Show, serve: Show, show: Show)
     assert np.abs(picture - drawn)[inside].mean() < 4
 
 
-@pytest.mark.browser
 @pytest.mark.slow
 def test_a_hundred_thousand_instances(program: Show, serve: Show, show: Show) -> None:
     field = """(bind "tile" (lambda () (call "cube" :scale .8 :color [.8 .1 .1])))
@@ -289,7 +278,6 @@ def test_a_hundred_thousand_instances(program: Show, serve: Show, show: Show) ->
     assert "field/tile[99999]/cube" in page.page.locator("#inspector").text_content()
 
 
-@pytest.mark.browser
 def test_a_scene_too_large_to_draw_is_still_a_tree(program: Show, serve: Show, show: Show) -> None:
     levels = "\n".join(
         f'(bind "l{i}" (lambda () (union-loop 100 (lambda (k) (transform (call "{below}") (translate (list k 0 0)))))))'
@@ -301,7 +289,6 @@ def test_a_scene_too_large_to_draw_is_still_a_tree(program: Show, serve: Show, s
     assert page.page.locator("#tree li").count() == 201
 
 
-@pytest.mark.browser
 def test_an_empty_scene_says_so(program: Show, serve: Show, show: Show) -> None:
     page = show(serve(program('(bind "void" (lambda () (union)))')).address).ready()
     assert "nothing to draw" in page.text("#message")
@@ -320,7 +307,6 @@ def test_words_cannot_bring_markup(program: Show, serve: Show, show: Show) -> No
     assert page.page.title() != "1"
 
 
-@pytest.mark.browser
 def test_several_files_have_a_chooser(program: Show, serve: Show, show: Show) -> None:
     other = program('(bind "other" (lambda () (call "cube" :color [0 .8 0])))', "b.scene")
     page = show(serve(program(PAIR), other).address).ready()
@@ -343,7 +329,6 @@ def test_a_saved_page_works_offline_from_a_file(program: Show, show: Show, tmp_p
     assert red(page.picture()).sum() == 0
 
 
-@pytest.mark.browser
 @pytest.mark.parametrize("size", [(800, 600), (1600, 1000)])
 def test_nothing_sticks_out(program: Show, serve: Show, show: Show, size: tuple[int, int]) -> None:
     page = show(serve(program(FILM)).address, size).ready()
@@ -357,7 +342,6 @@ def test_nothing_sticks_out(program: Show, serve: Show, show: Show, size: tuple[
         assert box["x"] + box["width"] <= size[0]
 
 
-@pytest.mark.browser
 def test_the_command_serves_until_it_is_stopped(program: Show, show: Show, tmp_path: Path) -> None:
     command = [sys.executable, "-P", "-m", "scenelang", "view", str(program(PAIR)), "--no-browser"]
     with interruptible(command, tmp_path) as process:
