@@ -214,11 +214,23 @@ _QUOTE = re.compile(r"['`,@]")
 WHOLE_FILE = frozenset(("unused", "bound-twice", "undefined-word", "unreachable-word"))
 
 
+class LintCache:
+    """What is known of the forms of a file, of which the next version may have some."""
+
+    def __init__(self) -> None:
+        self.facts = FactCache()
+        self.kinds = KindBook({})
+
+
 def new_form_warnings(
-    main: Source, forms: tuple[Any, ...], words: Mapping[str, Span], all_words: Mapping[str, Span]
+    main: Source,
+    forms: tuple[Any, ...],
+    words: Mapping[str, Span],
+    all_words: Mapping[str, Span],
+    cache: LintCache,
 ) -> list[Diagnostic]:
     """What is suspicious about core forms, among words that are known already; those of ``WHOLE_FILE`` included."""
-    program = Program(main, (), forms, None, words, all_words, (), (), FactCache(), KindBook({}))
+    program = Program(main, (), forms, None, words, all_words, (), (), cache.facts, cache.kinds)
     kinds = [d for d in findings(program, None) if not d.is_error]  # an error is reported when the form runs
     return [*(d for each in program.facts for d in each.warnings), *word_warnings(program), *kinds]
 

@@ -9,20 +9,23 @@ looked it up are expanded and created again.
 from __future__ import annotations
 
 import copy
-from collections import defaultdict
+from bisect import bisect_right
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Atom, Datum, Expansion, ListDatum, Source, Span, Symbol
+from scenelang.grammar.datum import Atom, Datum, Expansion, ListDatum, Source, Span, Symbol, comment_above
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, error_of
 from scenelang.grammar.reader import Chunk, read, split_again
+from scenelang.interpreter.compile.analyse import pattern_variables
 from scenelang.interpreter.expand.expand import RunMacro
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
 from scenelang.interpreter.kinds.book import KindBook
 from scenelang.interpreter.lazy import np
-from scenelang.interpreter.lint.lint import WHOLE_FILE, new_form_warnings
+from scenelang.interpreter.lint.lint import WHOLE_FILE, LintCache, new_form_warnings
 from scenelang.interpreter.lint.rules import FactCache
 from scenelang.interpreter.program.program import (
     Import,
@@ -41,7 +44,7 @@ from scenelang.interpreter.program.program import (
     snapshot_of,
     top_forms,
 )
-from scenelang.interpreter.runtime.evaluate import ProgramRun
+from scenelang.interpreter.runtime.evaluate import ProgramRun, SessionCalls, SessionForm, is_plain, is_same
 from scenelang.interpreter.runtime.procedures import Cell
 from scenelang.interpreter.runtime.runtime import Runtime, raised_value
 from scenelang.interpreter.runtime.types import Library
@@ -53,6 +56,32 @@ from scenelang.interpreter.scene.entity import Scene
 # The main file is split into top-level pieces. A piece with unchanged text reuses its datums, and also its scan and
 # expansion if every name they looked up still has the same meaning (``TrackedNames``). Spans inside a piece are
 # therefore relative to it; ``Version.place`` converts them to the whole text. The result equals a full analysis.
+
+
+def _moved_span(span: Span, move: Callable[[Span], tuple[Source, int]]) -> Span:
+    """Convert a span, and those of the expansion that it comes from; ``move`` returns the source and the offset."""
+    expansion = span.expansion
+    if expansion is not None:
+        definition = expansion.definition
+        outer = Span(span.source, span.start, span.end, expansion.outer)
+        moved = None if definition is None else _moved_span(definition, move)
+        expansion = Expansion(expansion.macro, moved, _moved_span(outer, move).expansion)
+    source, offset = move(span)
+    return Span(source, span.start + offset, span.end + offset, expansion)
+
+
+def moved_diagnostic(diagnostic: Diagnostic, place: Callable[[Span], Span]) -> Diagnostic:
+    """Convert the spans of a diagnostic."""
+    if diagnostic.span is None and not diagnostic.notes:
+        return diagnostic
+    notes = tuple(Note(note.message, note.span and place(note.span)) for note in diagnostic.notes)
+    chain = tuple((name, span and place(span)) for name, span in diagnostic.chain)
+    fixes = tuple(
+        replace(fix, edits=tuple(replace(edit, span=place(edit.span)) for edit in fix.edits))
+        for fix in diagnostic.fixes
+    )
+    span = diagnostic.span and place(diagnostic.span)
+    return replace(diagnostic, span=span, notes=notes, chain=chain, fixes=fixes)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,30 +108,15 @@ class Version:
 
     def place(self, span: Span) -> Span:
         """Convert a span of a piece to the whole text; spans of other files are unchanged."""
-        expansion = span.expansion
-        if expansion is not None:
-            definition = expansion.definition
-            outer = Span(span.source, span.start, span.end, expansion.outer)
-            moved = None if definition is None else self.place(definition)
-            expansion = Expansion(expansion.macro, moved, self.place(outer).expansion)
+        return _moved_span(span, self._move)
+
+    def _move(self, span: Span) -> tuple[Source, int]:
         offset = self.offsets.get(id(span.source))
-        if offset is None:
-            return Span(span.source, span.start, span.end, expansion)
-        return Span(self.source, span.start + offset, span.end + offset, expansion)
+        return (span.source, 0) if offset is None else (self.source, offset)
 
     def diagnostic(self, diagnostic: Diagnostic) -> Diagnostic:
         """Convert the spans of a diagnostic to the whole text."""
-        if diagnostic.span is None and not diagnostic.notes:
-            return diagnostic
-        notes = tuple(Note(note.message, note.span and self.place(note.span)) for note in diagnostic.notes)
-        chain = tuple((name, span and self.place(span)) for name, span in diagnostic.chain)
-        fixes = tuple(
-            replace(fix, edits=tuple(replace(edit, span=self.place(edit.span)) for edit in fix.edits))
-            for fix in diagnostic.fixes
-        )
-        return replace(
-            diagnostic, span=diagnostic.span and self.place(diagnostic.span), notes=notes, chain=chain, fixes=fixes
-        )
+        return moved_diagnostic(diagnostic, self.place)
 
 
 class Versions:
@@ -211,14 +225,19 @@ class JournaledRuntime(Runtime):
         """Return whether an object older than the transaction was modified."""
         return bool(self._journal)
 
+    def has_written_other(self, cells: Sequence[Mutable]) -> bool:
+        """Return whether an object older than the transaction was modified that is none of ``cells``."""
+        return not self._journal.keys() <= set(map(id, cells))
+
     def roll_back(self) -> None:
         """Roll back all changes since the start of the transaction."""
         for target, state in self._journal.values():
             for name, value in state.items():
                 setattr(target, name, value)
-        self._journal = {}
         self.streams.restore(self._streams)
-        self.invalidate_calls()
+        if self._journal:
+            self.invalidate_calls()
+        self._journal = {}
 
     def write(self, value: Mutable) -> None:
         if 0 <= value.birth < self._start and id(value) not in self._journal:
@@ -250,8 +269,10 @@ class History:
     def __init__(self, run: ProgramRun, scope: Scope) -> None:
         self._rt = run.rt
         self._cells: dict[str, Cell] = {}
+        self.variables: set[Variable] = set()
         for name in (*VALUES, ERROR):
             variable = Variable(name, None, is_global=True)
+            self.variables.add(variable)
             variable.assigned = True  # a call that reads it may be shared only until it changes
             scope.bind(Symbol(name), variable)
             self._cells[name] = run.globals[variable] = Cell(None, 0)
@@ -332,6 +353,42 @@ def runs_code(form: TopForm) -> bool:
     return not is_record and not all(makes_function(tree) for tree in trees)
 
 
+def _trees(forms: Sequence[TopForm]) -> tuple[Any, ...]:
+    """Return the core forms of forms, without imports."""
+    return tuple(tree for form in forms for tree in form.asts if not isinstance(tree, Import))
+
+
+def _variables(form: TopForm) -> Iterator[Variable]:
+    """Iterate over the variables that a form defines."""
+    for tree in form.asts:
+        if type(tree) is ast.Define:
+            yield from pattern_variables(tree.target)
+
+
+def _text_of(form: TopForm) -> str:
+    """Return the text of a form."""
+    span = form.datums[0].span
+    return span.source.text[span.start : form.datums[-1].span.end]
+
+
+class _NotKept(Exception):
+    """Forms of a file must be evaluated again: a name that they use has another meaning, or is defined twice."""
+
+    def __init__(self, forms: Sequence[TopForm]) -> None:
+        super().__init__()
+        self.forms = forms
+
+
+@dataclass(frozen=True, slots=True)
+class _Move:
+    """Where a form of an earlier version of a file, from ``start`` to ``end``, is in the present one."""
+
+    start: int
+    end: int
+    source: Source
+    offset: int
+
+
 def _text(form: TopForm) -> str:
     return " ".join(datum.span.text for datum in form.datums)
 
@@ -387,6 +444,7 @@ def inserted(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
     return remaining
 
 
+_NONE: Mapping[str, TopForm] = MappingProxyType({})
 _MAX_ROUNDS = 10  # of updating dependents, whose new definitions may have dependents themselves
 
 
@@ -441,6 +499,9 @@ class TopLevel:
         self._random_only: set[int] = set()  # ids of forms whose only lasting effect was to draw random numbers
         self._ran: set[int] = set()  # ids of imported files that have been run
         self._imported_files: list[SourceFile] = []  # keeps the files alive, so that their ids are not reused
+        self._moves: dict[int, list[_Move]] = {}  # of forms kept by ``reload``, by the id of their source
+        self._calls = SessionCalls(self.run, self.history.variables)
+        self._lint = LintCache()  # of the file that was loaded last
 
     # --- evaluating --------------------------------------------------------------------------------------------
 
@@ -450,6 +511,7 @@ class TopLevel:
         on_result: Callable[[FormResult], None],
         warn: Callable[[Diagnostic], None],
         whole: bool = False,
+        reused: Mapping[str, TopForm] = _NONE,
     ) -> None:
         """Evaluate the forms of a text.
 
@@ -463,6 +525,8 @@ class TopLevel:
             Callback for warnings.
         whole
             Whether the text is a complete file, whose definitions are all mutually visible.
+        reused
+            Forms of the previous version of the file that are not evaluated again, by their text.
 
         Raises
         ------
@@ -477,13 +541,41 @@ class TopLevel:
         self.file.source = source if whole else self.main  # imports are relative to it
         self.state.run_macro = self.file.expander.run_macro = self._new_macros()
         self.file.expander.searches = 0
-        batches = [parsed_forms] if whole else list(groups(parsed_forms))
-        for group in batches:
-            if len(group) == 1 or whole or self._expands(group):
-                self._evaluate_group(group, on_result, warn, whole)
+        if whole:
+            self._evaluate_group(*self._keep_forms(parsed_forms, source, reused), on_result, warn)
+            return
+        for group in groups(parsed_forms):
+            if len(group) == 1 or self._expands(group):
+                self._evaluate_group(group, None, on_result, warn)
             else:
                 for form in group:
-                    self._evaluate_group([fresh(form)], on_result, warn, whole)
+                    self._evaluate_group([fresh(form)], None, on_result, warn)
+
+    def reload(
+        self, source: Source, on_result: Callable[[FormResult], None], warn: Callable[[Diagnostic], None]
+    ) -> None:
+        """Evaluate the next version of a file like ``evaluate``, except for definitions of functions and macros that
+        are unchanged; then remove the definitions of its previous version that it no longer contains."""
+        reused = self._unchanged(source)
+        while True:
+            try:
+                self.evaluate(source, on_result, warn, whole=True, reused=reused)
+                break
+            except _NotKept as signal:
+                reused = {text: form for text, form in reused.items() if form not in signal.forms}
+        self._forget_versions(source)
+
+    def _unchanged(self, source: Source) -> Mapping[str, TopForm]:
+        """Return the forms of the previous version of a file that need not be evaluated again if they are in the next
+        one, by their text."""
+        latest = {name: form for form in self.forms for name in names_of(form)}
+        return {
+            _text_of(form): form
+            for form in self.forms
+            if source_of(form).name == source.name
+            and not (runs_code(form) or form.imports or form.scene)
+            and all(latest[name] is form for name in names_of(form))
+        }
 
     def _expands(self, group: Sequence[TopForm]) -> bool:
         """Return whether forms expand together without errors.
@@ -498,28 +590,43 @@ class TopLevel:
     def _evaluate_group(
         self,
         group: Sequence[TopForm],
+        kept: Sequence[TopForm] | None,
         on_result: Callable[[FormResult], None],
         warn: Callable[[Diagnostic], None],
-        whole: bool,
     ) -> None:
+        """Evaluate forms that are mutually visible. They are those of a whole file, except ``kept``, unless that is
+        None."""
         before = self._snapshot()
         try:
+            if kept is not None:
+                self._remove_names(group, kept)
             problems = self._add_forms(group)
         except BaseException:  # such as RecursionError: roll back completely
             self._roll_back(before)
             raise
+        defined = {name for form in group for name in names_of(form)}
+        wrong = [form for form in kept or () if self._is_stale(form) or not names_of(form).isdisjoint(defined)]
+        if wrong:
+            self._roll_back(before)
+            raise _NotKept(wrong)
         errors = [d for d in problems if d.is_error]
         if errors:
             self._roll_back(before)
             for diagnostic in errors[:-1]:
                 warn(diagnostic)
             raise error_of(errors[-1])
-        for diagnostic in self._warnings(group, problems, whole):
+        for diagnostic in self._warnings(group, problems, kept):
             warn(diagnostic)
-        self._run_group(group, before, on_result)
+        try:
+            self._run_group(group, before, on_result)
+        finally:
+            self._settle(())
 
     def _run_group(self, group: Sequence[TopForm], before: Snapshot, on_result: Callable[[FormResult], None]) -> None:
         for number, form in enumerate(group):
+            if runs_code(form):
+                self._settle(group[number:])
+            epochs, values = self._calls.epochs, self._plain_values(form)
             self.rt.begin()
             ran = set(self._ran)
             try:
@@ -529,9 +636,45 @@ class TopLevel:
                 self._ran = ran
                 self._roll_back_rest(before, group[:number])
                 raise
-            self._accept(form, before)
+            self._calls.is_tracked &= not self.rt.has_written_other(self._own_cells(form, ran))
+            self._accept(form, epochs, values)
             for each in results:
                 on_result(each)
+
+    def _settle(self, coming: Sequence[TopForm]) -> None:
+        """Update what depends on the definitions since the last time; ``coming`` are about to be run."""
+        if self._calls.is_settled:
+            return
+        again = self._update_dependents()
+        self._calls.note(_trees(again), self._calls.epochs)
+        self._calls.settle(list(self._session_forms(coming)))
+
+    def _own_cells(self, form: TopForm, ran: set[int]) -> list[Mutable]:
+        """Return the cells that a definition or an import writes; ``ran`` are the files that had run before."""
+        files = [file for file in self._imported_files if id(file) in self._ran - ran]
+        forms = [form, *(each for file in files for each in file.forms)]
+        cells = [self.run.globals.get(variable) for each in forms for variable in _variables(each)]
+        words = [self.rt.words[word] for each in forms for word, _ in each.words if word in self.rt.words]
+        return [cell for cell in cells if cell is not None] + words
+
+    def _plain_values(self, form: TopForm) -> dict[Variable, Any]:
+        """Return the values of the variables that a definition sets, if all are data that can be compared."""
+        if not runs_code(form):
+            return {}
+        cells = {variable: self.run.globals.get(variable) for variable in _variables(form)}
+        if not all(cell is not None and is_plain(cell.value) for cell in cells.values()):
+            return {}
+        return {variable: cell.value for variable, cell in cells.items()}
+
+    def _session_forms(self, coming: Sequence[TopForm]) -> Iterator[SessionForm]:
+        """Iterate over the forms in effect; ``coming`` are about to be run and replace others."""
+        names = {name for form in coming for name in names_of(form)}
+        for form in self.forms:
+            trees = _trees((form,))
+            yield SessionForm(trees, all(map(makes_function, trees)), bool(names) and names_of(form) <= names)
+        for file in self._imported_files:
+            for tree in _trees(file.forms) if id(file) in self._ran else ():
+                yield SessionForm((tree,), type(tree) is ast.Define and makes_function(tree))
 
     def _run_form(self, form: TopForm) -> list[FormResult]:
         results = []
@@ -599,8 +742,11 @@ class TopLevel:
 
     # --- session state -----------------------------------------------------------------------------------------
 
-    def _accept(self, form: TopForm, before: Snapshot) -> None:
-        """Add an evaluated form to the session; it replaces forms with the same definitions, and updates dependents."""
+    def _accept(self, form: TopForm, epochs: tuple[int, int], values: Mapping[Variable, Any]) -> None:
+        """Add an evaluated form to the session; it replaces forms with the same definitions, and updates dependents.
+
+        ``epochs`` and ``values`` are the epochs of the calls and the values of its variables before it ran.
+        """
         defined = names_of(form)
         if not defined and not form.imports and not form.scene:
             if not self.rt.has_changed:
@@ -614,17 +760,21 @@ class TopLevel:
         file.imports = [each for old in self.forms for each in old.imports]
         self.state.params = [param for each in self.forms for param in each.params]
         if defined or form.imports:
-            self.rt.invalidate_calls()
-            self._update_dependents(before)
+            cells = self.run.globals
+            if values and all(is_same(value, cells[each].value) for each, value in values.items()):
+                self._calls.restore(values, epochs)
+            else:
+                self._calls.note(_trees((form,)), epochs)
 
-    def _update_dependents(self, before: Snapshot) -> None:
-        """Expand and run again the functions that looked up a name whose meaning has changed."""
+    def _update_dependents(self) -> list[TopForm]:
+        """Expand and run again the functions that looked up a name whose meaning has changed; return their forms."""
+        found: list[TopForm] = []
         for _ in range(_MAX_ROUNDS):
             stale = [form for form in self.forms if self._is_stale(form)]
-            for form in stale:
-                self._reevaluate(form)
             if not stale:
-                return
+                break
+            found += map(self._reevaluate, stale)
+        return found
 
     def _is_stale(self, form: TopForm) -> bool:
         find = dict.get
@@ -637,7 +787,7 @@ class TopLevel:
             if symbol not in own
         )
 
-    def _reevaluate(self, form: TopForm) -> None:
+    def _reevaluate(self, form: TopForm) -> TopForm:
         """Expand and run a stale form again; if it no longer expands, its old definitions remain."""
         again = fresh(form)
         snapshot = self._snapshot()
@@ -647,11 +797,12 @@ class TopLevel:
             for step in (form.scan, form.expansion):
                 if step is not None:
                     step.record.seen = {s: dict.get(self.file.names, s) for s in step.record.seen}
-            return
+            return form
         self.forms[self.forms.index(form)] = again
         for tree in again.asts:
             if not isinstance(tree, Import) and makes_function(tree) and self._is_latest(again):
                 self.run.run_form(tree)
+        return again
 
     def _is_latest(self, form: TopForm) -> bool:
         return all(self.definition_of(name) is form for name in names_of(form))
@@ -677,11 +828,69 @@ class TopLevel:
             self.file.words = words
             self.state.params = [param for each in self.forms for param in each.params]
 
-    def forget_versions(self, source: Source) -> None:
+    # --- reloading ---------------------------------------------------------------------------------------------
+
+    def _keep_forms(
+        self, forms: Sequence[TopForm], source: Source, reused: Mapping[str, TopForm]
+    ) -> tuple[list[TopForm], list[TopForm]]:
+        """Separate the forms of a file into those to evaluate, and those ``reused``, whose places are updated.
+
+        A form is evaluated if another one defines the same name, since the last definition of a name counts.
+        """
+        names = Counter(_defined_name(form.datums[0]) for form in forms if form.datums[0].span.text[1:6] != "scene")
+        rest, kept = [], []
+        self._moves = {key: moves for key, moves in self._moves.items() if moves[0].source.name != source.name}
+        for form in forms:
+            name, old = _defined_name(form.datums[0]), reused.get(_text_of(form))
+            if old is None or name is None or names[name] > 1:
+                rest.append(form)
+                continue
+            kept.append(old)
+            start, end = old.datums[0].span.start, old.datums[-1].span.end
+            move = _Move(start, end, source, form.datums[0].span.start - start)
+            self._moves.setdefault(id(source_of(old)), []).append(move)
+        for moves in self._moves.values():
+            moves.sort(key=lambda move: move.start)
+        return rest, kept
+
+    def _remove_names(self, group: Sequence[TopForm], kept: Sequence[TopForm]) -> None:
+        """Remove the names that the last version of a file defined, unless its next one apparently does."""
+        name = self.file.source.name
+        remaining = {_defined_name(form.datums[0]) for form in group} | {
+            each for form in kept for each in names_of(form)
+        }
+        for form in self.forms:
+            if source_of(form).name == name and form.scan is not None and form not in kept:
+                for symbol in form.scan.record.bound:
+                    if base_name(symbol) not in remaining:
+                        dict.pop(self.file.names, symbol, None)
+
+    def place(self, span: Span) -> Span:
+        """Convert a span in a form of an earlier version of a file to the version that was loaded last."""
+        return _moved_span(span, self._move)
+
+    def comment_of(self, form: TopForm) -> list[str]:
+        """Return the comment lines directly above a form."""
+        span = self.place(form.datums[0].span)
+        return comment_above(span.source, span.start)
+
+    def _move(self, span: Span) -> tuple[Source, int]:
+        moves = self._moves.get(id(span.source), [])
+        index = bisect_right(moves, span.start, key=lambda move: move.start) - 1
+        if index < 0 or span.end > moves[index].end:
+            return span.source, 0
+        return moves[index].source, moves[index].offset
+
+    def _forget_versions(self, source: Source) -> None:
         """Remove definitions of earlier versions of a file that its current version ``source`` does not contain."""
-        old = [form for form in self.forms if source_of(form).name == source.name and source_of(form) is not source]
+        old = [
+            form
+            for form in self.forms
+            if source_of(form).name == source.name and self._move(form.datums[0].span)[0] is not source
+        ]
         self.forms = self.file.forms = [form for form in self.forms if form not in old]
         remaining = {name for form in self.forms for name in names_of(form)}
+        old = [form for form in old if not names_of(form) <= remaining]
         for form in old:
             for symbol in list(form.scan.record.bound if form.scan is not None else ()):
                 if base_name(symbol) not in remaining:
@@ -690,7 +899,8 @@ class TopLevel:
                 if f'"{word}"' not in remaining:
                     self.rt.words[word].function = None
         self.file.words = {word: span for form in self.forms for word, span in form.words}
-        self.rt.invalidate_calls()
+        if old:
+            self.rt.invalidate_calls()
 
     # --- queries -----------------------------------------------------------------------------------------------
 
@@ -722,6 +932,7 @@ class TopLevel:
             self.rt.roll_back()
             raise
         finally:
+            self._calls.is_tracked &= not self.rt.has_written
             self.rt.streams.restore(streams)
 
     def expansion(self, source: Source) -> list[Any]:
@@ -760,9 +971,15 @@ class TopLevel:
                     return form
         return None
 
-    def _warnings(self, group: Sequence[TopForm], problems: Sequence[Diagnostic], whole: bool) -> list[Diagnostic]:
-        trees = tuple(tree for form in group for tree in form.asts if not isinstance(tree, Import))
+    def _warnings(
+        self, group: Sequence[TopForm], problems: Sequence[Diagnostic], kept: Sequence[TopForm] | None
+    ) -> list[Diagnostic]:
+        """Return the warnings of new forms; those of a whole file unless ``kept`` is None."""
+        forms = [*(kept or ()), *group]
+        steps = [step for form in kept or () for step in (form.scan, form.expansion) if step is not None]
+        problems = [*(problem for step in steps for problem in step.problems), *problems]
+        trees, cache = _trees(forms), LintCache() if kept is None else self._lint
         words = {**{word: span for form in self.forms for word, span in form.words}, **self.file.words}
         imported = {word: span for file in self.state.files.values() for word, span in file.words.items()}
-        found = [*problems, *new_form_warnings(self.main, trees, words, {**imported, **words})]
-        return [d for d in found if whole or d.name not in WHOLE_FILE]
+        found = [*problems, *new_form_warnings(self.main, trees, words, {**imported, **words}, cache)]
+        return [d for d in found if kept is not None or d.name not in WHOLE_FILE]

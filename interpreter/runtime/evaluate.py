@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from contextlib import contextmanager
 from typing import Any
 
@@ -352,7 +353,7 @@ class IncrementalRun:
             if id(reach.form) not in kept:
                 run.run_form(reach.form)
                 if id(reach.form) not in again and not all(
-                    _same(values[each], run.globals[each].value) for each in reach.variables
+                    is_same(values[each], run.globals[each].value) for each in reach.variables
                 ):
                     raise _Restart
         self.evaluated = len(reaches) - len(kept)
@@ -376,12 +377,12 @@ class IncrementalRun:
             is_new = id(reach.form) not in previous
             flags = any(self._assigned.get(v) != v.assigned for v in (*reach.variables, *reach.mentions))
             values = [run.globals[v].value for v in reach.variables if v in run.globals]
-            is_volatile = not reach.is_static and bool(reach.words or not all(map(_is_plain, values)))
+            is_volatile = not reach.is_static and bool(reach.words or not all(map(is_plain, values)))
             if is_new or flags or is_volatile:
                 forms.add(id(reach.form))
                 words.update(reach.words)
                 variables.update(reach.variables)
-        return _with_dependents(reaches, forms, words, variables)
+        return with_dependents(reaches, forms, words, variables)
 
     def _clean(
         self, run: ProgramRun, reaches: Sequence[FormReach], kept: set[int], seed: int, started: float | None
@@ -433,7 +434,7 @@ def _functions(rt: Runtime, reaches: Sequence[FormReach]) -> dict[str, Any]:
     return {each: rt.words[each].function for each in words if each in rt.words}
 
 
-def _with_dependents(
+def with_dependents(
     reaches: Sequence[FormReach], forms: set[int], words: set[str], variables: set[Variable]
 ) -> set[int]:
     """Return ``forms`` with all that mention changed words or variables, directly or through other forms."""
@@ -476,21 +477,133 @@ def _uses_what_follows(reaches: Sequence[FormReach], kept: set[int]) -> bool:
     return False
 
 
-def _is_plain(value: Any) -> bool:
+def is_plain(value: Any) -> bool:
     """Return whether a value is immutable data that can be compared."""
     if type(value) is Pair:
         items = list_items(value)
-        return len(items) <= 1000 and all(map(_is_plain, items))
+        return len(items) <= 1000 and all(map(is_plain, items))
     return value is None or value is NIL or type(value) in (int, float, bool, str, Vector, Matrix)
 
 
-def _same(old: Any, new: Any) -> bool:
+def is_same(old: Any, new: Any) -> bool:
     """Return whether two plain values are equal and of the same types."""
     if type(old) is not type(new):
         return False
     if type(old) is Pair:
         olds, news = list_items(old), list_items(new)
-        return len(olds) == len(news) and all(map(_same, olds, news))
+        return len(olds) == len(news) and all(map(is_same, olds, news))
     if type(old) in (Vector, Matrix):
         return repr(old) == repr(new)
     return bool(old == new) or (old != old and new != new)
+
+
+# Calls of a REPL session: those that a definition does not reach are used again.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SessionForm:
+    """Form of a session in effect.
+
+    Attributes
+    ----------
+    trees
+        Its core forms.
+    is_static
+        Whether running it only creates functions.
+    runs_again
+        Whether it is about to be run, or replaced.
+    """
+
+    trees: tuple[Any, ...]
+    is_static: bool
+    runs_again: bool = False
+
+
+class SessionCalls:
+    """Memoised calls of a REPL session, whose functions are defined one after another.
+
+    After a definition, the functions that mention what it defines, directly or through other forms, are created again,
+    so that their calls are new ones; all other calls stay valid. Where that is not certain, all calls are forgotten: if
+    a form has changed anything but what it defines, or if a value may contain a function that should be created again.
+
+    Parameters
+    ----------
+    run
+        Run of the forms.
+    volatile
+        Variables that change without a definition.
+    """
+
+    def __init__(self, run: ProgramRun, volatile: AbstractSet[Variable]) -> None:
+        self._run = run
+        self._volatile = volatile
+        self._reaches: dict[int, FormReach] = {}
+        self._changed: list[Any] = []  # core forms that ran since the calls were settled
+        self._before: tuple[int, int] | None = None  # the epochs before the first of them; None if settled
+        self.is_tracked = True  # False once a form has changed anything but what it defines
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether all calls are valid."""
+        return self._before is None
+
+    @property
+    def epochs(self) -> tuple[int, int]:
+        """The current epochs of words and of values."""
+        return self._run.rt.bindings, self._run.rt.epoch
+
+    def note(self, trees: Sequence[Any], epochs: tuple[int, int]) -> None:
+        """Record that the core forms of a definition ran, which began in these epochs."""
+        self._changed += trees
+        self._before = self._before or epochs
+
+    def restore(self, variables: Iterable[Variable], epochs: tuple[int, int]) -> None:
+        """Keep all calls, after a definition that gave its variables the values that they had."""
+        self._run.rt.epoch = epochs[1]
+        self._observe(variables)
+
+    def settle(self, forms: Sequence[SessionForm]) -> None:
+        """Keep the calls that the definitions since the last time do not reach, in a session of these forms."""
+        rt, changed, before = self._run.rt, self._changed, self._before
+        self._changed, self._before = [], None
+        try:
+            again = self._reached(forms, changed) if self.is_tracked else None
+            if again is None or before is None:
+                rt.invalidate_calls()
+                return
+            for tree in again:
+                self._run.run_form(tree)
+        except BaseException:  # such as an interruption
+            rt.invalidate_calls()
+            raise
+        rt.keep_calls(_functions(rt, list(self._reaches.values())), *before)
+        for reach in map(reach_of, (*changed, *again)):
+            self._observe(reach.variables)
+            for word in reach.words:
+                rt.word_cell(word)
+
+    def _observe(self, variables: Iterable[Variable]) -> None:
+        """Mark variables as read, perhaps by a call that is kept."""
+        for cell in map(self._run.globals.get, variables):
+            if cell is not None:
+                cell.observed = True
+
+    def _reached(self, forms: Sequence[SessionForm], changed: Sequence[Any]) -> list[Any] | None:
+        """Return the core forms whose functions must be created again, or None if this is not certain."""
+        known, self._reaches = self._reaches, {}
+        for form in forms:
+            for tree in form.trees:
+                reach = known.get(id(tree))
+                self._reaches[id(tree)] = reach if reach is not None and reach.form is tree else reach_of(tree)
+        new = [self._reaches.get(id(tree)) or reach_of(tree) for tree in changed]
+        ids = {id(tree) for tree in changed}
+        words = {each for reach in new for each in reach.words}
+        variables = {each for reach in new for each in reach.variables} | self._volatile
+        reached = with_dependents(list(self._reaches.values()), ids, words, variables)
+        again: list[Any] = []
+        for form in forms:
+            trees = [tree for tree in form.trees if id(tree) in reached and id(tree) not in ids]
+            if trees and not (form.is_static or form.runs_again):
+                return None
+            again += trees if form.is_static else ()
+        return again

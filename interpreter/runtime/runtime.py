@@ -261,16 +261,20 @@ class Runtime:
         for entity in self.made:
             entity.call_sites = ()
 
-    def keep_calls(self, functions: Mapping[str, Any], bindings: int) -> None:
+    def keep_calls(self, functions: Mapping[str, Any], bindings: int, epoch: int | None = None) -> None:
         """Forget the memoised calls except those of these functions, by word, that depend on nothing else.
 
-        ``bindings`` is the epoch of words at the end of the last run.
+        ``bindings`` and ``epoch`` are the epochs in which they must be valid: those before the definitions that the
+        functions do not depend on. Without an ``epoch``, calls that read mutable state are forgotten.
         """
         kept = {}
         for key, entry in self._memo.items():
             is_current = len(key) == 4 and functions.get(key[1]) is key[0] and entry.bindings == bindings
-            if is_current and entry.epoch is None and not entry.has_output and self.version - entry.version <= _MAX_AGE:
+            is_current = is_current and (entry.epoch is None or entry.epoch == epoch)
+            if is_current and not entry.has_output and self.version - entry.version <= _MAX_AGE:
                 entry.bindings = self.bindings
+                if entry.epoch is not None:
+                    entry.epoch = self.epoch
                 kept[key] = entry
         self._memo = kept
 

@@ -17,7 +17,7 @@ from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.runtime.types import STD, Builtin
 from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
 from scenelang.repl.display import clean, signature_of
-from scenelang.repl.evaluation import LiveView, checked_program, comment_of, description, function_of, known_names
+from scenelang.repl.evaluation import LiveView, checked_program, description, function_of, known_names
 from scenelang.repl.loop import Command, ModelRequest, Quit, Repl, find
 from scenelang.viewer.workspace import stamps_of
 
@@ -110,7 +110,9 @@ def _source(repl: Repl, rest: str) -> None:
     top = repl.evaluation.top
     form = top.definition_of(name) or top.definition_of(f'"{name.strip(chr(34))}"')
     if form is not None:
-        repl.screen.rows([*comment_of(form), *(line for d in form.datums for line in d.span.text.split("\n"))])
+        repl.screen.rows(
+            [*repl.evaluation.top.comment_of(form), *(line for d in form.datums for line in d.span.text.split("\n"))]
+        )
         return
     text = _library_source(repl, name)
     if text is None:

@@ -16,12 +16,12 @@ from typing import Any, TypeVar
 
 from scenelang import primer
 from scenelang.formatting import formatted
-from scenelang.grammar.datum import Source, Span, comment_above
+from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.compile.generated import forget
 from scenelang.interpreter.expand.scope import Macro
 from scenelang.interpreter.lint.lint import find_root
-from scenelang.interpreter.program.interactive import FormResult, TopLevel, is_assignment, names_of
+from scenelang.interpreter.program.interactive import FormResult, TopLevel, is_assignment, moved_diagnostic, names_of
 from scenelang.interpreter.program.program import TopForm
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.procedures import TAIL, Closure, Frame
@@ -44,7 +44,7 @@ def program_text(top: TopLevel) -> str:
     seen: set[str] = set()
     texts = []
     for form in top.persistent_forms():
-        texts.append(_with_comment(form, seen))
+        texts.append(_with_comment(top, form, seen))
         seen |= names_of(form)
     text = "\n\n".join(texts)
     return formatted(text + "\n") if text else ""
@@ -63,18 +63,12 @@ def checked_program(session: Session, top: TopLevel, name: str) -> str:
     return text
 
 
-def comment_of(form: TopForm) -> list[str]:
-    """Return the comment lines directly above a form."""
-    span = form.datums[0].span
-    return comment_above(span.source, span.start)
-
-
-def _with_comment(form: TopForm, seen: set[str]) -> str:
+def _with_comment(top: TopLevel, form: TopForm, seen: set[str]) -> str:
     """Return a form with its comment; a redefinition of a value becomes an assignment."""
     texts: Sequence[str] = [datum.span.text for datum in form.datums]
     if is_assignment(form) and names_of(form) <= seen:
         texts = [re.sub(r"define", "set!", texts[0], count=1)]
-    return "\n".join([*comment_of(form), *texts])
+    return "\n".join([*top.comment_of(form), *texts])
 
 
 # Tracing of calls to the log.
@@ -160,6 +154,9 @@ def function_of(top: TopLevel, name: str) -> Closure | None:
 
 T = TypeVar("T")
 _MAX_INPUT_LENGTH = 60
+
+
+_Work = Callable[[Callable[[FormResult], None], Callable[[Diagnostic], None]], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -248,12 +245,7 @@ class ReplEvaluation:
     def evaluate(self, source: Source, whole: bool = False) -> EvaluationOutcome:
         """Evaluate the forms of an input; errors are returned as diagnostics and never raised."""
 
-        def work(give: Callable[[FormResult], None], warn: Callable[[Diagnostic], None]) -> None:
-            watched = link()
-            if watched is not None:
-                watched.note(Span(source, 0, len(source.text)))
-            self.top.evaluate(source, give, warn, whole)
-
+        work: _Work = lambda give, warn: self.top.evaluate(source, give, warn, whole)
         return self._account(work, source, whole)
 
     def load(self, path: str) -> EvaluationOutcome:
@@ -265,22 +257,16 @@ class ReplEvaluation:
         return self.evaluate(source, whole=True)
 
     def reload(self, path: str) -> EvaluationOutcome:
-        """Evaluate a file again, and remove definitions of its previous version that it no longer contains."""
+        """Evaluate a file again, apart from unchanged functions, and remove definitions of its previous version that it
+        no longer contains."""
         try:
             source = self.session.source(path)
         except SceneError as error:
             return EvaluationOutcome(diagnostics=(error.diagnostic,))
-        outcome = self.evaluate(source, whole=True)
-        if outcome.ok:
-            self.top.forget_versions(source)
-        return outcome
+        work: _Work = lambda give, warn: self.top.reload(source, give, warn)
+        return self._account(work, source, whole=True)
 
-    def _account(
-        self,
-        work: Callable[[Callable[[FormResult], None], Callable[[Diagnostic], None]], None],
-        source: Source,
-        whole: bool,
-    ) -> EvaluationOutcome:
+    def _account(self, work: _Work, source: Source, whole: bool) -> EvaluationOutcome:
         values: list[Any] = []
         found: list[Diagnostic] = []
         rt = self.top.rt
@@ -291,6 +277,9 @@ class ReplEvaluation:
                 self.top.history.remember(given.value)
 
         started = time.perf_counter()
+        watched = link()
+        if watched is not None:
+            watched.note(Span(source, 0, len(source.text)))
         problem = self.attempt(lambda: work(give, found.append))
         if values or problem is None:
             self._recent = (_brief(source.text), values[-1]) if values and not whole else None
@@ -298,6 +287,7 @@ class ReplEvaluation:
         found += rt.warnings.values()
         if problem is not None:
             found.append(_with_command(problem))
+        found = [moved_diagnostic(each, self.top.place) for each in found]
         shown = settled(found, {d.span.source.name: d.span.source for d in found if d.span}.values())
         return EvaluationOutcome(tuple(values), shown, tuple(rt.log), seconds, rt.meter.total, rt.entities)
 
@@ -450,7 +440,7 @@ def _own(top: TopLevel, name: str) -> Iterator[str]:
             continue
         function = function_of(top, key)
         yield _signature(top, key) if function is None else signature_of(function)
-        for line in comment_of(form):
+        for line in top.comment_of(form):
             yield f"  {line.lstrip('; ').rstrip()}"
         yield f"  defined in {form.datums[0].span.source.name}"
         return

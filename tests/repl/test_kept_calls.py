@@ -1,0 +1,178 @@
+"""A session that uses calls and functions again, where no definition reaches them, against one that forgets them all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+from searching import many
+from support import geometry
+from test_incremental import History
+
+from scenelang import Options, Session
+from scenelang.grammar.diagnostics import SceneError, render_text
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.show import show
+from scenelang.repl.evaluation import ReplEvaluation
+
+
+class PureHistory(History):
+    """Versions of a program that changes no state."""
+
+    def value(self, depth: int) -> str:
+        return self._without(super().value(depth), lambda: self.value(depth - 1), "(set")
+
+    def body(self, depth: int) -> str:
+        return self._without(super().body(depth), lambda: self.body(depth - 1), "(set", "(begin (bind")
+
+    def form(self, old: str = "") -> str:
+        return self._without(super().form(old), lambda: self.form(old), "(set", "string-append")
+
+    def _without(self, text: str, other: Any, *parts: str) -> str:
+        return other() if any(part in text for part in parts) else text
+
+
+def plain(session: Session, path: Path) -> ReplEvaluation:
+    """A session that uses nothing again."""
+    made = ReplEvaluation(session, str(path))
+    made.top._calls.is_tracked = False
+    made.top._unchanged = lambda source: {}  # type: ignore[method-assign]
+    return made
+
+
+def observed(evaluation: ReplEvaluation, action: Any) -> Any:
+    """What an input shows, and the scene after it."""
+    outcome = action(evaluation)
+    said = [render_text(d, color=False) for d in outcome.diagnostics]
+    shown = [show(value, 200) for value in outcome.values]
+    try:
+        scene: Any = geometry(evaluation.root())
+    except (SceneError, RecursionError) as error:
+        scene = evaluation.session.problem_of(error).message  # type: ignore[union-attr]
+    return said, shown, outcome.log, scene, tuple(evaluation.top.rt.log)
+
+
+def compare(random: Random, path: Path) -> tuple[str | None, int]:
+    """Compare the two over a history; return what differs, and how many times there was a scene."""
+    history = random.choice((History, PureHistory, PureHistory))(random)
+    session = Session(Options())
+    ours, theirs = ReplEvaluation(session, str(path)), plain(session, path)
+    scenes = 0
+    told = []
+    for _ in range(8):
+        if random.random() < 0.6:
+            history.edit()
+            told.append(history.text)
+            path.write_text(history.text, "utf-8")
+            action = lambda evaluation: evaluation.reload(str(path))
+        else:
+            text = history.form()
+            told.append(text)
+            action = lambda evaluation, text=text: evaluation.evaluate(evaluation.source(text))
+        found = observed(ours, action), observed(theirs, action)
+        scenes += type(found[1][3]) is list
+        if found[0] != found[1]:
+            return "\n---\n".join([*told, *map(repr, found)]), scenes
+    return None, scenes
+
+
+def search(count: int, seed: int, folder: Path) -> tuple[list[str], int]:
+    random = Random(seed)
+    found = [compare(random, folder / "a.scene") for _ in range(count)]
+    return [text for text, _ in found if text is not None], sum(scenes for _, scenes in found)
+
+
+def test_random_sessions(tmp_path: Path) -> None:
+    count = many(60)
+    different, scenes = search(count, 3, tmp_path)
+    assert different == []
+    assert scenes > 2 * count
+
+
+TOWN = """; a town
+(define (wide k) (* 2 k))
+(define step 1)
+(define height (* 3 step))
+(bind "tower" (lambda () (call "cube" :scale [1 height 1])))
+(bind "house" (lambda () (call "cube" :scale [(wide 1) 1 1])))
+(bind "town" (lambda () (union (call "tower") (call "house"))))
+"""
+EDITS = [
+    ("", "", []),
+    ("; a town", "; the town", []),
+    ('(bind "town"', '\n(bind "town"', []),
+    ("(define step 1)", "(define step 1)\n(define other 2)", []),
+    ("(* 2 k)", "(* 3 k)", ["house"]),
+    ("(define step 1)", "(define step 2)", ["tower"]),
+    ("(define step 1)", "(define step (- 2 1))", []),
+    ('"house" (lambda () (call', '"house" (lambda () (call ', ["house"]),
+    ("(define (wide k) (* 2 k))\n", "(define-syntax wide (syntax-rules () ((_ k) k)))\n", ["house"]),
+]
+
+
+@pytest.fixture
+def called(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The words of the calls that are evaluated."""
+    words: list[str] = []
+    run = Runtime._run_call
+    noted = lambda rt, word, *rest: words.append(word) or run(rt, word, *rest)
+    monkeypatch.setattr(Runtime, "_run_call", noted)
+    return words
+
+
+@pytest.mark.parametrize(("old", "new", "reached"), EDITS)
+def test_an_edit_evaluates_what_it_reaches(
+    tmp_path: Path, called: list[str], old: str, new: str, reached: list[str]
+) -> None:
+    path = tmp_path / "town.scene"
+    evaluation = ReplEvaluation(Session(Options()), str(path))
+    for text in (TOWN, TOWN.replace(old, new, 1)):
+        path.write_text(text, "utf-8")
+        assert evaluation.reload(str(path)).ok
+        called.clear()
+        evaluation.root()
+    assert called == reached
+
+
+def test_an_input_evaluates_what_it_reaches(tmp_path: Path, called: list[str]) -> None:
+    path = tmp_path / "town.scene"
+    path.write_text(TOWN, "utf-8")
+    evaluation = ReplEvaluation(Session(Options()), str(path))
+    evaluation.load(str(path))
+    for text, reached in [
+        ("1", ["tower", "house"]),
+        ("(define step 1)", []),
+        ("(define other 5)", []),
+        ("(define height 5)", ["tower"]),
+        ('(bind "house" (lambda () (call "sphere")))', ["house"]),
+        ('(bind "town" (lambda () (call "house")))', []),
+    ]:
+        assert evaluation.evaluate(evaluation.source(text)).ok
+        called.clear()
+        evaluation.root()
+        assert called == reached, text
+
+
+def test_an_error_in_a_kept_function_is_where_it_is_now(tmp_path: Path) -> None:
+    path = tmp_path / "a.scene"
+    text = '(define (f x)\n  (car x))\n(bind "a" (lambda () (f 1)))\n'
+    evaluation = ReplEvaluation(Session(Options()), str(path))
+    for above in ("", "; a line\n(define k 1)\n"):
+        path.write_text(above + text, "utf-8")
+        assert evaluation.reload(str(path)).ok
+    outcome = evaluation.evaluate(evaluation.source("(f 2)"))
+    shown = render_text(outcome.diagnostics[-1], color=False)
+    assert f"{path}:4:3" in shown
+    assert "  (car x))" in shown
+
+
+def test_a_reload_notices_names_that_are_gone(tmp_path: Path) -> None:
+    path = tmp_path / "a.scene"
+    text = '(define (f x) x)\n(bind "a" (lambda () (call "cube" :scale (f 1))))\n'
+    evaluation = ReplEvaluation(Session(Options()), str(path))
+    path.write_text(text, "utf-8")
+    assert evaluation.reload(str(path)).ok
+    path.write_text(text.split("\n", 1)[1], "utf-8")
+    assert [d.name for d in evaluation.reload(str(path)).diagnostics] == ["unbound"]
