@@ -318,7 +318,10 @@ class IncrementalRun:
 
     def _reach(self, form: Any) -> FormReach:
         known = self._reaches.get(id(form))
-        return known if known is not None and known.form is form else reach_of(form)
+        is_current = (
+            known is not None and known.form is form and known.is_static == _makes_functions(form, known.variables)
+        )
+        return known if is_current and known is not None else reach_of(form)
 
     def _from_scratch(
         self, program: Program, reaches: Sequence[FormReach], word: str, seed: int, started: float | None

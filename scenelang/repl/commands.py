@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import tempfile
-import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
@@ -19,7 +18,7 @@ from scenelang.interpreter.scene.entity import Scene, count_words, primitive_cou
 from scenelang.repl.display import clean, signature_of
 from scenelang.repl.evaluation import LiveView, checked_program, description, function_of, known_names
 from scenelang.repl.loop import Command, ModelRequest, Quit, Repl, find
-from scenelang.viewer.workspace import stamps_of
+from scenelang.viewer.workspace import FileWatch, stamps_of
 
 if TYPE_CHECKING:
     from scenelang.inference.conductor import Inference, Result
@@ -399,20 +398,18 @@ MODEL_COMMANDS = (
 # Watched files: evaluated again when the file or an import changes, with a summary of the changes.
 
 
-_POLL = 0.2  # seconds
 _COMPARED = 50_000  # primitives; for larger scenes only counts are compared
 
 
 class Watch:
-    """Thread that polls a file's modification stamp until ``stop``."""
+    """Evaluates a file whenever it or an import changes, until ``stop``."""
 
     def __init__(self, repl: Repl, path: str) -> None:
         self.path = path
         self._repl = repl
         self._scene = self._root()
-        self._ended = threading.Event()
         self._stamps = stamps_of(self._names())
-        threading.Thread(target=self._look, daemon=True).start()
+        self._watch = FileWatch(lambda: self._stamps.folders, self._look)
 
     def again(self) -> Watch:
         """Create a new watch in place of one whose thread did not survive a fork."""
@@ -420,18 +417,17 @@ class Watch:
 
     def stop(self) -> None:
         """Stop watching."""
-        self._ended.set()
+        self._watch.stop()
 
     def _names(self) -> list[str]:
         files = self._repl.evaluation.top.file.imports
         return [self.path, *(file.source.name for file in files if not file.source.name.startswith(("<", STD)))]
 
     def _look(self) -> None:
-        while not self._ended.wait(_POLL):
-            if self._stamps.are_old():
-                with self._repl.lock:
-                    if not self._ended.is_set():
-                        self._again()
+        if self._stamps.are_old():
+            with self._repl.lock:
+                if not self._watch.is_stopped:
+                    self._again()
 
     def _again(self) -> None:
         repl = self._repl

@@ -20,11 +20,10 @@ from urllib.parse import parse_qs, urlsplit
 
 from scenelang.backends.viewer import packet
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.viewer.workspace import Workspace, state_data
+from scenelang.viewer.workspace import FileWatch, Workspace, state_data
 
 HOST = "127.0.0.1"
 MAX_BODY_SIZE = 64 * 1024
-_POLL = 0.3  # polling interval of the files, in seconds
 _HEARTBEAT = 10.0
 _TIMEOUT = 30.0
 _MAX_LISTENERS = 32
@@ -45,14 +44,14 @@ class ViewServer(ThreadingHTTPServer):
         self.token = secrets.token_urlsafe(24)
         self._events: list[queue.SimpleQueue[int | None]] = []
         self._events_lock = threading.Lock()
-        self._stopped = threading.Event()
+        self._watch: FileWatch | None = None
         try:
             super().__init__((HOST, port), _Handler)
         except (OSError, OverflowError) as error:
             reason = getattr(error, "strerror", None) or error
             raise SceneError("file", f"cannot serve on port {port}: {reason}", "choose another --port") from None
         workspace.listen(self._announce)
-        threading.Thread(target=self._watch, daemon=True).start()
+        self._watch = FileWatch(lambda: workspace.folders, workspace.refresh)
 
     @property
     def address(self) -> str:
@@ -76,7 +75,8 @@ class ViewServer(ThreadingHTTPServer):
             self._events.remove(events)
 
     def server_close(self) -> None:
-        self._stopped.set()
+        if self._watch is not None:
+            self._watch.stop()
         with self._events_lock:
             for events in self._events:
                 events.put(None)
@@ -89,10 +89,6 @@ class ViewServer(ThreadingHTTPServer):
         with self._events_lock:
             for events in self._events:
                 events.put(file)
-
-    def _watch(self) -> None:
-        while not self._stopped.wait(_POLL):
-            self.workspace.refresh()
 
 
 class _Refused(Exception):

@@ -235,6 +235,12 @@ class Stamps:
         """Return whether a file has changed since the snapshot."""
         return any(_stamp(name) != stamp for name, stamp in self.files)
 
+    @property
+    def folders(self) -> frozenset[str]:
+        """Folders in which a change may concern the files; a file may be replaced by another one."""
+        names = {name for name, _ in self.files if os.path.isdir(name)}
+        return frozenset(os.path.abspath(name) for name in names | {os.path.dirname(name) for name, _ in self.files})
+
 
 def stamps_of(names: Iterable[str]) -> Stamps:
     """Take a snapshot of the stamps of files and folders."""
@@ -248,6 +254,49 @@ def _stamp(name: str) -> Stamp:
         return None
     return found.st_mtime_ns, found.st_size, found.st_ino
 
+
+class FileWatch:
+    """Thread that calls ``look`` after changes in ``folders``, until it is stopped.
+
+    The operating system notifies it. Where that fails, as on some network drives, it calls ``look`` once a second.
+    """
+
+    def __init__(self, folders: Callable[[], frozenset[str]], look: Callable[[], None]) -> None:
+        self._folders, self._look = folders, look
+        self._stopped = threading.Event()
+        threading.Thread(target=self._run, daemon=True).start()
+
+    @property
+    def is_stopped(self) -> bool:
+        return self._stopped.is_set()
+
+    def stop(self) -> None:
+        """Stop watching."""
+        self._stopped.set()
+
+    def _run(self) -> None:
+        while not self.is_stopped:
+            folders = self._folders()
+            try:
+                for _ in self._changes([name for name in folders if os.path.isdir(name)]):
+                    self._look()
+                    if self._folders() != folders:
+                        break
+            except (OSError, RuntimeError):  # such as too many watched folders
+                self._stopped.wait(_MAX_WAIT / 1000)
+                self._look()
+
+    def _changes(self, folders: Sequence[str]) -> Iterable[object]:
+        from watchfiles import watch
+
+        return watch(
+            *folders, watch_filter=None, recursive=False, debounce=_DEBOUNCE, step=_STEP, rust_timeout=_MAX_WAIT,
+            yield_on_timeout=True, stop_event=self._stopped, raise_interrupt=False,
+        )  # fmt: skip
+
+
+_STEP, _DEBOUNCE = 5, 50  # milliseconds without a change, and at most, until several changes are taken as one
+_MAX_WAIT = 1000  # milliseconds
 
 OpenSession = Callable[[str, Mapping[str, str]], Session]  # (file, overridden params) -> the session for it
 Evaluate = Callable[[str, Mapping[str, str]], "WorkspaceEvaluation"]  # (file, overridden params) -> result
@@ -331,6 +380,12 @@ class Workspace:
                 raise SceneError("param", f"`{name[:60]}` is unchanged")
             write_back({control.param.name: control for control in state.controls}, name, state.values[name])
             self._evaluate(file, {key: value for key, value in state.values.items() if key != name})
+
+    @property
+    def folders(self) -> frozenset[str]:
+        """Folders of the files and of all that they depend on."""
+        own = stamps_of(self.files).folders
+        return own.union(*(state.stamps.folders for state in self._states))
 
     def refresh(self) -> None:
         """Evaluate files whose text, imports, assets or embeddings have changed on disk."""
