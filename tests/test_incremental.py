@@ -16,9 +16,11 @@ from support import geometry
 
 from scenelang import Options, Session, Source
 from scenelang.grammar.diagnostics import render_text
+from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.scene.entity import descendants
 from scenelang.session import Editing, Evaluated
 
+LIMITS = Limits(steps=200_000, depth=2_000)  # programs without end take little time
 WORDS = ("leg", "top", "table", "room", "lamp", "hall")
 NAMES = ("a", "b", "c", "d")
 
@@ -175,7 +177,7 @@ def histories(random: Random, length: int = 8) -> Iterator[str]:
 
 def search(count: int, seed: int) -> tuple[int, int, int]:
     """Compare ``count`` histories; return the numbers of differences, of versions and of those with a scene."""
-    random, session = Random(seed), Session(Options())
+    random, session = Random(seed), Session(Options(limits=LIMITS))
     wrong = versions = scenes = 0
     for _ in range(count):
         editing = Editing(session)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from searching import many
 from support import geometry
-from test_incremental import History
+from test_incremental import LIMITS, History
 
 from scenelang import Options, Session
 from scenelang.grammar.diagnostics import SceneError, render_text
@@ -57,7 +57,7 @@ def observed(evaluation: ReplEvaluation, action: Any) -> Any:
 def compare(random: Random, path: Path) -> tuple[str | None, int]:
     """Compare the two over a history; return what differs, and how many times there was a scene."""
     history = random.choice((History, PureHistory, PureHistory))(random)
-    session = Session(Options())
+    session = Session(Options(limits=LIMITS))
     ours, theirs = ReplEvaluation(session, str(path)), plain(session, path)
     scenes = 0
     told = []
