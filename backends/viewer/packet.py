@@ -18,7 +18,7 @@ import math
 import os
 import struct
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.resources import files
@@ -485,9 +485,71 @@ def packet_of(
                 raise
             header["notice"] = _as_sentence(error)
     header["columns"] = columns.directory
-    text = json.dumps(header, separators=(",", ":"), ensure_ascii=True).encode()
+    text = _json(header)
     text += b" " * (-(len(MAGIC) + 4 + len(text)) % _ALIGNMENT)
     return b"".join([MAGIC, struct.pack("<I", len(text)), text, *columns.chunks])
+
+
+def _json(data: Any) -> bytes:
+    return json.dumps(data, separators=(",", ":"), ensure_ascii=True).encode()
+
+
+# Changes between packets: a page that has the last version of a scene only receives what is new.
+
+
+CHANGES_MAGIC = b"SCNC"
+
+
+def packet_changes(old: bytes, new: bytes) -> bytes:
+    """Return the parts of the packet ``new`` that the packet ``old`` does not have, and where the others are in it.
+
+    Layout: the four bytes ``SCNC``, the length of the header, the header, the new bytes. The header lists the parts of
+    the packet in order: ``[start, length]`` of a part of the old packet, or ``[-1, length]`` of a new one. The common
+    start and the common end of each column, and of each entry of the header, are parts of the old packet.
+    """
+    known = dict(_sections(old))
+    parts: list[tuple[int, int]] = []
+    fresh: list[bytes] = []
+    for name, (start, end) in _sections(new):
+        at, until = known.get(name, (0, 0))
+        before, after = _common_ends(old[at:until], new[start:end])
+        middle = new[start + before : end - after]
+        parts += [part for part in ((at, before), (-1, len(middle)), (until - after, after)) if part[1]]
+        fresh.append(middle)
+    text = _json(parts)
+    return b"".join([CHANGES_MAGIC, struct.pack("<I", len(text)), text, *fresh])
+
+
+def _sections(packet: bytes) -> Iterator[tuple[str, tuple[int, int]]]:
+    """Iterate over the entries of the header and the columns of a packet, with their places, without gaps."""
+    (length,) = struct.unpack_from("<I", packet, len(MAGIC))
+    start, end = 0, len(MAGIC) + 4 + length
+    header = json.loads(packet[len(MAGIC) + 4 : end])
+    place = len(MAGIC) + 4
+    for name, value in header.items():
+        place += len(_json({name: value})) - 1  # with the brace or comma before it
+        yield f"/{name}", (start, place)
+        start = place
+    yield "/", (start, end)
+    starts = [end + offset for _, offset, _ in header["columns"].values()]
+    yield from zip(header["columns"], zip(starts, [*starts[1:], len(packet)]))
+
+
+def _common_ends(old: bytes, new: bytes) -> tuple[int, int]:
+    """Return the lengths of the common start and of the common end, which do not overlap."""
+    size = min(len(old), len(new))
+    if old == new:
+        return size, 0
+    before = _first_difference(np.frombuffer(old, np.uint8, size), np.frombuffer(new, np.uint8, size))
+    rest = size - before
+    ends = (np.frombuffer(text, np.uint8)[len(text) - rest :][::-1] for text in (old, new))
+    return before, _first_difference(*ends)
+
+
+def _first_difference(a: npt.NDArray[np.uint8], b: npt.NDArray[np.uint8]) -> int:
+    """Return the index of the first difference of arrays of one length, which is the length if there is none."""
+    different = a != b
+    return int(different.argmax()) if different.any() else len(a)
 
 
 def _drawable(scene: Scene, total: int, limit: int) -> tuple[Scene, str | None]:

@@ -1,6 +1,7 @@
 """HTTP server of the live viewer: bound to localhost, protected by a token in every URL, closed to other origins.
 
-Paths below ``/TOKEN/``: the page, its script and style; ``files``; ``state?file=N``; ``picture?file=N`` (the packet);
+Paths below ``/TOKEN/``: the page, its script and style; ``files``; ``state?file=N``; ``picture?file=N`` (the packet, or
+with ``&has=V`` the changes to the version V, which is the ETag of an earlier answer);
 ``events`` (server-sent); POST ``set`` and ``save`` with JSON. Other paths and wrong tokens return 404, a foreign Host
 or Origin returns 403.
 """
@@ -165,7 +166,7 @@ class _Handler(BaseHTTPRequestHandler):
         elif name == "state":
             self._send_state(self._file(query.get("file")))
         elif name == "picture":
-            self._send_picture(self._file(query.get("file")), query.get("version"))
+            self._send_picture(self._file(query.get("file")), query.get("has"))
         elif name == "events":
             self._send_events()
         else:
@@ -175,11 +176,14 @@ class _Handler(BaseHTTPRequestHandler):
         workspace = self.server.workspace
         self._send_json(state_data(workspace.files[file], workspace.state(file)))
 
-    def _send_picture(self, file: int, version: str | None) -> None:
+    def _send_picture(self, file: int, has: str | None) -> None:
         state = self.server.workspace.state(file)
-        if state.packet is None:
+        body = state.packet
+        if body is None:
             raise _Refused(HTTPStatus.NOT_FOUND, "not rendered yet")
-        self._send(state.packet, "application/octet-stream")
+        if state.last is not None and has == str(state.last[0]):
+            body = min(packet.packet_changes(state.last[1], body), body, key=len)
+        self._send(body, "application/octet-stream", tag=f'"{state.picture}"')
 
     def _send_events(self) -> None:
         events = self.server.subscribe()
@@ -239,16 +243,18 @@ class _Handler(BaseHTTPRequestHandler):
     def _send_json(self, data: dict[str, Any], status: HTTPStatus = HTTPStatus.OK) -> None:
         self._send(json.dumps(data).encode(), "application/json", status)
 
-    def _send(self, body: bytes, kind: str, status: HTTPStatus = HTTPStatus.OK) -> None:
-        self._headers(status, kind, len(body))
+    def _send(self, body: bytes, kind: str, status: HTTPStatus = HTTPStatus.OK, tag: str | None = None) -> None:
+        self._headers(status, kind, len(body), tag)
         if self.command != "HEAD":
             self.wfile.write(body)
 
-    def _headers(self, status: HTTPStatus, kind: str, length: int | None) -> None:
+    def _headers(self, status: HTTPStatus, kind: str, length: int | None, tag: str | None = None) -> None:
         self.send_response(status)
         self.send_header("Content-Type", kind)
         if length is not None:
             self.send_header("Content-Length", str(length))
+        if tag is not None:
+            self.send_header("ETag", tag)
         if self.close_connection:
             self.send_header("Connection", "close")
         self.send_header("Cache-Control", "no-store")

@@ -318,12 +318,14 @@ class WorkspaceEvaluation:
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
     """State of one file. ``version`` increases with each evaluation; ``picture`` is the version of ``packet``, the last
-    valid one, or None. ``values`` are the overridden values of params."""
+    valid one, or None, and ``last`` the one before it, with its version. ``values`` are the overridden values of
+    params."""
 
     version: int = 0
     ok: bool = False
     picture: int | None = None
     packet: bytes | None = None
+    last: tuple[int, bytes] | None = None
     diagnostics: tuple[Diagnostic, ...] = ()
     controls: tuple[ParamControl, ...] = ()
     values: Mapping[str, Any] = field(default_factory=dict)
@@ -419,7 +421,8 @@ class Workspace:
             controls = found.controls
         picture = version if ok else old.picture
         packet = found.packet if ok else old.packet
-        return State(version, ok, picture, packet, found.diagnostics, controls, {}, found.stamps)
+        last = (old.picture, old.packet) if ok and old.picture is not None and old.packet is not None else old.last
+        return State(version, ok, picture, packet, last, found.diagnostics, controls, {}, found.stamps)
 
 
 def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = None) -> Evaluate:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import pytest
 from support import unchecked
 
 from scenelang import Evaluated, Session, Source
-from scenelang.backends.viewer.packet import packet_of
+from scenelang.backends.viewer.packet import packet_changes, packet_of
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.flatten import flatten
 
@@ -32,6 +33,18 @@ class Decoded:
             name: np.frombuffer(data, TYPES[kind], size, start + offset)
             for name, (kind, offset, size) in self.header["columns"].items()
         }
+
+
+def changed(old: bytes, changes: bytes) -> bytes:
+    """A packet with changes, as the page makes it."""
+    assert changes[:4] == b"SCNC"
+    (length,) = struct.unpack("<I", changes[4:8])
+    made, next_byte = b"", 8 + length
+    for at, size in json.loads(changes[8 : 8 + length]):
+        made += changes[next_byte : next_byte + size] if at < 0 else old[at : at + size]
+        next_byte += size if at < 0 else 0
+    assert next_byte == len(changes)
+    return made
 
 
 def evaluate(text: str) -> Evaluated:
@@ -149,3 +162,37 @@ def test_the_built_page_is_that_of_its_source(name: str) -> None:
     assert (folder / "static" / name).read_bytes() == (folder / "source" / "src" / name).read_bytes(), (
         "run `make viewer`"
     )
+
+
+STREET = """(bind "house" (lambda ((:size 1)) (call "cube" :scale [size 1 1])))
+(bind "street" (lambda () (union-loop 500 (lambda (i)
+  (transform (call "house" :size (+ 1 i)) (translate (list (* 2 i) 0 0)))))))
+"""
+EDITS = {
+    "nothing": ("", ""),
+    "a colour": ('"cube"', '"cube" :color [1 0 0]'),
+    "one part": ("(+ 1 i)", "(if (= i 250) 7 (+ 1 i))"),
+    "a moved part": ("(list (* 2 i) 0 0)", "(if (= i 250) (list 400 0 0) (list (* 2 i) 0 0))"),
+    "more parts": ("union-loop 500", "union-loop 501"),
+    "another shape": ('"cube"', '"sphere"'),
+    "no scene": ('(call "cube" :scale [size 1 1])', "(list)"),
+    "a longer word": ("house", "a house with a longer name"),
+}
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_changes_make_the_new_packet(edit: str) -> None:
+    texts = (STREET, STREET.replace(*EDITS[edit]))
+    old, new = (packet_of(found.scene) for found in map(evaluate, texts) if found.scene is not None)
+    for before, after in ((old, new), (new, old)):
+        assert changed(before, packet_changes(before, after)) == after
+    if edit in ("nothing", "one part", "a moved part"):
+        assert len(packet_changes(old, new)) < len(new) / 20
+
+
+def test_changes_between_any_scenes() -> None:
+    folder = Path(__file__).parents[2] / "examples"
+    packets = [packet_of(found.scene) for path in sorted(folder.glob("*.scene"))[:8]
+               if (found := evaluate(path.read_text("utf-8"))).scene is not None]  # fmt: skip
+    for old, new in pairwise(packets):
+        assert changed(old, packet_changes(old, new)) == new

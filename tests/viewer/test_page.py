@@ -106,7 +106,7 @@ def test_an_edit_shows_up_and_a_mistake_keeps_picture_and_camera(program: Show, 
     good = page.picture()
     page.after(lambda: program(PAIR.replace('(call "box")', "(call box)")))
     told = page.text("#diagnostics")
-    assert "E301" in told
+    assert "E212" in told
     assert "a.scene:6:" in told
     assert '(bind "pair"' in told
     assert "^^^" in told
@@ -117,7 +117,11 @@ def test_an_edit_shows_up_and_a_mistake_keeps_picture_and_camera(program: Show, 
 
 
 def test_errors_at_run_time_show_hint_and_chain(program: Show, serve: Show, show: Show) -> None:
-    page = show(serve(program('(bind "a" (lambda () (call "b")))\n(bind "b" (lambda () (car 3)))\n')).address).ready()
+    page = show(
+        serve(
+            program('(bind "a" (lambda () (call "b")))\n(bind "b" (lambda () (ref (list 1) (length (list 1 2 3)))))\n')
+        ).address
+    ).ready()
     told = page.text("#diagnostics")
     assert 'in "b", called at' in told
     assert "there is no picture yet" in page.text("#message")

@@ -11,6 +11,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
+from viewer.test_packet import changed
 
 from scenelang.cli.main import main
 from scenelang.viewer.server import MAX_BODY_SIZE, ViewServer
@@ -59,7 +60,18 @@ def test_it_serves_the_page_and_the_scene(server: ViewServer) -> None:
     state = json.loads(ask(server, "state?file=0")[2])
     assert state["ok"]
     assert state["params"][0]["value"] == 2
-    assert ask(server, "picture?file=0&version=1")[2][:4] == b"SCNV"
+    assert ask(server, "picture?file=0")[2][:4] == b"SCNV"
+
+
+def test_it_sends_the_changes_to_the_picture_that_a_page_has(server: ViewServer) -> None:
+    _, headers, whole = ask(server, "picture?file=0")
+    name = json.loads(ask(server, "state?file=0")[2])["params"][0]["name"]
+    post(server, "set", {"file": 0, "name": name, "value": 3})
+    version = json.loads(headers["ETag"])
+    _, others, changes = ask(server, f"picture?file=0&has={version}")
+    _, same, other = ask(server, "picture?file=0&has=17")
+    assert changed(whole, changes) == other
+    assert others["ETag"] == same["ETag"] != headers["ETag"]
 
 
 def test_it_listens_on_this_machine_only(server: ViewServer) -> None:

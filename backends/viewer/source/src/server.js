@@ -1,8 +1,11 @@
 // Where scenes come from: the server of `scenelang view`, or what stands in a page that was saved.
 
+import { withChanges } from "./packet.js";
+
 export class Server {
   constructor() {
     this.isLive = true;
+    this.last = null; // the last picture: its file, version and bytes
   }
 
   async files() {
@@ -13,10 +16,15 @@ export class Server {
     return this.json(`state?file=${file}`);
   }
 
-  async picture(file, version) {
-    const response = await fetch(`picture?file=${file}&version=${version}`);
+  // The packet of a scene. If the last one is of the same file, only the changes are sent.
+  async picture(file) {
+    const { last } = this;
+    const has = last?.file === file ? `&has=${last.version}` : "";
+    const response = await fetch(`picture?file=${file}${has}`);
     if (!response.ok) throw new Error("the scene did not arrive");
-    return response.arrayBuffer();
+    const bytes = withChanges(last?.bytes, await response.arrayBuffer());
+    this.last = { file, version: JSON.parse(response.headers.get("ETag")), bytes };
+    return bytes;
   }
 
   set(file, name, value) {
