@@ -210,6 +210,14 @@ def test_a_function_that_is_assigned_later_is_defined_again() -> None:
         assert observed(editing.evaluate(source)) == observed(session.evaluate(source))
 
 
+def test_a_call_that_finds_what_another_printed_is_evaluated_again() -> None:
+    words = '(bind "a" (lambda () (print "a") (call "cube")))\n(bind "b" (lambda () (call "a")))\n'
+    editing, session = Editing(Session(Options())), Session(Options())
+    for parts in ('(call "a") (call "b")', '(call "b")'):
+        source = Source("<test>", f'{words}(bind "c" (lambda () (union {parts})))')
+        assert observed(editing.evaluate(source)) == observed(session.evaluate(source))
+
+
 def test_a_variable_that_is_no_longer_changed_has_a_kind_again() -> None:
     rest = '(define c 2)\n(bind "a" (lambda () (if (> (random) 2) (call "cube" :scale (car c)) (call "cube"))))'
     editing, session = Editing(Session(Options())), Session(Options())
