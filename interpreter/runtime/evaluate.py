@@ -465,18 +465,26 @@ def _uses_what_follows(reaches: Sequence[FormReach], kept: set[int]) -> bool:
     places: dict[Any, int] = {}
     for index, reach in enumerate(reaches):
         places.update(dict.fromkeys((*reach.variables, *reach.words), index))
+    anything = len(reaches)  # stands for a form that mentions every name
+    readers: list[list[int]] = [[] for _ in range(anything + 1)]
+    for place in set(places.values()):
+        readers[place].append(anything)
     for index, reach in enumerate(reaches):
-        if reach.is_static:
+        names = (name for name in (*reach.mentions, *reach.strings) if name in places)
+        for place in [anything] if reach.is_open else {places[name] for name in names}:
+            readers[place].append(index)
+    seen = [False] * (anything + 1)
+    for last in range(anything - 1, -1, -1):  # the last form that is kept and reached
+        if id(reaches[last].form) not in kept:
             continue
-        seen, stack = {index}, [index]
+        stack = readers[last]
         while stack:
-            each = reaches[stack.pop()]
-            names = (name for name in (*each.mentions, *each.strings) if name in places)
-            targets = {places[name] for name in names} if not each.is_open else set(places.values())
-            if any(target > index and id(reaches[target].form) in kept for target in targets):
-                return True
-            stack += targets - seen
-            seen |= targets
+            index = stack.pop()
+            if not seen[index]:
+                seen[index] = True
+                stack += readers[index]
+                if index < last and not reaches[index].is_static:
+                    return True
     return False
 
 

@@ -119,7 +119,9 @@ def test_an_edit_shows_up_and_a_mistake_keeps_picture_and_camera(program: Show, 
 def test_errors_at_run_time_show_hint_and_chain(program: Show, serve: Show, show: Show) -> None:
     page = show(
         serve(
-            program('(bind "a" (lambda () (call "b")))\n(bind "b" (lambda () (call "cube" :scale (ref (list 1) (length (list 1 2 3))))))\n')
+            program(
+                '(bind "a" (lambda () (call "b")))\n(bind "b" (lambda () (call "cube" :scale (ref (list 1) (length (list 1 2 3))))))\n'
+            )
         ).address
     ).ready()
     told = page.text("#diagnostics")
