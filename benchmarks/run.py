@@ -21,6 +21,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import history
+import other_lisps
 from blocks import cuboids, entities, looped, read_in_a_loop, written_in_a_loop
 from native import chessboard, fib, loop, nested, placed, queens, strings, tak, tree, vectors
 from programs import (
@@ -52,9 +54,11 @@ from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.transpile.translate import translate
+from scenelang.repl.evaluation import ReplEvaluation
 from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import Worker
 from scenelang.session import Editing, Session, run_with_room
+from scenelang.viewer import workspace
 
 ROUNDS = 5
 RESPONSES = sorted((Path(__file__).parent.parent / "tests" / "transpile" / "responses").glob("*.txt"))
@@ -107,7 +111,11 @@ def naive_flatten(entity: Any, matrix: Any, out: list[Any]) -> None:
         naive_flatten(part.car, matrix @ [[*m[0:4]], [*m[4:8]], [*m[8:12]], [0, 0, 0, 1]], out)
 
 
+RATIOS: dict[str, float] = {}
+
+
 def row(name: str, ours: float, other: float, other_name: str, target: str) -> None:
+    RATIOS[name] = ours / other
     print(f"{name:34} {ours * 1e3:9.1f} ms   {other_name:28} {other * 1e3:9.1f} ms   x{ours / other:6.2f}   {target}")
 
 
@@ -147,8 +155,13 @@ def bench_programs(session: Session) -> None:
         ("string building", STRINGS, strings, "<= 8"),
         ("vector arithmetic", VECTORS, vectors, "<= 8"),
     )
+    lisps = other_lisps.seconds()
     for name, text, native, target in rows:
-        row(name, timed_last_form(session, text), best(native), "native CPython", target)
+        ours = timed_last_form(session, text)
+        row(name, ours, best(native), "native CPython", target)
+        for lisp, times in lisps.items():
+            if name in times:
+                row(f"  {name}", ours, times[name], lisp, "")
     row("chessboard", timed_last_form(session, CHESSBOARD), best(chessboard, 20), "native Python objects", "<= 3")
     scenes: tuple[tuple[str, str, Callable[[], Any], str], ...] = (
         ("1e5 placed entities", PLACED, placed, "<= 1.0"),
@@ -215,6 +228,62 @@ def bench_transpile() -> None:
     row("process `transpile`, the slowest", transpiling, REFERENCE_IMPORT, other, "")
     row("processes `transpile` and `run`", transpiling + running, REFERENCE_IMPORT, other, "< 1")
     row("process `run RESPONSE.txt`", direct, REFERENCE_IMPORT, other, "< 1")
+
+
+def bench_published(session: Session) -> None:
+    """Responses of language models, translated: their check and their evaluation in this process."""
+    translations = ((path.stem, translate(Source(path.name, path.read_text("utf-8")))) for path in RESPONSES)
+    sources = [Source(name, translation.text) for name, translation in translations if translation.text]
+    for name, action in (("check", session.check), ("evaluate", session.evaluate)):
+        times = sorted(best(partial(action, source), 2) * 1e3 for source in sources)
+        told = f"median {statistics.median(times):.1f}, p90 {times[len(times) * 9 // 10]:.1f}, max {times[-1]:.1f} ms"
+        print(f"{f'{name} {len(times)} programs':34} {told}")
+
+
+def town(size: int, more: str = "") -> str:
+    """A scene of 60 words, which takes half a second; ``size`` is of one of them."""
+    houses = [
+        f"(define (offset{i} k)\n  [(* 3 k) {i} (sin (* k {i}))])\n"
+        f'(bind "house{i}"\n  (lambda ()\n    (for*/union ((k (range 60)) (j (range 8)))\n'
+        f'      (transform (call "cube" :scale [{size if i == 7 else 1} 1 (+ 1 (* .1 j))])\n'
+        f"        (translate (+ (offset{i} k) [0 j 0]))))))\n"
+        for i in range(60)
+    ]
+    calls = "".join(f'\n    (transform (call "house{i}") (translate [0 0 {10 * i}]))' for i in range(60))
+    return f'{more}{"".join(houses)}(bind "town"\n  (lambda () (union{calls})))\n(scene "town")\n'
+
+
+def bench_edits(session: Session) -> None:
+    """The new scene after an edit, from the arrival of the changed text, and evaluated from scratch."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "town.scene"
+        sizes = iter(range(1, 1_000))
+        editing, evaluation = Editing(session), ReplEvaluation(session, str(path))
+
+        def change(more: str = "") -> Source:
+            path.write_text(town(next(sizes), more), "utf-8")
+            return session.source(str(path))
+
+        def reload() -> Scene:
+            evaluation.reload(str(path))
+            return evaluation.root()
+
+        scratch = best(lambda: session.evaluate(change()), 2)
+        editing.evaluate(change())
+        reload()
+        ours = best(lambda: editing.evaluate(change()))
+        row("edit of a word, 430 lines", ours, scratch, "from scratch", "< 50 ms")
+        ours = best(lambda: editing.evaluate(change("(define unused 1)\n")))
+        row("edit of an unrelated definition", ours, scratch, "from scratch", "< 50 ms")
+        ours = best(lambda: (change(), reload()))
+        row("edit of a word, `,watch`", ours, scratch, "from scratch", "< 50 ms")
+        typed = iter(range(1_000))
+        define = lambda: evaluation.evaluate(evaluation.source(f'(bind "house3" (lambda () (call "w{next(typed)}")))'))
+        row("a word bound in the REPL", best(lambda: (define(), evaluation.root())), scratch, "from scratch", "< 50 ms")
+        view = workspace.evaluator(lambda _, __: session, session.options.limits.primitives)
+        view(str(path), {})
+        ours = best(lambda: (change(), view(str(path), {})))
+        row("edit of a word, `view`, its picture", ours, scratch, "from scratch", "(no target)")
 
 
 def bench_editing(session: Session) -> None:
@@ -326,12 +395,15 @@ def bench() -> None:
     bench_start()
     bench_monitor()
     bench_transpile()
+    bench_published(session)
     bench_editing(session)
+    bench_edits(session)
     bench_loading()
     bench_blocks()
     bench_build_files()
     bench_pictures(session)
     bench_splats()
+    history.report(RATIOS)
 
 
 if __name__ == "__main__":
