@@ -180,7 +180,7 @@ def _unused_globals(program: Program, own: Sequence[FormFacts]) -> Iterator[Diag
         for variable in each.used:
             users.setdefault(variable, set()).add(id(each))
     longest = max((len(variable.name) for each in own for variable in each.defined), default=0)
-    mentions = _mentions(program.main.text, longest) if own else Counter()
+    mentions: Counter[str] | None = None  # counted when they are needed
     for each in own:
         if each.form.span.source.name != program.main.name or each.form.span in params:
             continue
@@ -188,6 +188,8 @@ def _unused_globals(program: Program, own: Sequence[FormFacts]) -> Iterator[Diag
             used = bool(users.get(variable, set()) - {id(each)})
             if used or len(each.defined) > 1 or not is_user_written(variable) or variable.name.startswith("_"):
                 continue
+            if mentions is None:
+                mentions = _mentions(program.main.text, longest)
             if mentions[variable.name] <= 1:  # its definition
                 fixes = (remove(each.form, safe=False),) if is_removable(each.form) else ()  # other files may import it
                 yield Diagnostic("unused", f"`{variable.name}` is never used", variable.span, fixes=fixes)

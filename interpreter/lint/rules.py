@@ -330,10 +330,11 @@ def unused_locals(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
         return  # a macro that is not used yet may refer to them
     used = {node.target for node in nodes if type(node) is ast.Reference}
     named = _named_functions(nodes, form)
-    removable = _removable(form)
+    removable: set[int] | None = None  # computed when it is needed, since it reads the text again
     for node in nodes:
         if type(node) is ast.Define and node is not form:
-            if isinstance(node.target, Variable):
+            if isinstance(node.target, Variable) and node.target not in used:
+                removable = _removable(form) if removable is None else removable
                 fixes = (remove(node),) if id(node) in removable else ()
                 yield from _unused("", node.target, used, fixes)
         elif type(node) is ast.Lambda:
