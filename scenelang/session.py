@@ -55,6 +55,7 @@ T = TypeVar("T")
 IMPORT_FORM = re.compile(r'\(import\s+"([^"\n]*)"')
 _REGISTERS = re.compile(r"^[ \t]*@register", re.M)
 _STACK = 512 * 1024 * 1024
+_STACK_OF_CALL = 8 * 1024
 _STARTING = fork_safe_lock()  # threading.stack_size is a process-wide setting
 _MAX_FILE_SIZE = 16_000_000
 MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
@@ -143,15 +144,29 @@ class Evaluated:
         return self.scene
 
 
+def _has_room(depth: int) -> bool:
+    """Return whether this is the main thread, with a stack for calls of this depth (``ulimit -s``)."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return False
+    size, _ = resource.getrlimit(resource.RLIMIT_STACK)
+    is_large = size == resource.RLIM_INFINITY or size >= min(_STACK, depth * _STACK_OF_CALL)
+    return is_large and threading.current_thread() is threading.main_thread()
+
+
 def run_with_room(
     action: Callable[[], T], depth: int, cancel: Callable[[], None] | None = None, folders: tuple[str, ...] = ()
 ) -> T:
-    """Run ``action`` in a thread with a large stack for deep recursion.
+    """Run ``action`` with a large stack for deep recursion: in a thread, unless the main thread's stack suffices.
 
     Ctrl-C calls ``cancel`` and then waits for the thread to end. In a supervised process the thread has read-only
     access to ``folders`` and no other access to the file system.
     """
     watched = link()
+    if watched is None and _has_room(depth):
+        with recursion_room(depth):
+            return action()
     outcome: list[Any] = []
     done = threading.Event()  # Thread.join cannot be used: in Python 3.11 Ctrl-C marks the thread as ended
 

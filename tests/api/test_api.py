@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import inspect
 import re
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -276,3 +278,25 @@ def test_docstring_examples_run(monkeypatch: pytest.MonkeyPatch) -> None:
         result = doctest.testmod(module, verbose=False)
         assert result.failed == 0
         assert module is sl or result.attempted > 0
+
+
+def test_a_large_stack_needs_no_thread() -> None:
+    """With `ulimit -s unlimited`, programs are evaluated in the main thread, deep ones too."""
+    resource = pytest.importorskip("resource")
+    if resource.getrlimit(resource.RLIMIT_STACK)[1] != resource.RLIM_INFINITY:
+        pytest.skip("the stack of a process is limited here")
+    program = """
+import threading
+import scenelang as sl
+threading.Thread.start = None
+deep = "(define (count n) (if (= n 0) 0 (+ 1 (count (- n 1)))))"
+print(sl.evaluate(deep + '(bind "a" (lambda () (call "cube" :scale (count 60000))))').bounds[1][0])
+try:
+    sl.evaluate('(define (f n) (+ 1 (f n))) (bind "a" (lambda () (call "cube" :scale (f 1))))')
+except sl.SceneError as error:
+    print(error.diagnostic.code)
+"""
+    unlimited = lambda: resource.setrlimit(resource.RLIMIT_STACK, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, capture_output=True, text=True, preexec_fn=unlimited, check=True)
+    assert done.stdout.split() == ["30000.0", "E502"]
