@@ -218,6 +218,16 @@ def test_a_call_that_finds_what_another_printed_is_evaluated_again() -> None:
         assert observed(editing.evaluate(source)) == observed(session.evaluate(source))
 
 
+def test_call_as_a_value_may_call_any_word() -> None:
+    words = (
+        '(bind "b" (lambda () (union (apply call (list (string-append "" "a"))))))\n(bind "c" (lambda () (call "b")))'
+    )
+    editing, session = Editing(Session(Options())), Session(Options())
+    for primitive in ("cube", "sphere"):
+        source = Source("<test>", f'(bind "a" (lambda () (call "{primitive}")))\n{words}')
+        assert observed(editing.evaluate(source)) == observed(session.evaluate(source))
+
+
 def test_a_variable_that_is_no_longer_changed_has_a_kind_again() -> None:
     rest = '(define c 2)\n(bind "a" (lambda () (if (> (random) 2) (call "cube" :scale (car c)) (call "cube"))))'
     editing, session = Editing(Session(Options())), Session(Options())

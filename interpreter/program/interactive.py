@@ -636,8 +636,11 @@ class TopLevel:
                 self._ran = ran
                 self._roll_back_rest(before, group[:number])
                 raise
-            self._calls.is_tracked &= not self.rt.has_written_other(self._own_cells(form, ran))
-            self._accept(form, epochs, values)
+            new = [form, *(each for file in self._imported_files if id(file) in self._ran - ran for each in file.forms)]
+            self._calls.is_tracked &= not self.rt.has_written_other(self._own_cells(new))
+            if names_of(form) or form.imports:
+                self._note(new, epochs, values)
+            self._accept(form)
             for each in results:
                 on_result(each)
 
@@ -649,10 +652,16 @@ class TopLevel:
         self._calls.note(_trees(again), self._calls.epochs)
         self._calls.settle(list(self._session_forms(coming)))
 
-    def _own_cells(self, form: TopForm, ran: set[int]) -> list[Mutable]:
-        """Return the cells that a definition or an import writes; ``ran`` are the files that had run before."""
-        files = [file for file in self._imported_files if id(file) in self._ran - ran]
-        forms = [form, *(each for file in files for each in file.forms)]
+    def _note(self, forms: Sequence[TopForm], epochs: tuple[int, int], values: Mapping[Variable, Any]) -> None:
+        """Record that definitions ran; ``epochs`` and ``values`` are those before."""
+        cells = self.run.globals
+        if values and all(is_same(value, cells[each].value) for each, value in values.items()):
+            self._calls.restore(values, epochs)
+        else:
+            self._calls.note(_trees(forms), epochs)
+
+    def _own_cells(self, forms: Sequence[TopForm]) -> list[Mutable]:
+        """Return the cells that definitions write."""
         cells = [self.run.globals.get(variable) for each in forms for variable in _variables(each)]
         words = [self.rt.words[word] for each in forms for word, _ in each.words if word in self.rt.words]
         return [cell for cell in cells if cell is not None] + words
@@ -742,11 +751,8 @@ class TopLevel:
 
     # --- session state -----------------------------------------------------------------------------------------
 
-    def _accept(self, form: TopForm, epochs: tuple[int, int], values: Mapping[Variable, Any]) -> None:
-        """Add an evaluated form to the session; it replaces forms with the same definitions, and updates dependents.
-
-        ``epochs`` and ``values`` are the epochs of the calls and the values of its variables before it ran.
-        """
+    def _accept(self, form: TopForm) -> None:
+        """Add an evaluated form to the session; it replaces forms with the same definitions."""
         defined = names_of(form)
         if not defined and not form.imports and not form.scene:
             if not self.rt.has_changed:
@@ -759,12 +765,6 @@ class TopLevel:
         file.words = {word: span for each in self.forms for word, span in each.words}
         file.imports = [each for old in self.forms for each in old.imports]
         self.state.params = [param for each in self.forms for param in each.params]
-        if defined or form.imports:
-            cells = self.run.globals
-            if values and all(is_same(value, cells[each].value) for each, value in values.items()):
-                self._calls.restore(values, epochs)
-            else:
-                self._calls.note(_trees((form,)), epochs)
 
     def _update_dependents(self) -> list[TopForm]:
         """Expand and run again the functions that looked up a name whose meaning has changed; return their forms."""

@@ -251,9 +251,9 @@ def reach_of(form: Any) -> FormReach:
             is_open = is_open or type(node.word) is not ast.Constant
         elif kind is ast.Reference or kind is ast.Assignment:
             target = node.target
-            if isinstance(target, Builtin):
-                is_open = is_open or target.name in _LOOKUPS
-            elif isinstance(target, Variable) and target.is_global:
+            if isinstance(target, (Builtin, Variable)):
+                is_open = is_open or target.name in _LOOKUPS  # `call` as a value, too
+            if isinstance(target, Variable) and target.is_global:
                 mentions.add(target)
     variables = tuple(pattern_variables(form.target)) if type(form) is ast.Define else ()
     words = (form.word.value,) if type(form) is ast.Bind and type(form.word) is ast.Constant else ()

@@ -176,3 +176,17 @@ def test_a_reload_notices_names_that_are_gone(tmp_path: Path) -> None:
     assert evaluation.reload(str(path)).ok
     path.write_text(text.split("\n", 1)[1], "utf-8")
     assert [d.name for d in evaluation.reload(str(path)).diagnostics] == ["unbound"]
+
+
+def test_an_import_binds_a_word_that_was_a_primitive(tmp_path: Path, called: list[str]) -> None:
+    (tmp_path / "legs.scene").write_text('(bind "leg" (lambda () (call "sphere")))', "utf-8")
+    path = tmp_path / "a.scene"
+    text = '(bind "stool" (lambda () (call "leg")))\n(bind "lamp" (lambda () (call "cube")))\n'
+    path.write_text(f'{text}(bind "room" (lambda () (union (call "stool") (call "lamp"))))', "utf-8")
+    evaluation = ReplEvaluation(Session(Options()), str(path))
+    evaluation.load(str(path))
+    assert [row[0] for row in geometry(evaluation.root())[0]] == ["leg", "cube"]
+    called.clear()
+    assert evaluation.evaluate(evaluation.source('(import "legs.scene")')).ok
+    assert [row[0] for row in geometry(evaluation.root())[0]] == ["sphere", "cube"]
+    assert called == ["stool", "leg"]
