@@ -19,7 +19,9 @@ def commit() -> str | None:
         return done.stdout.strip() if done.returncode == 0 else ""
 
     name = git("rev-parse", "--short", "HEAD")
-    return name + "+" * bool(git("status", "--porcelain", "--untracked-files=no")) if name else None
+    lines = git("status", "--porcelain", "--untracked-files=no").splitlines()
+    changed = [line for line in lines if PATH.name not in line]
+    return name + "+" * bool(changed) if name else None
 
 
 def entries(path: Path = PATH) -> dict[str, dict[str, float]]:
@@ -29,9 +31,9 @@ def entries(path: Path = PATH) -> dict[str, dict[str, float]]:
 
 
 def record(name: str, ratios: Mapping[str, float], path: Path = PATH) -> None:
-    """Add the ratios of a commit, or replace them."""
-    known = {key: value for key, value in entries(path).items() if key != name}
-    known[name] = {row: round(ratio, 2) for row, ratio in ratios.items()}
+    """Add the ratios of a commit, or replace them in its place."""
+    known = entries(path)  # a commit that is measured again keeps its place
+    known[name] = {row: float(f"{ratio:.3g}") for row, ratio in ratios.items()}
     lines = [json.dumps({"commit": key, "ratios": value}) for key, value in known.items()]
     path.write_text("\n".join(lines) + "\n", "utf-8")
 
@@ -48,11 +50,14 @@ def report(ratios: Mapping[str, float], path: Path = PATH) -> None:
     name = commit()
     if name is None:
         return
-    others = [(key, value) for key, value in entries(path).items() if key != name]
+    known = entries(path)
+    others = [value for key, value in known.items() if key != name]
     record(name, ratios, path)
     print(f"\nrecorded as {name} in {path.name}")
-    for last, before in others[-1:]:
-        rows = list(slower(before, ratios))
-        print(f"slower than {last}:" if rows else f"nothing is more than {SLOWER:.2f} times as slow as {last}")
-        for row in rows:
-            print(f"  {row}")
+    if not others:
+        return
+    best = {row: min(each[row] for each in others if row in each) for row in set().union(*others)}
+    rows = list(slower(best, ratios))
+    print("slower than at best:" if rows else f"nothing is more than {SLOWER:.2f} times as slow as at best")
+    for row in rows:
+        print(f"  {row}")

@@ -515,7 +515,8 @@ class Session:
     def top_level(self, main: Source, started: Callable[[Runtime], None]) -> TopLevel:
         """Create an interactive top level in the context of the file ``main``. ``started`` is called with each runtime
         in which macros run, to make it cancellable. Raises SceneError for a malformed ``--define``."""
-        from scenelang.interpreter.program.interactive import JournaledRuntime, TopLevel
+        from scenelang.interpreter.program.interactive import TopLevel
+        from scenelang.interpreter.runtime.runtime import JournaledRuntime
 
         options, library = self.options, self.library
         overrides = {name: _value_datum(name, text) for name, text in options.defines.items()}
@@ -855,7 +856,8 @@ class Editing:
             analysis = self.check(source)
             version = analysis.version
             if version is None or not (version.program.ok and _may_run(version.program, analysis.diagnostics)):
-                return Evaluated(version.program if version is not None else None, None, analysis.diagnostics)
+                program = _placed_program(version) if version is not None else None
+                return Evaluated(program, None, analysis.diagnostics)
             try:
                 word, _ = self.session._root(version.program)
             except SceneError:
@@ -871,7 +873,7 @@ class Editing:
             self._run, self._name = IncrementalRun(session.library, lambda: session._runtime(source)), source.name
         run, scene, problem = self._run, None, None
         try:
-            work = lambda: run.run(program, word, session.options.seed, started)
+            work = lambda: run.run(program, word, session.options.seed, version.place, started)
             cancel = lambda: run.rt.meter.cancel()
             with _rare_collection():
                 scene = run_with_room(work, session.options.limits.depth, cancel, session.folders(source))
@@ -882,12 +884,7 @@ class Editing:
         rt, sources = run.rt, (source, *program.sources[1:])
         warnings = without_suppressed(map(version.diagnostic, rt.warnings.values()), sources)
         diagnostics = _confirmed(found, problem and version.diagnostic(problem), warnings)
-        placed = replace(
-            program, main=source, sources=sources, words=_placed(version, program.words),
-            all_words=_placed(version, program.all_words),
-            params=tuple(replace(param, span=version.place(param.span)) for param in program.params),
-        )  # fmt: skip
-        return Evaluated(placed, scene, tuple(diagnostics), tuple(rt.log), rt.meter.total)
+        return Evaluated(_placed_program(version), scene, tuple(diagnostics), tuple(rt.log), rt.meter.total)
 
     def _no_versions(self) -> Versions:
         from scenelang.interpreter.program.interactive import Versions
@@ -915,6 +912,16 @@ class Editing:
         sources = (source, *program.sources[1:])
         self._imported = tuple(each.text for each in program.sources[1:])
         return VersionAnalysis(source, version, settled((version.diagnostic(d) for d in found), sources))
+
+
+def _placed_program(version: Version) -> Program:
+    """Return the program of a version with places in its text."""
+    program = version.program
+    return replace(
+        program, main=version.source, sources=(version.source, *program.sources[1:]),
+        words=_placed(version, program.words), all_words=_placed(version, program.all_words),
+        params=tuple(replace(param, span=version.place(param.span)) for param in program.params),
+    )  # fmt: skip
 
 
 def _placed(version: Version, words: Mapping[str, Span]) -> dict[str, Span]:

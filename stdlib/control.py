@@ -298,6 +298,8 @@ def error_place(rt: Runtime, caught: Any) -> str | None:
     span = _condition("error-place", caught).span
     if span is None:
         return None
+    rt.read_error()  # the place changes with the text above
+    span = rt.place(span)
     line, column = span.source.position(span.start)
     return f"{span.source.name}:{line}:{column}"
 

@@ -8,12 +8,12 @@ from pathlib import Path
 HISTORY = runpy.run_path(str(Path(__file__).parents[1] / "benchmarks" / "history.py"))
 
 
-def test_a_commit_is_recorded_once_and_the_last_one_stays_last(tmp_path: Path) -> None:
+def test_a_commit_is_recorded_once_and_keeps_its_place(tmp_path: Path) -> None:
     path = tmp_path / "history.jsonl"
     for name, ratio in (("a", 1.0), ("b", 2.0), ("a", 3.123)):
         HISTORY["record"](name, {"fib": ratio}, path)
-    assert HISTORY["entries"](path) == {"b": {"fib": 2.0}, "a": {"fib": 3.12}}
-    assert list(HISTORY["entries"](path)) == ["b", "a"]
+    assert HISTORY["entries"](path) == {"a": {"fib": 3.12}, "b": {"fib": 2.0}}
+    assert list(HISTORY["entries"](path)) == ["a", "b"]
 
 
 def test_rows_that_got_slower_are_told() -> None:

@@ -8,7 +8,6 @@ looked it up are expanded and created again.
 
 from __future__ import annotations
 
-import copy
 from bisect import bisect_right
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -24,7 +23,6 @@ from scenelang.interpreter.compile.analyse import pattern_variables
 from scenelang.interpreter.expand.expand import RunMacro
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
 from scenelang.interpreter.kinds.book import KindBook
-from scenelang.interpreter.lazy import np
 from scenelang.interpreter.lint.lint import WHOLE_FILE, LintCache, new_form_warnings
 from scenelang.interpreter.lint.rules import FactCache
 from scenelang.interpreter.program.program import (
@@ -46,9 +44,9 @@ from scenelang.interpreter.program.program import (
 )
 from scenelang.interpreter.runtime.evaluate import ProgramRun, SessionCalls, SessionForm, is_plain, is_same
 from scenelang.interpreter.runtime.procedures import Cell
-from scenelang.interpreter.runtime.runtime import Runtime, raised_value
+from scenelang.interpreter.runtime.runtime import JournaledRuntime, raised_value
 from scenelang.interpreter.runtime.types import Library
-from scenelang.interpreter.runtime.values import Mutable, Stream
+from scenelang.interpreter.runtime.values import Mutable
 from scenelang.interpreter.scene.entity import Scene
 
 # Incremental analysis of a program under edit: only what an edit may have changed is analysed again.
@@ -192,70 +190,6 @@ def _piece(name: str, text: str) -> Piece:
     return Piece(text, source, TopForm(result.forms, result.diagnostics))
 
 
-# Undo log: a runtime whose changes can be rolled back if an evaluation fails.
-
-
-_EXCLUDED = ("birth", "observed")
-
-
-class JournaledRuntime(Runtime):
-    """Runtime with an undo log: from ``begin`` on, the state of every older object is saved before it changes."""
-
-    def __init__(self, *arguments: Any, **options: Any) -> None:
-        super().__init__(*arguments, **options)
-        self._journal: dict[int, tuple[Mutable, dict[str, Any]]] = {}
-        self._start = 0
-        self._streams = self.streams.snapshot()
-
-    def begin(self) -> None:
-        """Start a transaction, whose changes can be rolled back."""
-        self._journal = {}
-        self.clock += 1
-        self._start = self.clock
-        self._streams = self.streams.snapshot()
-        self.drew_random = False
-
-    @property
-    def has_changed(self) -> bool:
-        """Return whether an object older than the transaction was modified or a random number was drawn."""
-        return bool(self._journal) or self.drew_random
-
-    @property
-    def has_written(self) -> bool:
-        """Return whether an object older than the transaction was modified."""
-        return bool(self._journal)
-
-    def has_written_other(self, cells: Sequence[Mutable]) -> bool:
-        """Return whether an object older than the transaction was modified that is none of ``cells``."""
-        return not self._journal.keys() <= set(map(id, cells))
-
-    def roll_back(self) -> None:
-        """Roll back all changes since the start of the transaction."""
-        for target, state in self._journal.values():
-            for name, value in state.items():
-                setattr(target, name, value)
-        self.streams.restore(self._streams)
-        if self._journal:
-            self.invalidate_calls()
-        self._journal = {}
-
-    def write(self, value: Mutable) -> None:
-        if 0 <= value.birth < self._start and id(value) not in self._journal:
-            self._journal[id(value)] = value, _state(value)
-        super().write(value)
-
-
-def _state(target: Mutable) -> dict[str, Any]:
-    """Return the state of a mutable object: containers and generators are copied, values keep their identity."""
-    state = {name: getattr(target, name) for name in type(target).__slots__ if name not in _EXCLUDED}
-    if isinstance(target, Stream):
-        return {name: copy.deepcopy(value) for name, value in state.items()}
-    return {
-        name: copy.copy(value) if isinstance(value, (list, dict, np.ndarray)) else value
-        for name, value in state.items()
-    }
-
-
 # REPL history variables: the last values ``*1 *2 *3`` and the last error ``*e``.
 
 
@@ -356,6 +290,13 @@ def runs_code(form: TopForm) -> bool:
 def _trees(forms: Sequence[TopForm]) -> tuple[Any, ...]:
     """Return the core forms of forms, without imports."""
     return tuple(tree for form in forms for tree in form.asts if not isinstance(tree, Import))
+
+
+def _binds(forms: Sequence[TopForm]) -> Iterator[Any]:
+    """Iterate over the core forms that bind a word at top level."""
+    for tree in _trees(forms):
+        if type(tree) is ast.Bind and type(tree.word) is ast.Constant:
+            yield tree
 
 
 def _variables(form: TopForm) -> Iterator[Variable]:
@@ -501,6 +442,7 @@ class TopLevel:
         self._imported_files: list[SourceFile] = []  # keeps the files alive, so that their ids are not reused
         self._moves: dict[int, list[_Move]] = {}  # of forms kept by ``reload``, by the id of their source
         self._calls = SessionCalls(self.run, self.history.variables)
+        self.rt.place = self.place
         self._lint = LintCache()  # of the file that was loaded last
 
     # --- evaluating --------------------------------------------------------------------------------------------
@@ -556,7 +498,8 @@ class TopLevel:
     ) -> None:
         """Evaluate the next version of a file like ``evaluate``, except for definitions of functions and macros that
         are unchanged; then remove the definitions of its previous version that it no longer contains."""
-        reused = self._unchanged(source)
+        self.rt.forget_output()
+        reused = self._unchanged(source) if self._calls.is_tracked else {}
         while True:
             try:
                 self.evaluate(source, on_result, warn, whole=True, reused=reused)
@@ -564,6 +507,7 @@ class TopLevel:
             except _NotKept as signal:
                 reused = {text: form for text, form in reused.items() if form not in signal.forms}
         self._forget_versions(source)
+        self._sort_forms(source)
 
     def _unchanged(self, source: Source) -> Mapping[str, TopForm]:
         """Return the forms of the previous version of a file that need not be evaluated again if they are in the next
@@ -760,11 +704,7 @@ class TopLevel:
             if not self.rt.has_written:
                 self._random_only.add(id(form))
         self.forms = inserted(self.forms, form)
-        file = self.file
-        file.forms = self.forms
-        file.words = {word: span for each in self.forms for word, span in each.words}
-        file.imports = [each for old in self.forms for each in old.imports]
-        self.state.params = [param for each in self.forms for param in each.params]
+        self._list_forms()
 
     def _update_dependents(self) -> list[TopForm]:
         """Expand and run again the functions that looked up a name whose meaning has changed; return their forms."""
@@ -869,6 +809,11 @@ class TopLevel:
         """Convert a span in a form of an earlier version of a file to the version that was loaded last."""
         return _moved_span(span, self._move)
 
+    def place_error(self, error: SceneError) -> None:
+        """Convert the spans of an error as ``place`` does."""
+        moved = moved_diagnostic(error.diagnostic, self.place)
+        error.span, error.notes, error.chain = moved.span, moved.notes, list(moved.chain)
+
     def comment_of(self, form: TopForm) -> list[str]:
         """Return the comment lines directly above a form."""
         span = self.place(form.datums[0].span)
@@ -882,25 +827,60 @@ class TopLevel:
         return moves[index].source, moves[index].offset
 
     def _forget_versions(self, source: Source) -> None:
-        """Remove definitions of earlier versions of a file that its current version ``source`` does not contain."""
+        """Remove definitions of earlier versions of a file that its current version ``source`` does not contain, and
+        words of imports that are gone."""
         old = [
             form
             for form in self.forms
             if source_of(form).name == source.name and self._move(form.datums[0].span)[0] is not source
         ]
-        self.forms = self.file.forms = [form for form in self.forms if form not in old]
+        words = {word for form in self.forms for word, _ in form.words}
+        are_old = set(map(id, old))
+        self.forms = [form for form in self.forms if id(form) not in are_old]
+        self._list_forms()
         remaining = {name for form in self.forms for name in names_of(form)}
-        old = [form for form in old if not names_of(form) <= remaining]
         for form in old:
             for symbol in list(form.scan.record.bound if form.scan is not None else ()):
                 if base_name(symbol) not in remaining:
                     dict.pop(self.file.names, symbol, None)
-            for word, _ in form.words:
-                if f'"{word}"' not in remaining:
-                    self.rt.words[word].function = None
-        self.file.words = {word: span for form in self.forms for word, span in form.words}
-        if old:
+        imported = {tree.word.value: tree for file in self._files_in_effect() for tree in _binds(file.forms)}
+        words |= {tree.word.value for file in self._imported_files for tree in _binds(file.forms)}
+        gone = words - {word for form in self.forms for word, _ in form.words}
+        for word in gone & set(self.rt.words):
+            if word not in imported:
+                self.rt.words[word].function = None
+            elif any((word, span) in form.words for form in old for _, span in form.words):
+                self.run.run_form(imported[word])
+        if any(form.imports or not names_of(form) <= remaining for form in old) or gone - set(imported):
             self.rt.invalidate_calls()
+
+    def _files_in_effect(self) -> list[SourceFile]:
+        """Return the files that the session imports, directly or through others."""
+        found: list[SourceFile] = []
+        pending = list(self.file.imports)
+        while pending:
+            file = pending.pop()
+            if file not in found:
+                found.append(file)
+                pending += file.imports
+        return found
+
+    def _sort_forms(self, source: Source) -> None:
+        """Bring the forms of a file into the order of its text."""
+        places = {id(form): self.place(form.datums[0].span) for form in self.forms}
+        is_own: Callable[[TopForm], bool] = lambda form: places[id(form)].source is source
+        first = next((index for index, form in enumerate(self.forms) if is_own(form)), 0)
+        own = sorted(filter(is_own, self.forms), key=lambda form: places[id(form)].start)
+        self.forms = [*self.forms[:first], *own, *(form for form in self.forms[first:] if not is_own(form))]
+        self._list_forms()
+
+    def _list_forms(self) -> None:
+        """Update what the file knows of the forms of the session."""
+        file = self.file
+        file.forms = self.forms
+        file.words = {word: span for form in self.forms for word, span in form.words}
+        file.imports = [each for form in self.forms for each in form.imports]
+        self.state.params = [param for form in self.forms for param in form.params]
 
     # --- queries -----------------------------------------------------------------------------------------------
 

@@ -302,10 +302,17 @@ class IncrementalRun:
         self._root: tuple[str, Any] | None = None
         self._trace: Sequence[Any] = ()
         self.rt = new_runtime()
+        self._place = self.rt.place
         self.evaluated = 0  # top-level forms that the last run evaluated
 
-    def run(self, program: Program, word: str, seed: int, started: float | None = None) -> Scene:
-        """Run the next version of the program, and return its scene. Raises like a run from scratch."""
+    def run(
+        self, program: Program, word: str, seed: int, place: Callable[[Span], Span], started: float | None = None
+    ) -> Scene:
+        """Run the next version of the program, and return its scene. Raises like a run from scratch.
+
+        ``place`` returns where a span of the program is in the text.
+        """
+        self._place = self.rt.place = place
         reaches = [self._reach(form) for form in program.forms]
         previous, self._reaches = self._reaches, {id(reach.form): reach for reach in reaches}
         run, self._run = self._run, None  # so that the next version starts from scratch if this one fails
@@ -327,12 +334,13 @@ class IncrementalRun:
         self, program: Program, reaches: Sequence[FormReach], word: str, seed: int, started: float | None
     ) -> Scene:
         self.rt = self._new_runtime()
+        self.rt.place = self._place
         self.rt.restart(seed, started)
         run = ProgramRun(self._library, self.rt)
         for form in program.forms:
             run.run_form(form)
         self.evaluated = len(reaches)
-        return self._finish(run, program, reaches, word, seed)
+        return self._finish(run, program, reaches, word, seed, self.rt.binds)
 
     def _continue(
         self,
@@ -351,7 +359,7 @@ class IncrementalRun:
             raise _Restart
         values = self._clean(run, reaches, kept, seed, started)
         rt.keep_calls(self._functions, self._bindings)  # until the words of other forms are bound again
-        before = rt.clock
+        before, binds = rt.clock, rt.binds
         for reach in reaches:
             if id(reach.form) not in kept:
                 run.run_form(reach.form)
@@ -360,6 +368,9 @@ class IncrementalRun:
                 ):
                     raise _Restart
         self.evaluated = len(reaches) - len(kept)
+        binds = rt.binds - binds
+        if binds != sum(bool(reach.words) for reach in reaches if id(reach.form) not in kept):
+            raise _Restart  # a word is bound by other code
         if rt.clock != before and any(reach.words and id(reach.form) in again for reach in reaches):
             raise _Restart  # calls at top level, between bindings
         rt.keep_calls(_functions(rt, reaches), self._bindings)
@@ -367,7 +378,8 @@ class IncrementalRun:
             self._keep(run, reaches)
             rt.replay(self._trace)
             return self._scene
-        return self._finish(run, program, reaches, word, seed)
+        kept_words = sum(bool(reach.words) for reach in reaches if id(reach.form) in kept)
+        return self._finish(run, program, reaches, word, seed, binds + kept_words)
 
     def _changed(self, run: ProgramRun, reaches: Sequence[FormReach], previous: Mapping[int, FormReach]) -> set[int]:
         """Return the forms that are new, those whose values cannot be compared, and all that depend on these."""
@@ -406,15 +418,18 @@ class IncrementalRun:
                         values[variable], cell.value = cell.value, UNDEFINED
         return values
 
-    def _finish(self, run: ProgramRun, program: Program, reaches: Sequence[FormReach], word: str, seed: int) -> Scene:
-        """Evaluate the root, and keep the state for the next version unless functions have bound words."""
+    def _finish(
+        self, run: ProgramRun, program: Program, reaches: Sequence[FormReach], word: str, seed: int, binds: int
+    ) -> Scene:
+        """Evaluate the root, and keep the state for the next version unless words were bound by other code than a
+        ``bind`` at top level; ``binds`` is how often the forms have bound words."""
         rt = self.rt
-        output, bindings = rt.output, rt.bindings
+        output, bindings, before = rt.output, rt.bindings, rt.binds
         functions = _functions(rt, reaches)
         rt.drew_random, rt.oldest_read, rt.oldest_write = False, NEVER, NEVER
         scene = run.run_root(program, word, seed)
         is_pure = not rt.drew_random and rt.oldest_read == rt.oldest_write == NEVER and rt.output == output
-        is_bound_once = len(functions) == sum(len(reach.words) for reach in reaches)
+        is_bound_once = len(functions) == sum(len(reach.words) for reach in reaches) == binds and rt.binds == before
         if is_bound_once and rt.bindings == bindings and functions == _functions(rt, reaches):
             self._scene = scene if is_pure and program.scene is None else None
             self._root, self._trace = (word, self._function(word)), rt.trace or []

@@ -10,6 +10,7 @@ its reads and writes are merged into those of its caller; a cache hit merges tho
 
 from __future__ import annotations
 
+import copy
 import random
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,6 +19,7 @@ from typing import Any
 
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.runtime import procedures
 from scenelang.interpreter.runtime.limits import Limits, Meter
 from scenelang.interpreter.runtime.procedures import (
@@ -40,6 +42,7 @@ from scenelang.interpreter.runtime.values import (
     MutableList,
     Procedure,
     Set,
+    Stream,
     Table,
     embedding_key,
     memo_key,
@@ -215,6 +218,8 @@ class Runtime:
         self.drew_random = False
         self.epoch = 0
         self.bindings = 0  # the epoch of words
+        self.binds = 0  # how often words were bound
+        self.place: Callable[[Span], Span] = lambda span: span  # where a span is in the text that the user sees
         self.version = 0  # of the program, counted by ``restart``
         self.output = 0  # printed lines, warnings, and primitives that cannot outlive a version
         self.made: list[Entity] = []  # primitives of this version
@@ -260,6 +265,10 @@ class Runtime:
         self.made, self.trace = list(self._primitives.values()), []
         for entity in self.made:
             entity.call_sites = ()
+
+    def forget_output(self) -> None:
+        """Forget the memoised calls that printed or warned, so that they do so again."""
+        self._memo = {key: entry for key, entry in self._memo.items() if not entry.has_output}
 
     def keep_calls(self, functions: Mapping[str, Any], bindings: int, epoch: int | None = None) -> None:
         """Forget the memoised calls except those of these functions, by word, that depend on nothing else.
@@ -438,6 +447,7 @@ class Runtime:
         if cell is None:
             cell = self.words[word] = WordCell()
         self.write(cell)
+        self.binds += 1
         cell.function = function
         cell.span = span
 
@@ -684,3 +694,67 @@ def raised_value(error: SceneError) -> Any:
 def root_arguments(runtime: Runtime) -> tuple[Embedding, HandleList]:
     """Return the root's embedding ``<z1>`` and its infinite list gamma, ``<z2> <z3> ...``."""
     return runtime.handle("z1"), HandleList(2)
+
+
+# Undo log: a runtime whose changes can be rolled back if an evaluation fails.
+
+
+_EXCLUDED = ("birth", "observed")
+
+
+class JournaledRuntime(Runtime):
+    """Runtime with an undo log: from ``begin`` on, the state of every older object is saved before it changes."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._journal: dict[int, tuple[Mutable, dict[str, Any]]] = {}
+        self._start = 0
+        self._streams = self.streams.snapshot()
+
+    def begin(self) -> None:
+        """Start a transaction, whose changes can be rolled back."""
+        self._journal = {}
+        self.clock += 1
+        self._start = self.clock
+        self._streams = self.streams.snapshot()
+        self.drew_random = False
+
+    @property
+    def has_changed(self) -> bool:
+        """Return whether an object older than the transaction was modified or a random number was drawn."""
+        return bool(self._journal) or self.drew_random
+
+    @property
+    def has_written(self) -> bool:
+        """Return whether an object older than the transaction was modified."""
+        return bool(self._journal)
+
+    def has_written_other(self, cells: Sequence[Mutable]) -> bool:
+        """Return whether an object older than the transaction was modified that is none of ``cells``."""
+        return not self._journal.keys() <= set(map(id, cells))
+
+    def roll_back(self) -> None:
+        """Roll back all changes since the start of the transaction."""
+        for target, state in self._journal.values():
+            for name, value in state.items():
+                setattr(target, name, value)
+        self.streams.restore(self._streams)
+        if self._journal:
+            self.invalidate_calls()
+        self._journal = {}
+
+    def write(self, value: Mutable) -> None:
+        if 0 <= value.birth < self._start and id(value) not in self._journal:
+            self._journal[id(value)] = value, _state(value)
+        super().write(value)
+
+
+def _state(target: Mutable) -> dict[str, Any]:
+    """Return the state of a mutable object: containers and generators are copied, values keep their identity."""
+    state = {name: getattr(target, name) for name in type(target).__slots__ if name not in _EXCLUDED}
+    if isinstance(target, Stream):
+        return {name: copy.deepcopy(value) for name, value in state.items()}
+    return {
+        name: copy.copy(value) if isinstance(value, (list, dict, np.ndarray)) else value
+        for name, value in state.items()
+    }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -431,12 +432,15 @@ class Watch:
 
     def _again(self) -> None:
         repl = self._repl
-        self._stamps = stamps_of(self._names())
+        before = stamps_of(self._names())
         outcome = repl.evaluation.reload(self.path)
+        names = self._names()
+        if any(diagnostic.name == "file" for diagnostic in outcome.diagnostics):  # the file may be created later
+            names.append(os.path.dirname(os.path.abspath(self.path)))
+        self._stamps = stamps_of(names).since(before)  # a file may have changed since it was read
         repl.show(outcome)
         if not outcome.ok:
             return
-        self._stamps = stamps_of(self._names())
         old, self._scene = self._scene, self._root()
         repl.screen.write(clean(f"{Path(self.path).name} changed: {', '.join(what_changed(old, self._scene))}"))
         repl.changed()

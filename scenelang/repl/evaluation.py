@@ -313,8 +313,12 @@ class ReplEvaluation:
         self.tracer.attach(self.top)
         depth = max(EXPANSION_DEPTH, self.session.options.limits.depth)
         folders = self.session.folders(self.top.main)
-        with self._restored(), limited(self.session.options.limits):
-            return run_with_room(action, depth, self._cancel, folders)
+        try:
+            with self._restored(), limited(self.session.options.limits):
+                return run_with_room(action, depth, self._cancel, folders)
+        except SceneError as error:
+            self.top.place_error(error)
+            raise
 
     @contextmanager
     def _restored(self) -> Iterator[None]:

@@ -144,7 +144,10 @@ class _Handler(BaseHTTPRequestHandler):
         token, slash, name = rest.partition("/")
         if not slash or not hmac.compare_digest(token.encode(), self.server.token.encode()):
             raise _Refused(HTTPStatus.NOT_FOUND, "not found")
-        query = parse_qs(parts.query, max_num_fields=8)
+        try:
+            query = parse_qs(parts.query, max_num_fields=8)
+        except ValueError:
+            raise _Refused(HTTPStatus.BAD_REQUEST, "too many fields in the query") from None
         return name, {key: values[0] for key, values in query.items()}
 
     def _file(self, text: Any) -> int:

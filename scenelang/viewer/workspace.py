@@ -238,8 +238,16 @@ class Stamps:
     @property
     def folders(self) -> frozenset[str]:
         """Folders in which a change may concern the files; a file may be replaced by another one."""
-        names = {name for name, _ in self.files if os.path.isdir(name)}
-        return frozenset(os.path.abspath(name) for name in names | {os.path.dirname(name) for name, _ in self.files})
+        names = {name for name, _ in self.files}
+        files = names | set(map(os.path.realpath, names))  # a symbolic link, and what it leads to
+        return frozenset(
+            os.path.abspath(name) for name in {*map(os.path.dirname, files), *filter(os.path.isdir, names)}
+        )
+
+    def since(self, earlier: Stamps) -> Stamps:
+        """Return a snapshot of the same files with the stamps of an ``earlier`` one, as far as that has them."""
+        known = dict(earlier.files)
+        return Stamps(tuple((name, known.get(name, stamp)) for name, stamp in self.files))
 
 
 def stamps_of(names: Iterable[str]) -> Stamps:
@@ -429,11 +437,13 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
     """Create the evaluation function of a workspace; ``splats`` returns the Gaussians to show in place of solids. What
     an edit does not reach is not evaluated again."""
     opened: dict[str, Editing] = {}
+    seen: dict[str, Stamps] = {}
 
     def evaluate(path: str, literals: Mapping[str, str]) -> WorkspaceEvaluation:
         program: Program | None = None
         packet: bytes | None = None
         found: tuple[Diagnostic, ...] = ()
+        before = stamps_of(dict.fromkeys([*_beside(path), *(name for name, _ in seen.get(path, Stamps()).files)]))
         stamps = stamps_of([path])
         try:
             session = open_session(path, literals)
@@ -452,6 +462,7 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
             message = f"internal error: {type(error).__name__}: {error}"
             found = (*found, SceneError("unsupported", message, "please report it").diagnostic)
         controls = controls_of(program.params) if program is not None else None
+        stamps = seen[path] = stamps.since(before)  # a file may have changed since it was read
         return WorkspaceEvaluation(packet, found, stamps, controls, program is not None and _is_read(program))
 
     return evaluate
