@@ -254,3 +254,44 @@ def test_an_example_while_numbers_change(path: Path) -> None:
 
 if __name__ == "__main__":
     print(*search(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 1))
+
+
+CUBE, SPHERE = '(call "cube")', '(call "sphere")'
+ROOT = '(bind "r" (lambda () (call "x")))'
+BOUND_BY_CODE = [
+    (f'(define (make) (bind "x" (lambda () {CUBE})))\n(make)\n{ROOT}', CUBE, SPHERE),
+    (f'(define (make) (bind "x" (lambda () {CUBE})))\n(make)\n{ROOT}', "(make)\n", ""),
+    (
+        f'(bind (string-append "x" "") (lambda () {CUBE}))\n{ROOT}',
+        f'(bind (string-append "x" "") (lambda () {CUBE}))',
+        "",
+    ),
+    (f'(bind "x" (lambda () {SPHERE}))\n(if #t (bind "x" (lambda () {CUBE})) 1)\n{ROOT}', "#t", "#f"),
+    (
+        f'(bind "x" (lambda () {SPHERE}))\n(define (f) (bind "x" (lambda () {CUBE})))\n(f)\n{ROOT}',
+        "(f)\n(bind",
+        "(bind",
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "old", "new"), BOUND_BY_CODE)
+def test_words_that_are_bound_by_other_code(text: str, old: str, new: str) -> None:
+    editing, session = Editing(Session(Options())), Session(Options())
+    for version in (text, text.replace(old, new), text):
+        source = Source("<test>", version)
+        assert observed(editing.evaluate(source)) == observed(session.evaluate(source))
+
+
+def test_places_are_in_the_text() -> None:
+    text = (
+        '(define (f x) (guard (e (else (error-place e))) (car x)))\n(print (f 1))\n(bind "a" (lambda () (call "cube")))'
+    )
+    editing, session = Editing(Session(Options())), Session(Options())
+    for version in (text, "\n\n" + text, text + "\n(define (g) (h))"):
+        source = Source("<test>", version)
+        ours, theirs = editing.evaluate(source), session.evaluate(source)
+        assert ours.log == theirs.log
+        assert ours.program is not None
+        assert theirs.program is not None
+        assert ours.program.words == theirs.program.words

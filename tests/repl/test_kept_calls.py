@@ -190,3 +190,59 @@ def test_an_import_binds_a_word_that_was_a_primitive(tmp_path: Path, called: lis
     assert evaluation.evaluate(evaluation.source('(import "legs.scene")')).ok
     assert [row[0] for row in geometry(evaluation.root())[0]] == ["sphere", "cube"]
     assert called == ["stool", "leg"]
+
+
+A, B = '(bind "a" (lambda () (call "cube")))\n', '(bind "b" (lambda () (call "sphere")))\n'
+RELOADS = {
+    "words in another order": (A + B, B + A),
+    "a word above the root": (A, B + A),
+    "a function that was assigned": ("(define (f) 1)\n(define old f)\n(set! f (lambda () (+ 1 (old))))\n" + A,) * 2,
+    "an assignment that is gone": ("(define (f) 1)\n(set! f (lambda () 3))\n" + A, "(define (f) 1)\n" + A),
+    "a call that prints": ('(bind "c" (lambda () (print "c") (call "cube")))\n(call "c")\n',) * 2,
+    "an import that is gone": (
+        '(import "i.scene")\n(bind "r" (lambda () (call "w")))\n',
+        '(bind "r" (lambda () (call "w")))',
+    ),
+    "an empty file": ('(import "i.scene")\n', ""),
+    "a word over that of an import": (
+        '(import "i.scene")\n(bind "w" (lambda () (call "torus")))\n(bind "r" (lambda () (call "w")))\n',
+        '(import "i.scene")\n(bind "r" (lambda () (call "w")))\n',
+    ),
+    "an error in a kept function": (
+        '(define (f x) (error "bad" x))\n(bind "r" (lambda () (call "cube" :scale (f 1))))\n',
+        '\n; more\n(define (f x) (error "bad" x))\n(bind "r" (lambda () (call "cube" :scale (f 1))))\n',
+    ),
+}
+
+
+def told(evaluation: ReplEvaluation) -> object:
+    """The scene of a session, or the error with its place, and what was printed."""
+    try:
+        scene: object = geometry(evaluation.root())
+    except SceneError as error:
+        scene = render_text(error.diagnostic, color=False)
+    return scene, [show(value) for value in evaluation.evaluate(evaluation.source('(bound? "w")')).values]
+
+
+@pytest.mark.parametrize("name", RELOADS)
+def test_a_reload_is_as_a_new_session(tmp_path: Path, name: str) -> None:
+    (tmp_path / "i.scene").write_text('(bind "w" (lambda () (call "cone")))', "utf-8")
+    path = tmp_path / "a.scene"
+    evaluation = ReplEvaluation(Session(Options()), str(path))
+    for text in RELOADS[name]:
+        path.write_text(text, "utf-8")
+        log = evaluation.reload(str(path)).log
+        found = told(evaluation)
+    new = ReplEvaluation(Session(Options()), str(path))
+    assert log == new.load(str(path)).log
+    assert found == told(new)
+
+
+def test_an_import_is_edited(tmp_path: Path) -> None:
+    other, path = tmp_path / "i.scene", tmp_path / "a.scene"
+    path.write_text('(import "i.scene")\n(bind "r" (lambda () (call "w")))\n(scene "r")', "utf-8")
+    evaluation = ReplEvaluation(Session(Options()), str(path))
+    for primitive in ("cube", "cone", None):
+        other.write_text(f'(bind "w" (lambda () (call "{primitive}")))' if primitive else "", "utf-8")
+        assert evaluation.reload(str(path)).ok
+        assert [row[0] for row in geometry(evaluation.root())[0]] == [primitive or "w"]

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from scenelang import Options, Session, Source
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.viewer.workspace import state_data
+from scenelang.viewer.workspace import FileWatch, evaluator, stamps_of, state_data
 
 GOOD = '(param n 2 :min 1 :max 9)\n(bind "row" (lambda () (union-loop n (lambda (i) (call "cube")))))\n'
 
@@ -106,3 +109,47 @@ def test_saving_writes_what_is_tried_out(program: Callable[..., Path], workspace
     assert path.read_text() == GOOD.replace("n 2", "n 5")
     assert space.state(0).values == {}
     assert space.state(0).ok
+
+
+def test_a_change_while_the_file_is_evaluated_is_noticed(tmp_path: Path) -> None:
+    path = tmp_path / "a.scene"
+    path.write_text('(bind "a" (lambda () (call "cube")))', "utf-8")
+
+    class Edited(Session):
+        def source(self, name: str) -> Source:
+            found = super().source(name)
+            path.write_text('(bind "a" (lambda () (call "sphere" :radius 2)))', "utf-8")
+            return found
+
+    made = evaluator(lambda _, __: Edited(Options()), 1_000)(str(path), {})
+    assert made.packet is not None
+    assert made.stamps.are_old()
+
+
+def test_the_folder_of_a_linked_file_is_watched(tmp_path: Path) -> None:
+    target = tmp_path / "elsewhere" / "b.scene"
+    target.parent.mkdir()
+    target.write_text("", "utf-8")
+    link = tmp_path / "a.scene"
+    link.symlink_to(target)
+    assert stamps_of([str(link)]).folders >= {str(tmp_path), str(target.parent)}
+
+
+def test_a_notification_arrives_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "a.scene"
+    path.write_text("1", "utf-8")
+    changed = threading.Event()
+
+    def look() -> None:
+        if path.read_text("utf-8") == "2":
+            changed.set()
+
+    watch = FileWatch(lambda: stamps_of([str(path)]).folders, look)
+    try:
+        time.sleep(0.2)
+        replacement = tmp_path / "b"
+        replacement.write_text("2", "utf-8")
+        replacement.replace(path)
+        assert changed.wait(0.8)  # a look without a notification comes once a second
+    finally:
+        watch.stop()
