@@ -95,6 +95,7 @@ class Repl:
         self.live_view: LiveView | None = None
         self.pictures: Path | None = None  # folder of images without a given file name
         self.errors = 0
+        self._shown: EvaluationOutcome | None = None  # by the command that runs
 
     def feed(self, text: str) -> EvaluationOutcome:
         """Evaluate an input or run a command; errors are reported and never raised. Raises Quit."""
@@ -141,6 +142,7 @@ class Repl:
                 self.screen.write(text)
         self.screen.report(outcome.diagnostics)
         self.errors += not outcome.ok
+        self._shown = outcome
 
     def changed(self) -> None:
         """Update the viewer after definitions may have changed."""
@@ -161,6 +163,7 @@ class Repl:
             command = find(self.commands, name)
         except SceneError as error:
             return self._failed(error.diagnostic)
+        self._shown = None
         try:
             command.run(self, rest)
         except (SceneError, RecursionError, MemoryError) as error:
@@ -172,7 +175,7 @@ class Repl:
             return self._failed(SceneError("file", message).diagnostic)
         except KeyboardInterrupt:
             return self._failed(LimitError("interrupted", f"`,{command.name}` was interrupted").diagnostic)
-        return EvaluationOutcome()
+        return self._shown or EvaluationOutcome()
 
     def _failed(self, problem: Diagnostic) -> EvaluationOutcome:
         """Report a failed command and return its outcome."""

@@ -414,3 +414,11 @@ def test_commands_say_what_they_are_about() -> None:
         "1  cube",
     ]
     assert lines('(call "sphere")\n(define x 1)\n,count\n') == ["sphere", "of `*1`, an earlier value:", "1  sphere"]
+
+
+def test_json_of_a_command_has_the_errors_of_its_form() -> None:
+    result = drive(",time (car 5)\n,time (+ 1 2)\n", "--json")
+    wrong, right = [json.loads(line) for line in result.stdout.splitlines()]
+    assert [d["code"] for d in wrong["diagnostics"]] == ["E401"]
+    assert not wrong["ok"]
+    assert (right["ok"], right["value"]) == (True, "3")
