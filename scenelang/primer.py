@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import chain
-from typing import Any
 
 from scenelang.backends.pictures.appearance import MATERIALS
 from scenelang.grammar.diagnostics import CODES, diagnostic_named, explanation
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene import primitives
-from scenelang.interpreter.scene.entity import Scene, count_words, descendants, primitive_count
 from scenelang.stdlib.reference import TOPICS, ReferenceRecord, lookup, records
 
 # One-line descriptions of primitives and their attributes, for help and completion.
@@ -176,34 +174,3 @@ def stated_task(text: str) -> str | None:
         paragraph += [line] if line else []
     first = _SENTENCE.split(" ".join(paragraph), maxsplit=1)[0].rstrip(".").strip()
     return first or None
-
-
-# Summary of a scene: root, counts and bounds.
-
-
-def summary(scene: Scene) -> dict[str, Any]:
-    """Return the summary as JSON data, accumulated over all frames of a 4D scene; ``bounds`` is None without
-    geometry."""
-    from scenelang.interpreter.scene.bounds import word_box
-
-    box = word_box(scene, None)
-    facts: dict[str, Any] = {"root": scene.word}
-    if scene.animated:
-        facts["frames"] = len(scene.frames)
-    return facts | {
-        "entities": sum(1 for _ in descendants(*scene.frames)),
-        "instances": sum(sum(count_words(root).values()) for root in scene.frames),
-        "primitives": sum(primitive_count(root) for root in scene.frames),
-        "bounds": {"min": list(box[:3]), "max": list(box[3:])} if box is not None else None,
-    }
-
-
-def summary_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Format the summary as rows of name and value."""
-    rows = [
-        (name, f"{value:,}" if isinstance(value, int) else str(value))
-        for name, value in facts.items()
-        if name != "bounds"
-    ]
-    corners: Mapping[str, Any] = facts["bounds"] or {}
-    return rows + [(name, "[" + " ".join(f"{x:.6g}" for x in corner) + "]") for name, corner in corners.items()]

@@ -14,6 +14,7 @@ from codecs import BOM_UTF8
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
+from functools import cache
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.runtime.evaluate import IncrementalRun
     from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
     from scenelang.interpreter.scene.entity import Scene
+    from scenelang.interpreter.scene.primitives.asset import Asset
     from scenelang.interpreter.transpile.translate import Translation
 
 
@@ -227,11 +229,6 @@ def _macro_runner(library: Library, limits: Limits, started: Callable[[Runtime],
     return run
 
 
-def _import_evaluator() -> None:
-    """Import what every evaluation needs, before the thread that evaluates is confined and its time runs."""
-    import numpy  # noqa: F401
-
-
 class Session:
     """Checks and evaluates programs under one set of options."""
 
@@ -258,6 +255,11 @@ class Session:
         from scenelang.backends.geometry.assets import AssetFiles
 
         return AssetFiles(self._folder(main), self._project(main), self.options.allow_outside)
+
+    def _measure_asset(self, main: Source) -> Callable[[str, Callable[[int], None]], Asset]:
+        """Return the function that measures a mesh file; what reads meshes is imported at its first use."""
+        files = cache(lambda: self._assets(main))
+        return lambda file, charge: files().measure(file, charge)
 
     def folders(self, main: Source) -> tuple[str, ...]:
         """Return the folders that an evaluation may read, in addition to the package."""
@@ -469,7 +471,6 @@ class Session:
         program = checked.program
         if program is None or not (checked.ok or _may_run(program, checked.diagnostics)):
             return Evaluated(program, None, checked.diagnostics)
-        _import_evaluator()
         runtime = self._runtime(source)
         runtime.meter.reset(started)
         run = lambda: self._run(program, runtime)
@@ -520,8 +521,8 @@ class Session:
 
         options, library = self.options, self.library
         overrides = {name: _value_datum(name, text) for name, text in options.defines.items()}
-        assets = self._assets(main)
-        runtime = JournaledRuntime(library, options.limits, options.seed, options.z_entries, asset=assets.measure)
+        asset = self._measure_asset(main)
+        runtime = JournaledRuntime(library, options.limits, options.seed, options.z_entries, asset=asset)
         new_macros = lambda: _macro_runner(library, self._macro_limits, started)
         return TopLevel(library, runtime, main, self.importer(main), new_macros, overrides)
 
@@ -562,10 +563,10 @@ class Session:
         from scenelang.interpreter.runtime.runtime import Runtime
 
         options = self.options
-        assets = self._assets(main)
         return Runtime(
-            self.library, options.limits, options.seed, options.z_entries, snapshots=snapshots, asset=assets.measure
-        )
+            self.library, options.limits, options.seed, options.z_entries, snapshots=snapshots,
+            asset=self._measure_asset(main),
+        )  # fmt: skip
 
     def _run_once(self, program: Program, runtime: Runtime, word: str) -> Scene:
         from scenelang.interpreter.runtime.evaluate import ProgramRun
@@ -862,7 +863,6 @@ class Editing:
                 word, _ = self.session._root(version.program)
             except SceneError:
                 return self.session.evaluate(source)
-            _import_evaluator()
             return self._evaluate(version, word, analysis.diagnostics, started)
 
     def _evaluate(self, version: Version, word: str, found: Sequence[Diagnostic], started: float) -> Evaluated:

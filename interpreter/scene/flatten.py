@@ -10,9 +10,8 @@ from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.interpreter.lazy import np
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
 

@@ -1,4 +1,4 @@
-"""Scenes as text and data: an outline of the entity hierarchy, and the flattened scene as JSON.
+"""Scenes as text and data: a summary, an outline of the entity hierarchy, and the flattened scene as JSON.
 
 The outline merges neighbouring parts of the same structure into one line with a count.
 """
@@ -6,12 +6,12 @@ The outline merges neighbouring parts of the same structure into one line with a
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.interpreter.runtime.show import plain_attributes, primitive_attributes, show
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix, Vector
-from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.entity import Entity, Scene, count_words, descendants, primitive_count
 from scenelang.interpreter.scene.numbering import Numbering, number_scene
 from scenelang.interpreter.scene.pose import to_array
 
@@ -178,3 +178,34 @@ def flat_json(flat: FlatScene, handles: Sequence[Sequence[str]]) -> Iterator[str
             )
         yield "]}"
     yield "]}"
+
+
+# Summary of a scene: root, counts and bounds.
+
+
+def summary(scene: Scene) -> dict[str, Any]:
+    """Return the summary as JSON data, accumulated over all frames of a 4D scene; ``bounds`` is None without
+    geometry."""
+    from scenelang.interpreter.scene.bounds import word_box
+
+    box = word_box(scene, None)
+    facts: dict[str, Any] = {"root": scene.word}
+    if scene.animated:
+        facts["frames"] = len(scene.frames)
+    return facts | {
+        "entities": sum(1 for _ in descendants(*scene.frames)),
+        "instances": sum(sum(count_words(root).values()) for root in scene.frames),
+        "primitives": sum(primitive_count(root) for root in scene.frames),
+        "bounds": {"min": list(box[:3]), "max": list(box[3:])} if box is not None else None,
+    }
+
+
+def summary_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Format the summary as rows of name and value."""
+    rows = [
+        (name, f"{value:,}" if isinstance(value, int) else str(value))
+        for name, value in facts.items()
+        if name != "bounds"
+    ]
+    corners: Mapping[str, Any] = facts["bounds"] or {}
+    return rows + [(name, "[" + " ".join(f"{x:.6g}" for x in corner) + "]") for name, corner in corners.items()]

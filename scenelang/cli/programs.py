@@ -101,7 +101,7 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
 
 
 def run_run(arguments: argparse.Namespace) -> int:
-    from scenelang.primer import summary, summary_rows
+    from scenelang.interpreter.scene.outline import summary, summary_rows
 
     session = session_of(arguments)
     source = session.source(arguments.file)

@@ -14,7 +14,8 @@ from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, printable, render_text, suggest, to_json
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.scene.entity import Scene, count_words
-from scenelang.primer import description, known_names, primer, summary, summary_rows
+from scenelang.interpreter.scene.outline import summary, summary_rows
+from scenelang.primer import description, known_names, primer
 from scenelang.sandbox.supervision import limited
 from scenelang.scene_changes import TOLERANCE, change_lines, changes_between, compared_frames, compared_frames_in
 from scenelang.session import Options, Session
