@@ -42,7 +42,7 @@ def test_an_agent_gets_help_while_programs_run(tmp_path: Path) -> None:
     waits: list[float] = []
 
     async def talk() -> list[Any]:
-        options = ["--project", str(tmp_path), "--max-seconds", "0.5", "--max-memory", "300M"]
+        options = ["--project", str(tmp_path), "--max-seconds", "1", "--max-memory", "300M"]
         parameters = stdio.StdioServerParameters(
             command=sys.executable, args=["-P", ROGUE, "mcp", *options], cwd=tmp_path
         )
