@@ -39,6 +39,11 @@ def test_random_programs(first: int) -> None:
         assert difference(text, 1 + seed % 3) is None, f"seed {seed}"
 
 
+def test_an_argument_without_a_value_is_told() -> None:
+    """A loop has no value; its code was taken for the name of a variable."""
+    assert difference(HotPrograms(8585).program(), 3) is None
+
+
 @pytest.mark.parametrize("first", range(4))
 def test_published_programs(first: int) -> None:
     texts = [text for text in published() if len(text) < 20_000][first::20]

@@ -125,7 +125,7 @@ def _placed_builtin(error: BaseException, site: BuiltinSite, traceback: Tracebac
         return error
     if isinstance(error, Mismatch):
         names = traceback.tb_frame.f_locals
-        values = [names[a.name] if type(a) is Local else a for a in site.arguments]
+        values = [names.get(a.name) if type(a) is Local else a for a in site.arguments]  # `None` is no local variable
         return calls.mismatch(site.builtin, site.checks, values, site.span)
     assert isinstance(error, Exception)
     found = python_error(site.builtin.name, error)
