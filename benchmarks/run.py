@@ -241,7 +241,7 @@ def bench_published(session: Session) -> None:
         print(f"{f'{name} {len(times)} programs':34} {told}")
 
 
-def town(size: int, more: str = "") -> str:
+def town(size: int) -> str:
     """A scene of 60 words, which takes half a second; ``size`` is of one of them."""
     houses = [
         f"(define (offset{i} k)\n  [(* 3 k) {i} (sin (* k {i}))])\n"
@@ -251,7 +251,7 @@ def town(size: int, more: str = "") -> str:
         for i in range(60)
     ]
     calls = "".join(f'\n    (transform (call "house{i}") (translate [0 0 {10 * i}]))' for i in range(60))
-    return f'{more}{"".join(houses)}(bind "town"\n  (lambda () (union{calls})))\n(scene "town")\n'
+    return f'{"".join(houses)}(bind "town"\n  (lambda () (union{calls})))\n(scene "town")\n'
 
 
 def bench_edits(session: Session) -> None:
@@ -261,8 +261,8 @@ def bench_edits(session: Session) -> None:
         sizes = iter(range(1, 1_000))
         editing, evaluation = Editing(session), ReplEvaluation(session, str(path))
 
-        def change(more: str = "") -> Source:
-            path.write_text(town(next(sizes), more), "utf-8")
+        def change() -> Source:
+            path.write_text(town(next(sizes)), "utf-8")
             return session.source(str(path))
 
         def reload() -> Scene:

@@ -24,7 +24,7 @@ from scenelang.interpreter.expand.expand import RunMacro
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
 from scenelang.interpreter.kinds.book import KindBook
 from scenelang.interpreter.lint.lint import WHOLE_FILE, LintCache, new_form_warnings
-from scenelang.interpreter.lint.rules import FactCache
+from scenelang.interpreter.lint.rules import FactCache, bound_word
 from scenelang.interpreter.program.program import (
     Import,
     LookupRecord,
@@ -281,7 +281,7 @@ def is_assignment(form: TopForm) -> bool:
 
 def runs_code(form: TopForm) -> bool:
     """Return whether evaluating a form runs code, unlike definitions of functions, macros and records."""
-    trees = [tree for tree in form.asts if not isinstance(tree, Import)]
+    trees = _trees((form,))
     head = form.datums[0].items[0] if isinstance(form.datums[0], ListDatum) and form.datums[0].items else None
     is_record = head is not None and head.span.text == "define-record"
     return not is_record and not all(makes_function(tree) for tree in trees)
@@ -292,24 +292,11 @@ def _trees(forms: Sequence[TopForm]) -> tuple[Any, ...]:
     return tuple(tree for form in forms for tree in form.asts if not isinstance(tree, Import))
 
 
-def _binds(forms: Sequence[TopForm]) -> Iterator[Any]:
-    """Iterate over the core forms that bind a word at top level."""
-    for tree in _trees(forms):
-        if type(tree) is ast.Bind and type(tree.word) is ast.Constant:
-            yield tree
-
-
 def _variables(form: TopForm) -> Iterator[Variable]:
     """Iterate over the variables that a form defines."""
-    for tree in form.asts:
+    for tree in _trees((form,)):
         if type(tree) is ast.Define:
             yield from pattern_variables(tree.target)
-
-
-def _text_of(form: TopForm) -> str:
-    """Return the text of a form."""
-    span = form.datums[0].span
-    return span.source.text[span.start : form.datums[-1].span.end]
 
 
 class _NotKept(Exception):
@@ -461,7 +448,7 @@ class TopLevel:
         ----------
         source
             Text to evaluate.
-        give
+        on_result
             Callback for the result of each form, called as soon as it is available.
         warn
             Callback for warnings.
@@ -506,15 +493,14 @@ class TopLevel:
                 break
             except _NotKept as signal:
                 reused = {text: form for text, form in reused.items() if form not in signal.forms}
-        self._forget_versions(source)
-        self._sort_forms(source)
+        self._forget(self._replace_forms(source))
 
     def _unchanged(self, source: Source) -> Mapping[str, TopForm]:
         """Return the forms of the previous version of a file that need not be evaluated again if they are in the next
         one, by their text."""
         latest = {name: form for form in self.forms for name in names_of(form)}
         return {
-            _text_of(form): form
+            _text(form): form
             for form in self.forms
             if source_of(form).name == source.name
             and not (runs_code(form) or form.imports or form.scene)
@@ -739,8 +725,8 @@ class TopLevel:
                     step.record.seen = {s: dict.get(self.file.names, s) for s in step.record.seen}
             return form
         self.forms[self.forms.index(form)] = again
-        for tree in again.asts:
-            if not isinstance(tree, Import) and makes_function(tree) and self._is_latest(again):
+        for tree in _trees((again,)):
+            if makes_function(tree) and self._is_latest(again):
                 self.run.run_form(tree)
         return again
 
@@ -781,13 +767,13 @@ class TopLevel:
         rest, kept = [], []
         self._moves = {key: moves for key, moves in self._moves.items() if moves[0].source.name != source.name}
         for form in forms:
-            name, old = _defined_name(form.datums[0]), reused.get(_text_of(form))
+            name, old = _defined_name(form.datums[0]), reused.get(_text(form))
             if old is None or name is None or names[name] > 1:
                 rest.append(form)
                 continue
             kept.append(old)
-            start, end = old.datums[0].span.start, old.datums[-1].span.end
-            move = _Move(start, end, source, form.datums[0].span.start - start)
+            span = old.datums[0].span
+            move = _Move(span.start, span.end, source, form.datums[0].span.start - span.start)
             self._moves.setdefault(id(source_of(old)), []).append(move)
         for moves in self._moves.values():
             moves.sort(key=lambda move: move.start)
@@ -795,12 +781,11 @@ class TopLevel:
 
     def _remove_names(self, group: Sequence[TopForm], kept: Sequence[TopForm]) -> None:
         """Remove the names that the last version of a file defined, unless its next one apparently does."""
-        name = self.file.source.name
-        remaining = {_defined_name(form.datums[0]) for form in group} | {
-            each for form in kept for each in names_of(form)
-        }
+        name, are_kept = self.file.source.name, set(map(id, kept))
+        remaining = {_defined_name(form.datums[0]) for form in group}
+        remaining |= {each for form in kept for each in names_of(form)}
         for form in self.forms:
-            if source_of(form).name == name and form.scan is not None and form not in kept:
+            if source_of(form).name == name and form.scan is not None and id(form) not in are_kept:
                 for symbol in form.scan.record.bound:
                     if base_name(symbol) not in remaining:
                         dict.pop(self.file.names, symbol, None)
@@ -826,53 +811,52 @@ class TopLevel:
             return span.source, 0
         return moves[index].source, moves[index].offset
 
-    def _forget_versions(self, source: Source) -> None:
-        """Remove definitions of earlier versions of a file that its current version ``source`` does not contain, and
-        words of imports that are gone."""
-        old = [
-            form
-            for form in self.forms
-            if source_of(form).name == source.name and self._move(form.datums[0].span)[0] is not source
-        ]
-        words = {word for form in self.forms for word, _ in form.words}
-        are_old = set(map(id, old))
-        self.forms = [form for form in self.forms if id(form) not in are_old]
+    def _replace_forms(self, source: Source) -> list[TopForm]:
+        """Bring the forms of a file into the order of its text, and remove those of its earlier versions, which are
+        returned."""
+        own: dict[int, TopForm] = {}  # by their places in the text
+        old: list[TopForm] = []
+        others: list[TopForm] = []
+        at = 0  # how many of the others are before them
+        for form in self.forms:
+            span = self.place(form.datums[0].span)
+            if span.source.name != source.name:
+                others.append(form)
+            elif span.source is source:
+                at = at if own else len(others)
+                own[span.start] = form
+            else:
+                old.append(form)
+        self.forms = [*others[:at], *(own[start] for start in sorted(own)), *others[at:]]
         self._list_forms()
+        return old
+
+    def _forget(self, old: Sequence[TopForm]) -> None:
+        """Remove the definitions of forms that were removed, unless others define the same, and words of imports that
+        are gone."""
         remaining = {name for form in self.forms for name in names_of(form)}
         for form in old:
             for symbol in list(form.scan.record.bound if form.scan is not None else ()):
                 if base_name(symbol) not in remaining:
                     dict.pop(self.file.names, symbol, None)
-        imported = {tree.word.value: tree for file in self._files_in_effect() for tree in _binds(file.forms)}
-        words |= {tree.word.value for file in self._imported_files for tree in _binds(file.forms)}
-        gone = words - {word for form in self.forms for word, _ in form.words}
-        for word in gone & set(self.rt.words):
+        imported = {bound_word(tree): tree for tree in self._imported_trees()}
+        own = {word for form in old for word, _ in form.words}
+        gone = own.union(*(file.words for file in self._imported_files)) - self.file.words.keys()
+        for word in gone & self.rt.words.keys():
             if word not in imported:
                 self.rt.words[word].function = None
-            elif any((word, span) in form.words for form in old for _, span in form.words):
+            elif word in own:
                 self.run.run_form(imported[word])
-        if any(form.imports or not names_of(form) <= remaining for form in old) or gone - set(imported):
+        if any(form.imports or not names_of(form) <= remaining for form in old) or gone - imported.keys():
             self.rt.invalidate_calls()
 
-    def _files_in_effect(self) -> list[SourceFile]:
-        """Return the files that the session imports, directly or through others."""
-        found: list[SourceFile] = []
-        pending = list(self.file.imports)
-        while pending:
-            file = pending.pop()
-            if file not in found:
-                found.append(file)
-                pending += file.imports
-        return found
-
-    def _sort_forms(self, source: Source) -> None:
-        """Bring the forms of a file into the order of its text."""
-        places = {id(form): self.place(form.datums[0].span) for form in self.forms}
-        is_own: Callable[[TopForm], bool] = lambda form: places[id(form)].source is source
-        first = next((index for index, form in enumerate(self.forms) if is_own(form)), 0)
-        own = sorted(filter(is_own, self.forms), key=lambda form: places[id(form)].start)
-        self.forms = [*self.forms[:first], *own, *(form for form in self.forms[first:] if not is_own(form))]
-        self._list_forms()
+    def _imported_trees(self) -> list[Any]:
+        """Return the core forms of the files that the session imports, directly or through others."""
+        trees: list[Any] = []
+        done: set[int] = set()
+        for file in self.file.imports:
+            collect(file, frozenset(), trees, done)
+        return trees
 
     def _list_forms(self) -> None:
         """Update what the file knows of the forms of the session."""
@@ -928,7 +912,7 @@ class TopLevel:
                     raise error_of(diagnostic)
         finally:
             self._roll_back(snapshot)
-        return [tree for form in forms for tree in form.asts if not isinstance(tree, Import)]
+        return list(_trees(forms))
 
     def names(self) -> Iterator[tuple[str, Any]]:
         """Iterate over the names defined or imported by the session, with their bindings."""

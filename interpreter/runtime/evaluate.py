@@ -238,8 +238,11 @@ class FormReach:
 _LOOKUPS = frozenset(("call", "retrieve", "bound?", "apply-entity-function"))
 
 
-def reach_of(form: Any) -> FormReach:
-    """Return what a top-level form defines and can read."""
+def reach_of(form: Any, known: Mapping[int, FormReach]) -> FormReach:
+    """Return what a top-level form defines and can read, from what is ``known`` of forms by their ids if it holds."""
+    found = known.get(id(form))
+    if found is not None and found.form is form and found.is_static == _makes_functions(form, found.variables):
+        return found
     mentions: set[Variable] = set()
     strings: set[str] = set()
     is_open = False
@@ -313,7 +316,7 @@ class IncrementalRun:
         ``place`` returns where a span of the program is in the text.
         """
         self._place = self.rt.place = place
-        reaches = [self._reach(form) for form in program.forms]
+        reaches = [reach_of(form, self._reaches) for form in program.forms]
         previous, self._reaches = self._reaches, {id(reach.form): reach for reach in reaches}
         run, self._run = self._run, None  # so that the next version starts from scratch if this one fails
         try:
@@ -322,13 +325,6 @@ class IncrementalRun:
             return self._continue(run, program, reaches, previous, word, seed, started)
         except _Restart:
             return self._from_scratch(program, reaches, word, seed, started)
-
-    def _reach(self, form: Any) -> FormReach:
-        known = self._reaches.get(id(form))
-        is_current = (
-            known is not None and known.form is form and known.is_static == _makes_functions(form, known.variables)
-        )
-        return known if is_current and known is not None else reach_of(form)
 
     def _from_scratch(
         self, program: Program, reaches: Sequence[FormReach], word: str, seed: int, started: float | None
@@ -603,7 +599,8 @@ class SessionCalls:
             rt.invalidate_calls()
             raise
         rt.keep_calls(_functions(rt, list(self._reaches.values())), *before)
-        for reach in map(reach_of, (*changed, *again)):
+        for tree in (*changed, *again):
+            reach = reach_of(tree, self._reaches)
             self._observe(reach.variables)
             for word in reach.words:
                 rt.word_cell(word)
@@ -616,12 +613,8 @@ class SessionCalls:
 
     def _reached(self, forms: Sequence[SessionForm], changed: Sequence[Any]) -> list[Any] | None:
         """Return the core forms whose functions must be created again, or None if this is not certain."""
-        known, self._reaches = self._reaches, {}
-        for form in forms:
-            for tree in form.trees:
-                reach = known.get(id(tree))
-                self._reaches[id(tree)] = reach if reach is not None and reach.form is tree else reach_of(tree)
-        new = [self._reaches.get(id(tree)) or reach_of(tree) for tree in changed]
+        self._reaches = {id(tree): reach_of(tree, self._reaches) for form in forms for tree in form.trees}
+        new = [reach_of(tree, self._reaches) for tree in changed]
         ids = {id(tree) for tree in changed}
         words = {each for reach in new for each in reach.words}
         variables = {each for reach in new for each in reach.variables} | self._volatile

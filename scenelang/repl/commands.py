@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -19,7 +18,7 @@ from scenelang.interpreter.scene.entity import Scene, count_words, primitive_cou
 from scenelang.repl.display import clean, signature_of
 from scenelang.repl.evaluation import LiveView, checked_program, description, function_of, known_names
 from scenelang.repl.loop import Command, ModelRequest, Quit, Repl, find
-from scenelang.viewer.workspace import FileWatch, stamps_of
+from scenelang.viewer.workspace import FileWatch, stamps_of, with_missing
 
 if TYPE_CHECKING:
     from scenelang.inference.conductor import Inference, Result
@@ -110,9 +109,7 @@ def _source(repl: Repl, rest: str) -> None:
     top = repl.evaluation.top
     form = top.definition_of(name) or top.definition_of(f'"{name.strip(chr(34))}"')
     if form is not None:
-        repl.screen.rows(
-            [*repl.evaluation.top.comment_of(form), *(line for d in form.datums for line in d.span.text.split("\n"))]
-        )
+        repl.screen.rows([*top.comment_of(form), *(line for d in form.datums for line in d.span.text.split("\n"))])
         return
     text = _library_source(repl, name)
     if text is None:
@@ -434,9 +431,7 @@ class Watch:
         repl = self._repl
         before = stamps_of(self._names())
         outcome = repl.evaluation.reload(self.path)
-        names = self._names()
-        if any(diagnostic.name == "file" for diagnostic in outcome.diagnostics):  # the file may be created later
-            names.append(os.path.dirname(os.path.abspath(self.path)))
+        names = with_missing(self._names(), outcome.diagnostics)
         self._stamps = stamps_of(names).since(before)  # a file may have changed since it was read
         repl.show(outcome)
         if not outcome.ok:

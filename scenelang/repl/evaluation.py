@@ -284,10 +284,9 @@ class ReplEvaluation:
         if values or problem is None:
             self._recent = (_brief(source.text), values[-1]) if values and not whole else None
         seconds = time.perf_counter() - started
-        found += rt.warnings.values()
+        found = [moved_diagnostic(each, self.top.place) for each in (*found, *rt.warnings.values())]
         if problem is not None:
             found.append(_with_command(problem))
-        found = [moved_diagnostic(each, self.top.place) for each in found]
         shown = settled(found, {d.span.source.name: d.span.source for d in found if d.span}.values())
         return EvaluationOutcome(tuple(values), shown, tuple(rt.log), seconds, rt.meter.total, rt.entities)
 

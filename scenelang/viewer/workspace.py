@@ -255,12 +255,22 @@ def stamps_of(names: Iterable[str]) -> Stamps:
     return Stamps(tuple((name, _stamp(name)) for name in names))
 
 
+def with_missing(names: Sequence[str], found: Sequence[Diagnostic]) -> list[str]:
+    """Return the names of files, and their folders if a file is missing, which may be created later."""
+    is_missing = any(diagnostic.name == "file" for diagnostic in found)
+    return [*names, *sorted({str(Path(name).parent) for name in names if is_missing})]
+
+
 def _stamp(name: str) -> Stamp:
     try:
         found = os.stat(name)
     except (OSError, ValueError):
         return None
     return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+_STEP, _DEBOUNCE = 5, 50  # milliseconds without a change, and at most, until several changes are taken as one
+_MAX_WAIT = 1000  # milliseconds
 
 
 class FileWatch:
@@ -302,9 +312,6 @@ class FileWatch:
             yield_on_timeout=True, stop_event=self._stopped, raise_interrupt=False,
         )  # fmt: skip
 
-
-_STEP, _DEBOUNCE = 5, 50  # milliseconds without a change, and at most, until several changes are taken as one
-_MAX_WAIT = 1000  # milliseconds
 
 OpenSession = Callable[[str, Mapping[str, str]], Session]  # (file, overridden params) -> the session for it
 Evaluate = Callable[[str, Mapping[str, str]], "WorkspaceEvaluation"]  # (file, overridden params) -> result
@@ -493,9 +500,7 @@ def _stamps(path: str, program: Program | None, scene: Scene | None, found: Sequ
     if scene is not None:
         files = (getattr(entity.shape, "file", None) for entity in descendants(*scene.frames))
         names += [file for file in files if file is not None]
-    if any(diagnostic.name == "file" for diagnostic in found):  # missing files may be created later
-        names += sorted({str(Path(name).parent) for name in names})
-    return stamps_of(dict.fromkeys(names))
+    return stamps_of(dict.fromkeys(with_missing(names, found)))
 
 
 def state_data(name: str, state: State, is_live: bool = True) -> dict[str, Any]:

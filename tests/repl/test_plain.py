@@ -288,6 +288,26 @@ def test_watch_says_what_changed(program: Path) -> None:
         assert out.endswith("is no longer watched\n4\n")
 
 
+def test_watch_notices_an_import_that_is_created_later(program: Path) -> None:
+    command = [sys.executable, "-m", "scenelang", "repl", str(program)]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(",watch\n")
+        process.stdin.flush()
+        assert "stop with `,watch`" in process.stdout.readline()
+        time.sleep(0.3)
+        program.write_text('(import "legs.scene")\n(bind "table" (lambda () (call "leg")))')
+        assert "E701" in process.stdout.readline()
+        (program.parent / "legs.scene").write_text('(bind "leg" (lambda () (call "cube")))')
+        while "primitive" not in (line := process.stdout.readline()):
+            assert line
+        assert "table.scene changed" in line
+        process.communicate(",quit\n", timeout=20)
+
+
 def test_the_viewer_follows_the_session(program: Path) -> None:
     import urllib.request
 
