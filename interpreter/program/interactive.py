@@ -498,14 +498,16 @@ class TopLevel:
     def _unchanged(self, source: Source) -> Mapping[str, TopForm]:
         """Return the forms of the previous version of a file that need not be evaluated again if they are in the next
         one, by their text."""
-        latest = {name: form for form in self.forms for name in names_of(form)}
         return {
             _text(form): form
-            for form in self.forms
-            if source_of(form).name == source.name
-            and not (runs_code(form) or form.imports or form.scene)
-            and all(latest[name] is form for name in names_of(form))
+            for form in self._latest_forms()
+            if source_of(form).name == source.name and not (runs_code(form) or form.imports or form.scene)
         }
+
+    def _latest_forms(self) -> list[TopForm]:
+        """Return the forms whose definitions are all in effect."""
+        latest = {name: form for form in self.forms for name in names_of(form)}
+        return [form for form in self.forms if all(latest[name] is form for name in names_of(form))]
 
     def _expands(self, group: Sequence[TopForm]) -> bool:
         """Return whether forms expand together without errors.
@@ -608,9 +610,11 @@ class TopLevel:
     def _session_forms(self, coming: Sequence[TopForm]) -> Iterator[SessionForm]:
         """Iterate over the forms in effect; ``coming`` are about to be run and replace others."""
         names = {name for form in coming for name in names_of(form)}
+        latest = set(map(id, self._latest_forms()))
         for form in self.forms:
             trees = _trees((form,))
-            yield SessionForm(trees, all(map(makes_function, trees)), bool(names) and names_of(form) <= names)
+            is_replaced = id(form) not in latest or (bool(names) and names_of(form) <= names)
+            yield SessionForm(trees, id(form) in latest and all(map(makes_function, trees)), is_replaced)
         for file in self._imported_files:
             for tree in _trees(file.forms) if id(file) in self._ran else ():
                 yield SessionForm((tree,), type(tree) is ast.Define and makes_function(tree))

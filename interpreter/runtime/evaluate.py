@@ -531,14 +531,14 @@ class SessionForm:
     trees
         Its core forms.
     is_static
-        Whether running it only creates functions.
-    runs_again
-        Whether it is about to be run, or replaced.
+        Whether running it again only creates its functions again.
+    is_replaced
+        Whether another form has replaced it or is about to, so that running it again would undo that.
     """
 
     trees: tuple[Any, ...]
     is_static: bool
-    runs_again: bool = False
+    is_replaced: bool = False
 
 
 class SessionCalls:
@@ -622,7 +622,7 @@ class SessionCalls:
         again: list[Any] = []
         for form in forms:
             trees = [tree for tree in form.trees if id(tree) in reached and id(tree) not in ids]
-            if trees and not (form.is_static or form.runs_again):
+            if trees and not (form.is_static or form.is_replaced):
                 return None
             again += trees if form.is_static else ()
         return again

@@ -246,3 +246,15 @@ def test_an_import_is_edited(tmp_path: Path) -> None:
         other.write_text(f'(bind "w" (lambda () (call "{primitive}")))' if primitive else "", "utf-8")
         assert evaluation.reload(str(path)).ok
         assert [row[0] for row in geometry(evaluation.root())[0]] == [primitive or "w"]
+
+
+def test_a_replaced_function_does_not_come_back(tmp_path: Path) -> None:
+    path = tmp_path / "a.scene"
+    text = '(define c (+ 1 1))\n(define d (+ 1 0))\n(bind "a" (lambda () (call "cube" :scale c)))\n'
+    path.write_text(text, "utf-8")
+    evaluation = ReplEvaluation(Session(Options()), str(path))
+    evaluation.load(str(path))
+    evaluation.evaluate(evaluation.source("(define (c x) (car c))"))
+    path.write_text('(bind "b" (lambda () (call "cube")))\n' + text, "utf-8")
+    assert evaluation.reload(str(path)).ok
+    assert show(evaluation.top.value_of("c")) == "2"
