@@ -483,10 +483,10 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
 
 def endless_recursions(results: Sequence[FormKinds]) -> list[Diagnostic]:
     """Return one error for each cycle of functions that always call the next one."""
+    calls = [call for result in results for call in result.always_calls]
     edges: dict[Any, list[tuple[Any, Any]]] = {}
-    for result in results:
-        for caller, callee, span in result.always_calls:
-            edges.setdefault(caller, []).append((callee, span))
+    for caller, callee, span in sorted(calls, key=lambda call: call[0].name):  # a session's forms are in any order
+        edges.setdefault(caller, []).append((callee, span))
     found: list[Diagnostic] = []
     done: set[Any] = set()
     for start in edges:

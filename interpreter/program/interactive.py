@@ -11,6 +11,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
@@ -43,7 +44,7 @@ from scenelang.interpreter.program.program import (
     top_forms,
 )
 from scenelang.interpreter.runtime.evaluate import ProgramRun, SessionCalls, SessionForm, is_plain, is_same
-from scenelang.interpreter.runtime.procedures import Cell
+from scenelang.interpreter.runtime.procedures import UNDEFINED, Cell
 from scenelang.interpreter.runtime.runtime import JournaledRuntime, raised_value
 from scenelang.interpreter.runtime.types import Library
 from scenelang.interpreter.runtime.values import Mutable
@@ -487,6 +488,8 @@ class TopLevel:
         are unchanged; then remove the definitions of its previous version that it no longer contains."""
         self.rt.forget_output()
         reused = self._unchanged(source) if self._calls.is_tracked else {}
+        if not self._calls.is_tracked:
+            self._ran -= self._imported(source.name)
         while True:
             try:
                 self.evaluate(source, on_result, warn, whole=True, reused=reused)
@@ -503,6 +506,14 @@ class TopLevel:
             for form in self._latest_forms()
             if source_of(form).name == source.name and not (runs_code(form) or form.imports or form.scene)
         }
+
+    def _imported(self, name: str) -> set[int]:
+        """Return the identities of the files that a file imports, directly or through others."""
+        found: set[int] = set()
+        for form in self.forms:
+            for file in form.imports if source_of(form).name == name else ():
+                collect(file, frozenset(), [], found)
+        return found
 
     def _latest_forms(self) -> list[TopForm]:
         """Return the forms whose definitions are all in effect."""
@@ -550,15 +561,40 @@ class TopLevel:
         for diagnostic in self._warnings(group, problems, kept):
             warn(diagnostic)
         try:
-            self._run_group(group, before, on_result)
+            with self._undefined(group if kept is not None else ()) as values:
+                self._run_group(group, before, on_result, kept or (), values)
         finally:
             self._settle(())
 
-    def _run_group(self, group: Sequence[TopForm], before: Snapshot, on_result: Callable[[FormResult], None]) -> None:
-        for number, form in enumerate(group):
+    @contextmanager
+    def _undefined(self, group: Sequence[TopForm]) -> Iterator[Mapping[Variable, Any]]:
+        """Take the values that forms are about to compute, so that no form above them uses those of an earlier version;
+        yield them. Variables that are not defined then have them back."""
+        cells = {each: self.run.globals.get(each) for form in group if runs_code(form) for each in _variables(form)}
+        values = {each: cell.value for each, cell in cells.items() if cell is not None}
+        try:
+            for each in values:
+                self.run.globals[each].value = UNDEFINED
+            yield values
+        finally:
+            for each, value in values.items():
+                if self.run.globals[each].value is UNDEFINED:
+                    self.run.globals[each].value = value
+
+    def _run_group(
+        self,
+        group: Sequence[TopForm],
+        before: Snapshot,
+        on_result: Callable[[FormResult], None],
+        kept: Sequence[TopForm],
+        old: Mapping[Variable, Any],
+    ) -> None:
+        """Evaluate forms that have been expanded; ``old`` are values that their variables had before."""
+        forms, is_tracked = list(group), self._calls.is_tracked
+        for number, form in enumerate(forms):
             if runs_code(form):
-                self._settle(group[number:])
-            epochs, values = self._calls.epochs, self._plain_values(form)
+                self._settle(forms[number:])
+            epochs, values = self._calls.epochs, self._plain_values(form, old)
             self.rt.begin()
             ran = set(self._ran)
             try:
@@ -566,7 +602,7 @@ class TopLevel:
             except BaseException:
                 self.rt.roll_back()
                 self._ran = ran
-                self._roll_back_rest(before, group[:number])
+                self._roll_back_rest(before, forms[:number])
                 raise
             new = [form, *(each for file in self._imported_files if id(file) in self._ran - ran for each in file.forms)]
             self._calls.is_tracked &= not self.rt.has_written_other(self._own_cells(new))
@@ -575,6 +611,14 @@ class TopLevel:
             self._accept(form)
             for each in results:
                 on_result(each)
+            if is_tracked and not self._calls.is_tracked:  # it may have changed what a kept form below it defines
+                is_tracked = False
+                start = self._start(form)
+                below = [*forms[number + 1 :], *(each for each in kept if self._start(each) > start)]
+                forms[number + 1 :] = sorted(below, key=self._start)
+
+    def _start(self, form: TopForm) -> int:
+        return self.place(form.datums[0].span).start
 
     def _settle(self, coming: Sequence[TopForm]) -> None:
         """Update what depends on the definitions since the last time; ``coming`` are about to be run."""
@@ -598,14 +642,14 @@ class TopLevel:
         words = [self.rt.words[word] for each in forms for word, _ in each.words if word in self.rt.words]
         return [cell for cell in cells if cell is not None] + words
 
-    def _plain_values(self, form: TopForm) -> dict[Variable, Any]:
+    def _plain_values(self, form: TopForm, old: Mapping[Variable, Any]) -> Mapping[Variable, Any]:
         """Return the values of the variables that a definition sets, if all are data that can be compared."""
         if not runs_code(form):
             return {}
-        cells = {variable: self.run.globals.get(variable) for variable in _variables(form)}
-        if not all(cell is not None and is_plain(cell.value) for cell in cells.values()):
-            return {}
-        return {variable: cell.value for variable, cell in cells.items()}
+        cells = {each: self.run.globals.get(each) for each in _variables(form)}
+        values = {each: cell.value if cell is not None else UNDEFINED for each, cell in cells.items()}
+        values = {each: old.get(each, UNDEFINED) if value is UNDEFINED else value for each, value in values.items()}
+        return values if all(map(is_plain, values.values())) else {}
 
     def _session_forms(self, coming: Sequence[TopForm]) -> Iterator[SessionForm]:
         """Iterate over the forms in effect; ``coming`` are about to be run and replace others."""

@@ -624,5 +624,10 @@ class SessionCalls:
             trees = [tree for tree in form.trees if id(tree) in reached and id(tree) not in ids]
             if trees and not (form.is_static or form.is_replaced):
                 return None
-            again += trees if form.is_static else ()
+            again += filter(self._is_defined, trees) if form.is_static else ()
         return again
+
+    def _is_defined(self, tree: Any) -> bool:
+        """Return whether the variables that a core form defines have values."""
+        cells = map(self._run.globals.get, reach_of(tree, self._reaches).variables)
+        return all(cell is not None and cell.value is not UNDEFINED for cell in cells)

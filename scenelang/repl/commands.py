@@ -423,12 +423,12 @@ class Watch:
 
     def _look(self) -> None:
         if self._stamps.are_old():
-            with self._repl.lock:
-                if not self._watch.is_stopped:
-                    self._again()
+            self._repl.ask(self._again)
 
     def _again(self) -> None:
         repl = self._repl
+        if self._watch.is_stopped or not self._stamps.are_old():
+            return
         before = stamps_of(self._names())
         outcome = repl.evaluation.reload(self.path)
         names = with_missing(self._names(), outcome.diagnostics)

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import re
+import signal
+import sys
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from prompt_toolkit import PromptSession
-from prompt_toolkit.application import get_app
+from prompt_toolkit.application import Application, get_app, run_in_terminal
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion, PathCompleter
 from prompt_toolkit.document import Document
 from prompt_toolkit.filters import Condition
@@ -344,26 +348,69 @@ def run(evaluation: ReplEvaluation, color: bool, quiet: bool, request: RequestRe
     screen = Screen(_write, _write, color, protocol_of(os.environ), _ask, quiet)
     repl = Repl(evaluation, screen, commands(), request)
     session = _session(evaluation, color)
+    repl.wake = lambda: _wake(repl, session.app)
     if not quiet:
         _write("The Scene Language. `,help` lists the commands, Ctrl-D exits.")
     try:
         repl.open()
+        text = ""
         while True:
-            _one_input(repl, session)
+            text = _one_input(repl, session, text)
     except (EOFError, Quit):
         return repl.errors
     finally:
         repl.close()
 
 
-def _one_input(repl: Repl, session: PromptSession[str]) -> None:
+def _one_input(repl: Repl, session: PromptSession[str], text: str) -> str:
+    """Read and process an input, which begins with ``text``; returns the beginning of the next one."""
+    start = lambda: _wake(repl, session.app)
     try:
         with patch_stdout(raw=True):
-            text = session.prompt([("class:prompt", PROMPT)])
+            text = session.prompt([("class:prompt", PROMPT)], default=text, pre_run=start)
         if text.strip():
             repl.feed(text)
     except KeyboardInterrupt:
+        pass
+    except _Replaced:
+        return session.default_buffer.text
+    return ""
+
+
+class _Replaced(Exception):
+    """Raised by a prompt that this process has inherited from a killed one."""
+
+
+def _wake(repl: Repl, app: Application[str]) -> None:
+    """Have the running prompt do what background threads ask for; another one does it when it starts."""
+    if app.is_running and app.loop is not None and repl.is_asked:
+        with suppress(RuntimeError):  # it has just ended
+            app.loop.call_soon_threadsafe(lambda: app.create_background_task(_work(repl, app)))
+
+
+async def _work(repl: Repl, app: Application[str]) -> None:
+    before = repl.evaluation.replacements
+    loop = asyncio.get_running_loop()
+
+    def act() -> None:
+        _work_in_terminal(repl)
+        asyncio._set_running_loop(loop)  # which asyncio does not take for running after a fork
+
+    await run_in_terminal(act)
+    if repl.evaluation.replacements != before:
+        app.exit(exception=_Replaced)
+
+
+def _work_in_terminal(repl: Repl) -> None:
+    """Work without the thread of ``patch_stdout``, which does not survive a fork. Ctrl-C interrupts."""
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with redirect_stdout(sys.__stdout__), redirect_stderr(sys.__stderr__):
+            repl.work()
+    except KeyboardInterrupt:
         return
+    finally:
+        signal.signal(signal.SIGINT, handler)
 
 
 def _write(text: str) -> None:

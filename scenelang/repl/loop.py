@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TextIO
@@ -76,8 +78,12 @@ def plain_request(command: str, line: str) -> ModelRequest:
 
 
 class Repl:
-    """State and dispatch of a REPL. ``feed`` processes inputs in sequence under ``lock``, since a watched file is
-    evaluated in a separate thread. ``request`` parses the operand of ,generate and ,edit."""
+    """State and dispatch of a REPL. ``request`` parses the operand of ,generate and ,edit.
+
+    ``feed`` processes an input, and ``work`` what a background thread has ``ask``-ed for, one after the other under
+    ``lock``. After ``ask``, ``wake`` makes the thread that reads inputs call ``work``: only the main thread can fork a
+    checkpoint. Without a front end that can do so, the background thread does the work itself.
+    """
 
     def __init__(
         self,
@@ -95,14 +101,39 @@ class Repl:
         self.live_view: LiveView | None = None
         self.pictures: Path | None = None  # folder of images without a given file name
         self.errors = 0
+        self.wake: Callable[[], None] = self.work
+        self._asked: deque[Callable[[], None]] = deque()
         self._shown: EvaluationOutcome | None = None  # by the command that runs
 
     def feed(self, text: str) -> EvaluationOutcome:
         """Evaluate an input or run a command; errors are reported and never raised. Raises Quit."""
+        with self._alone():
+            return self._fed(text)
+
+    @property
+    def is_asked(self) -> bool:
+        """Return whether there is something for ``work`` to do."""
+        return bool(self._asked)
+
+    def ask(self, action: Callable[[], None]) -> None:
+        """Have an action done by the thread that reads inputs, once if it is asked for again before that."""
+        if action not in self._asked:
+            self._asked.append(action)
+        self.wake()
+
+    def work(self) -> None:
+        """Do what background threads have asked for."""
+        with self._alone():
+            while self._asked:
+                self._asked.popleft()()
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Hold the lock; restart the background threads if this process has replaced a killed one."""
         before = self.evaluation.replacements
         with self.lock:
             try:
-                return self._fed(text)
+                yield
             finally:
                 if self.evaluation.replacements != before:
                     self._restart()

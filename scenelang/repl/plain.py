@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+import signal
 import sys
+import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TextIO
@@ -42,10 +44,11 @@ class Plain:
         else:
             screen = Screen(lambda text: _say(self.out, text), lambda text: _say(self.errors, text), quiet=self.quiet)
         repl = Repl(evaluation, screen, commands(), self.request)
+        waiting = _Waiting(repl)
         try:
             if evaluation.file is not None:
                 self._answer(repl, evaluation.load(evaluation.file), output)
-            for text in self._inputs():
+            for text in self._inputs(waiting):
                 for part in _parts(text) if self.as_json else [text]:
                     self._feed(repl, part, output)
         except Quit:
@@ -90,14 +93,15 @@ class Plain:
 
     # --- reading -----------------------------------------------------------------------------------------------
 
-    def _inputs(self) -> Iterator[str]:
+    def _inputs(self, waiting: _Waiting) -> Iterator[str]:
         """Yield commands and texts whose forms are complete or malformed; at the end of the stream, the rest."""
         text, nesting, tried = "", _Nesting(), 0
         while True:
             if self.prompt:
                 self.out.write(self.prompt)
                 self.out.flush()
-            line = self.source.readline()
+            with waiting:
+                line = self.source.readline()
             if not line:
                 break
             if not text and (is_command(line) or not line.strip()):
@@ -115,6 +119,34 @@ class Plain:
                 tried = len(text)
         if text.strip():
             yield text
+
+
+class _Waiting:
+    """Context in which a line is awaited, and in which the main thread does what other threads ask for.
+
+    A signal interrupts the main thread, which continues to wait after its handler (PEP 475).
+    """
+
+    def __init__(self, repl: Repl) -> None:
+        self._repl = repl
+        self._is_waiting = False
+        main = threading.main_thread()
+        if threading.current_thread() is main and hasattr(signal, "pthread_kill"):
+            signal.signal(signal.SIGUSR1, lambda number, frame: self._work())
+            repl.wake = lambda: signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGUSR1)
+
+    def __enter__(self) -> None:
+        self._is_waiting = True
+        self._work()
+
+    def __exit__(self, *failure: object) -> None:
+        self._is_waiting = False
+
+    def _work(self) -> None:
+        while self._is_waiting and self._repl.is_asked:
+            self._is_waiting = False  # not during the work
+            self._repl.work()
+            self._is_waiting = True
 
 
 _STRING = re.compile(r'\\.|"', re.S)

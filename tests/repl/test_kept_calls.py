@@ -258,3 +258,38 @@ def test_a_replaced_function_does_not_come_back(tmp_path: Path) -> None:
     path.write_text('(bind "b" (lambda () (call "cube")))\n' + text, "utf-8")
     assert evaluation.reload(str(path)).ok
     assert show(evaluation.top.value_of("c")) == "2"
+
+
+def test_an_assignment_does_not_outlast_a_definition_below_it(tmp_path: Path) -> None:
+    path = tmp_path / "a.scene"
+    text = '(define (f) 1)\n(bind "a" (lambda () (call "cube" :scale (f))))\n'
+    path.write_text(text, "utf-8")
+    evaluation = ReplEvaluation(Session(Options()), str(path))
+    evaluation.load(str(path))
+    path.write_text(f"(set! f 3)\n(define seen f)\n{text}(print (f) seen)\n", "utf-8")
+    assert evaluation.reload(str(path)).log == ("1 3",)
+
+
+def test_a_reload_starts_with_the_first_state_of_its_imports(tmp_path: Path) -> None:
+    (tmp_path / "i.scene").write_text("(define count 0)\n(define (next) (set! count (+ count 1)) count)", "utf-8")
+    path = tmp_path / "a.scene"
+    path.write_text('(import "i.scene")\n(bind "a" (lambda () (call "cube" :scale (next))))\n(print (next))', "utf-8")
+    evaluation = ReplEvaluation(Session(Options()), str(path))
+    assert evaluation.load(str(path)).log == ("1",)
+    for _ in range(3):
+        evaluation.root()
+        assert evaluation.reload(str(path)).log == ("1",)
+
+
+def test_a_reload_does_not_use_a_value_above_its_definition(tmp_path: Path) -> None:
+    path = tmp_path / "a.scene"
+    evaluation = ReplEvaluation(Session(Options()), str(path))
+    a = '(bind "a" (lambda () (call "cube" :scale m)))\n'
+    path.write_text(f"(define k 1)\n(define m (+ k 1))\n{a}", "utf-8")
+    assert evaluation.reload(str(path)).ok
+    path.write_text(f"(define m (+ k 1))\n(define k 5)\n{a}", "utf-8")
+    assert [d.name for d in evaluation.reload(str(path)).diagnostics] == ["undefined-yet"]
+    assert show(evaluation.top.value_of("k")) == "1"
+    path.write_text(f"(define k 5)\n(define m (+ k 1))\n{a}", "utf-8")
+    assert evaluation.reload(str(path)).ok
+    assert show(evaluation.top.value_of("m")) == "6"

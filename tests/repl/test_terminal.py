@@ -8,14 +8,17 @@ import signal
 import stat
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
+from scenelang.sandbox.supervision import is_supported
+
 pexpect = pytest.importorskip("pexpect")
 PROMPT = "scene> "
+ROGUE = str(Path(__file__).parents[1] / "sandbox" / "rogue.py")
 UP, LEFT, TAB, CTRL_C, CTRL_D, CTRL_R = "\x1b[A", "\x1b[D", "\t", "\x03", "\x04", "\x12"
 
 
@@ -27,12 +30,14 @@ def _hear_interrupts() -> None:
 class Terminal:
     """One REPL in a terminal of 100 columns."""
 
-    def __init__(self, folder: Path, *arguments: str, **variables: str) -> None:
+    def __init__(
+        self, folder: Path, *arguments: str, program: Sequence[str] = ("-m", "scenelang"), **variables: str
+    ) -> None:
         environment = {k: v for k, v in os.environ.items() if k not in ("TMUX", "NO_COLOR", "TERM_PROGRAM")}
         environment |= {"XDG_STATE_HOME": str(folder / "state"), "TERM": "xterm-256color", **variables}
         environment["PROMPT_TOOLKIT_NO_CPR"] = "1"
         self.child = pexpect.spawn(
-            sys.executable, ["-m", "scenelang", "repl", *arguments],
+            sys.executable, [*program, "repl", *arguments],
             env=environment, dimensions=(40, 100), timeout=30, encoding="utf-8", cwd=str(folder),
             preexec_fn=_hear_interrupts,
         )  # fmt: skip
@@ -239,6 +244,40 @@ def test_watch_writes_above_the_prompt(tmp_path: Path) -> None:
     program.write_text('(bind "a" (lambda () (union (call "cube") (call "sphere"))))')
     terminal.wait("a.scene changed: 1 -> 2 primitives")
     terminal.enter(",watch", "no longer watched")
+    terminal.child.close(force=True)
+
+
+@pytest.mark.skipif(not is_supported(), reason="hard limits need Linux")
+def test_the_prompt_outlives_a_killed_evaluation_of_a_watched_file(tmp_path: Path) -> None:
+    program = tmp_path / "a.scene"
+    program.write_text('(bind "a" (lambda () (call "cube")))')
+    terminal = Terminal(tmp_path, "--max-seconds", "0.5", "a.scene", program=["-P", ROGUE])
+    terminal.enter("(define y 7)")
+    terminal.enter(",watch", "watching a.scene")
+    terminal.type("(* y 6")
+    program.write_text('(rogue "hold")')
+    terminal.wait("E507")
+    assert "(* y 6" in terminal.rest()  # what was typed remains
+    terminal.type(")\r")
+    terminal.wait("42")
+    program.write_text('(bind "a" (lambda () (union (call "cube") (call "sphere"))))')
+    terminal.wait("a.scene changed: 1 -> 2 primitives")
+    terminal.type(CTRL_D)
+    terminal.wait(pexpect.EOF)
+    terminal.child.close()
+    assert terminal.child.exitstatus == 0
+
+
+def test_ctrl_c_interrupts_the_evaluation_of_a_watched_file(tmp_path: Path) -> None:
+    program = tmp_path / "a.scene"
+    program.write_text('(bind "a" (lambda () (call "cube")))')
+    terminal = Terminal(tmp_path, "a.scene")
+    terminal.enter(",watch", "watching a.scene")
+    program.write_text("(print 1)\n(let loop () (loop))")
+    time.sleep(1.0)
+    terminal.type(CTRL_C)
+    terminal.wait("E508")
+    terminal.enter("(* 6 7)", "42")
     terminal.child.close(force=True)
 
 

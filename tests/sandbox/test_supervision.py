@@ -152,6 +152,31 @@ def test_a_repl_keeps_its_session(tmp_path: Path) -> None:
     assert done.returncode == 0
 
 
+@pytest.mark.parametrize("what", ["hold", "crash"])
+def test_a_repl_keeps_its_session_when_a_watched_file_is_killed(tmp_path: Path, what: str) -> None:
+    program = tmp_path / "prog.scene"
+    program.write_text('(define x 5)\n(bind "a" (lambda () (call "cube")))\n')
+    with subprocess.Popen(
+        command("repl", "--plain", "--max-seconds", "0.5", "prog.scene"), cwd=tmp_path, text=True, stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    ) as running:  # fmt: skip
+        assert running.stdin is not None
+        assert running.stdout is not None
+        running.stdin.write("(define y 7)\n,watch\n")
+        running.stdin.flush()
+        assert "stop with `,watch`" in running.stdout.readline()
+        program.write_text(f'(define x 6)\n(rogue "{what}")\n')
+        assert {"hold": "E507", "crash": "E509"}[what] in running.stdout.readline()
+        running.stdin.write("(+ x y)\n")
+        running.stdin.flush()
+        while (line := running.stdout.readline()) != "12\n":
+            assert line.startswith(" ")  # of the diagnostic
+        program.write_text('(define x 7)\n(bind "a" (lambda () (union (call "cube") (call "cube"))))\n')
+        assert "prog.scene changed: 1 -> 2 primitives" in running.stdout.readline()
+        out, _ = running.communicate("(+ x y)\n", timeout=20)
+    assert out == "14\n"
+
+
 @pytest.mark.slow
 def test_a_repl_survives_ctrl_c_in_a_builtin_that_never_looks(tmp_path: Path) -> None:
     with subprocess.Popen(
