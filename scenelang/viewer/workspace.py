@@ -256,9 +256,11 @@ def stamps_of(names: Iterable[str]) -> Stamps:
 
 
 def with_missing(names: Sequence[str], found: Sequence[Diagnostic]) -> list[str]:
-    """Return the names of files, and their folders if a file is missing, which may be created later."""
-    is_missing = any(diagnostic.name == "file" for diagnostic in found)
-    return [*names, *sorted({str(Path(name).parent) for name in names if is_missing})]
+    """Return the names of files, and the folders in which files that are missing, or folders of them, may be created."""
+    spans = [diagnostic.span for diagnostic in found if diagnostic.name == "file" and diagnostic.span is not None]
+    missing = [Path(span.source.name).parent / span.text.strip('"') for span in spans]
+    folders = [next(filter(Path.is_dir, path.parents), None) for path in missing]
+    return [*names, *sorted({str(folder) for folder in folders if folder is not None})]
 
 
 def _stamp(name: str) -> Stamp:

@@ -288,7 +288,8 @@ def test_watch_says_what_changed(program: Path) -> None:
         assert out.endswith("is no longer watched\n4\n")
 
 
-def test_watch_notices_an_import_that_is_created_later(program: Path) -> None:
+@pytest.mark.parametrize("folder", ["", "parts/", "parts/wood/"])
+def test_watch_notices_an_import_that_is_created_later(program: Path, folder: str) -> None:
     command = [sys.executable, "-m", "scenelang", "repl", str(program)]
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
@@ -299,9 +300,14 @@ def test_watch_notices_an_import_that_is_created_later(program: Path) -> None:
         process.stdin.flush()
         assert "stop with `,watch`" in process.stdout.readline()
         time.sleep(0.3)
-        program.write_text('(import "legs.scene")\n(bind "table" (lambda () (call "leg")))')
+        program.write_text(f'(import "{folder}legs.scene")\n(bind "table" (lambda () (call "leg")))')
         assert "E701" in process.stdout.readline()
-        (program.parent / "legs.scene").write_text('(bind "leg" (lambda () (call "cube")))')
+        for parent in reversed(Path(folder).parents[:-1]):
+            (program.parent / parent).mkdir()
+            time.sleep(0.3)
+        (program.parent / folder).mkdir(exist_ok=True)
+        time.sleep(0.3)
+        (program.parent / folder / "legs.scene").write_text('(bind "leg" (lambda () (call "cube")))')
         while "primitive" not in (line := process.stdout.readline()):
             assert line
         assert "table.scene changed" in line
