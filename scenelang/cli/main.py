@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from scenelang.cli.commands import COMMANDS, build_parser
 from scenelang.cli.options import ReportedError, report
 from scenelang.grammar.diagnostics import SceneError, UsageError, printable, suggest
-from scenelang.sandbox.supervision import INTERRUPTED, is_supported, supervise
+from scenelang.sandbox.supervision import INTERRUPTED, is_bounded, is_supported, supervise, was_interrupted
 
 
 def main(argv: Sequence[str] | None = None, supervised: bool = False) -> int:
@@ -35,10 +35,18 @@ def main(argv: Sequence[str] | None = None, supervised: bool = False) -> int:
         print(f"scenelang: error: unknown command `{printable(words[0])[:60]}`; {near}", file=sys.stderr)
         return 2
     arguments = build_parser(words[0] if words else "").parse_args(words)
-    if supervised and COMMANDS[arguments.command].kind.evaluates and is_supported():
+    evaluates = COMMANDS[arguments.command].kind.evaluates and not _is_bounded(arguments)
+    if supervised and evaluates and is_supported():
         stream = sys.stdout if arguments.command == "check" and arguments.json else None
         return supervise(lambda: _run(arguments), lambda problem: report(arguments, [problem], stream))
     return _run(arguments)
+
+
+def _is_bounded(arguments: argparse.Namespace) -> bool:
+    """Return whether a command only checks programs, which takes bounded time and memory without a monitor."""
+    options = ("evaluate", "geometry", "define", "z", "max_seconds", "max_memory")
+    is_plain = arguments.command == "check" and not any(getattr(arguments, name) for name in options)
+    return is_plain and is_bounded(arguments.files)
 
 
 def _run(arguments: argparse.Namespace) -> int:
@@ -47,7 +55,7 @@ def _run(arguments: argparse.Namespace) -> int:
         sys.stdout.flush()
         return INTERRUPTED if code and getattr(arguments, "was_interrupted", False) else code
     except SceneError as error:
-        if _was_interrupted(error):
+        if was_interrupted(error):
             return _report_interruption()
         report(arguments, [error.diagnostic])
         return 2 if isinstance(error, UsageError) else 1
@@ -63,7 +71,7 @@ def _run(arguments: argparse.Namespace) -> int:
         report(arguments, [SceneError("file", f"{error.strerror or error}: {error.filename or 'output'}").diagnostic])
         return 1
     except Exception as error:
-        return _report_interruption() if _was_interrupted(error) else _report_fault(error)
+        return _report_interruption() if was_interrupted(error) else _report_fault(error)
 
 
 def _worked(arguments: argparse.Namespace) -> int:
@@ -77,16 +85,6 @@ def _worked(arguments: argparse.Namespace) -> int:
 def _report_interruption() -> int:
     print("interrupted", file=sys.stderr)
     return INTERRUPTED
-
-
-def _was_interrupted(error: BaseException) -> bool:
-    """Return whether Ctrl-C caused an error: native libraries wrap the interruption in their own exceptions."""
-    found: BaseException | None = error
-    while found is not None:
-        if isinstance(found, KeyboardInterrupt) or "KeyboardInterrupt" in str(found):
-            return True
-        found = found.__cause__ or found.__context__
-    return False
 
 
 def _report_fault(error: Exception) -> int:

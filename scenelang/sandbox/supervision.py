@@ -11,12 +11,14 @@ from __future__ import annotations
 import ctypes
 import gc
 import os
+import re
 import select
 import signal
+import stat
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any, NoReturn
@@ -24,6 +26,7 @@ from typing import Any, NoReturn
 from scenelang.grammar.datum import Span, dataclass
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.runtime.limits import Limits, memory_error, resident_bytes, time_error
+from scenelang.interpreter.runtime.types import STD
 from scenelang.sandbox.confinement import confine
 from scenelang.sandbox.status import Chain, Phase, Sampler, Status, resident_bytes_of
 
@@ -425,7 +428,53 @@ def _passed_on(monitor: Monitor) -> Iterator[Monitor]:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _INTERRUPT)
 
 
-# Ctrl-C during iterative work such as training.
+# Programs whose check runs no code of theirs, and does not need a monitor.
+
+
+_SMALL = 100_000  # characters, with imports; a check of hostile texts of this size takes seconds
+_IMPORT = re.compile(r'\(\s*import\s+"([^"\\]*)"')
+_UNCERTAIN = re.compile(r"define-macro|\|")  # bars, in which a symbol may be written differently
+
+
+def is_bounded(paths: Sequence[str]) -> bool:
+    """Return whether programs are small and, like the files that they import, without procedural macros, so that a
+    check of them takes bounded time and memory."""
+    left, pending, seen = _SMALL, list(paths), set()
+    while pending:
+        path = pending.pop()
+        text = _program_text(path, left) if path not in seen else ""
+        names = _IMPORT.findall(text or "")
+        if text is None or _UNCERTAIN.search(text) or text.count("import") != len(names):
+            return False
+        left -= len(text)
+        seen.add(path)
+        pending += [os.path.join(os.path.dirname(path), name) for name in names if not name.startswith(STD)]
+    return True
+
+
+def _program_text(path: str, most: int) -> str | None:
+    """Return the text of a program of at most ``most`` bytes; None for anything else."""
+    try:
+        status = os.stat(path)
+        if not path.endswith(".scene") or not stat.S_ISREG(status.st_mode) or status.st_size > most:
+            return None
+        with open(path, encoding="utf-8") as file:
+            return file.read(most)
+    except (OSError, ValueError):
+        return None
+
+
+# Ctrl-C.
+
+
+def was_interrupted(error: BaseException) -> bool:
+    """Return whether Ctrl-C caused an error: native libraries wrap the interruption in their own exceptions."""
+    found: BaseException | None = error
+    while found is not None:
+        if isinstance(found, KeyboardInterrupt) or "KeyboardInterrupt" in str(found):
+            return True
+        found = found.__cause__ or found.__context__
+    return False
 
 
 @contextmanager

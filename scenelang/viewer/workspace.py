@@ -256,7 +256,7 @@ def stamps_of(names: Iterable[str]) -> Stamps:
 
 
 def with_missing(names: Sequence[str], found: Sequence[Diagnostic]) -> list[str]:
-    """Return the names of files, and the folders in which files that are missing, or folders of them, may be created."""
+    """Return the names of files, and the folders in which missing files, or folders of them, may be created."""
     spans = [diagnostic.span for diagnostic in found if diagnostic.name == "file" and diagnostic.span is not None]
     missing = [Path(span.source.name).parent / span.text.strip('"') for span in spans]
     folders = [next(filter(Path.is_dir, path.parents), None) for path in missing]

@@ -15,7 +15,8 @@ import pytest
 from sampling import one_in
 from support import interruptible, wait_for_work
 
-from scenelang.sandbox.supervision import is_supported
+from scenelang.cli.main import main
+from scenelang.sandbox.supervision import is_bounded, is_supported
 
 pytestmark = pytest.mark.skipif(not is_supported(), reason="hard limits need Linux")
 ROGUE = str(Path(__file__).with_name("rogue.py"))
@@ -73,6 +74,38 @@ def test_every_command_ends_at_the_limit(word: str, most: float, tmp_path: Path)
     assert time.monotonic() - start < startup + most
     assert "E507" in done.stderr
     assert done.returncode == 1
+
+
+BOUNDED = {
+    "a program": ({}, '(bind "a" (lambda () (call "cube")))', True),
+    "an import": ({"b.scene": "(define b 1)"}, '(import "b.scene")', True),
+    "a module": ({}, '(import "std/python.scene")', True),
+    "imports of each other": ({"b.scene": '(import "a.scene")'}, '(import "b.scene")', True),
+    "a syntax rule": ({}, "(define-syntax m (syntax-rules () ((_ x) x)))\n(define b (m 1))", True),
+    "a procedural macro": ({}, "(define-macro (m) 1)", False),
+    "a procedural macro of an import": ({"b.scene": "(define-macro (m) 1)"}, '(import "b.scene")', False),
+    "a symbol in bars": ({}, "(|define\\x2d;macro| (m) 1)", False),
+    "a path with an escape": ({"b.scene": "(define-macro (m) 1)"}, '(import "\\x62;.scene")', False),
+    "an import in a comment": ({}, '(import #;"c" "b.scene")', False),
+    "a long program": ({}, "; long\n" * 20_000, False),
+    "a missing import": ({}, '(import "b.scene")', False),
+}
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+def test_only_programs_without_procedural_macros_are_checked_without_a_monitor(
+    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files, text, expected = BOUNDED[name]
+    for file, content in {**files, "a.scene": text}.items():
+        (tmp_path / file).write_text(content)
+    assert is_bounded([str(tmp_path / "a.scene")]) is expected
+    forked: list[bool] = []
+    monkeypatch.setattr("scenelang.cli.main.supervise", lambda *_: forked.append(True) or 0)
+    main(["check", str(tmp_path / "a.scene")], supervised=True)
+    assert forked == ([] if expected else [True])
+    main(["check", "--run", str(tmp_path / "a.scene")], supervised=True)
+    assert len(forked) == (1 if expected else 2)
 
 
 def test_the_use_of_a_macro_is_in_the_chain(tmp_path: Path) -> None:
