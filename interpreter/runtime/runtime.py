@@ -124,17 +124,24 @@ class WordCell(Mutable):
         self.span: Span | None = None
 
 
-@dataclass(slots=True, eq=False)
-class MemoEntry:
-    """Memoised call. It is valid only in ``epoch``, or always if None, while no word that was called is bound again
-    (``bindings``); ``oldest_read`` is merged on a cache hit. ``has_output``: the call printed or warned. ``trace``: the
-    primitives that it called, with the locations, and memoised calls."""
+@dataclass(frozen=True, slots=True)
+class Validity:
+    """When memoised calls are valid: in ``epoch``, or always if None, while no word that was called is bound again
+    (``bindings``). ``oldest_read`` is merged on a cache hit. ``has_output``: the calls printed or warned."""
 
-    value: Any
     epoch: int | None
     oldest_read: int
     bindings: int
     has_output: bool
+
+
+@dataclass(slots=True, eq=False)
+class MemoEntry:
+    """Memoised call; calls share their ``validity``. ``trace``: the primitives that it called, with the locations, and
+    memoised calls."""
+
+    value: Any
+    validity: Validity
     version: int  # of the program, in which it was used last
     trace: tuple[Any, ...] = ()
 
@@ -227,6 +234,7 @@ class Runtime:
         self._unkept: dict[int, Any] = {}  # keys of those primitives, by the identity of the entity
         self._memoise = memoise
         self._memo: dict[Any, MemoEntry] = {}
+        self._validity = Validity(None, NEVER, 0, False)
         self._primitives: dict[Any, Entity] = {}
         # pending tail call, for the trampoline
         self.next_body: Any = None
@@ -268,7 +276,7 @@ class Runtime:
 
     def forget_output(self) -> None:
         """Forget the memoised calls that printed or warned, so that they do so again."""
-        self._memo = {key: entry for key, entry in self._memo.items() if not entry.has_output}
+        self._memo = {key: entry for key, entry in self._memo.items() if not entry.validity.has_output}
 
     def keep_calls(self, functions: Mapping[str, Any], bindings: int, epoch: int | None = None) -> None:
         """Forget the memoised calls except those of these functions, by word, that depend on nothing else.
@@ -278,14 +286,22 @@ class Runtime:
         """
         kept = {}
         for key, entry in self._memo.items():
-            is_current = len(key) == 4 and functions.get(key[1]) is key[0] and entry.bindings == bindings
-            is_current = is_current and (entry.epoch is None or entry.epoch == epoch)
-            if is_current and not entry.has_output and self.version - entry.version <= _MAX_AGE:
-                entry.bindings = self.bindings
-                if entry.epoch is not None:
-                    entry.epoch = self.epoch
+            old = entry.validity
+            is_current = len(key) == 4 and functions.get(key[1]) is key[0] and old.bindings == bindings
+            is_current = is_current and (old.epoch is None or old.epoch == epoch)
+            if is_current and not old.has_output and self.version - entry.version <= _MAX_AGE:
+                epoch_now = None if old.epoch is None else self.epoch
+                entry.validity = self._validity_of(epoch_now, old.oldest_read, self.bindings, False)
                 kept[key] = entry
         self._memo = kept
+
+    def _validity_of(self, epoch: int | None, oldest_read: int, bindings: int, has_output: bool) -> Validity:
+        """Return a validity, the last one again if it is equal."""
+        last = self._validity
+        is_same = last.epoch == epoch and last.oldest_read == oldest_read
+        if not (is_same and last.bindings == bindings and last.has_output == has_output):
+            last = self._validity = Validity(epoch, oldest_read, bindings, has_output)
+        return last
 
     @property
     def kept(self) -> int:
@@ -512,11 +528,14 @@ class Runtime:
     def _recall(self, key: Any) -> MemoEntry | None:
         """Return the memoised call of a key if it is still valid, merging its reads into the current call."""
         entry = self._memo.get(key)
-        if entry is None or entry.bindings != self.bindings or (entry.epoch is not None and entry.epoch != self.epoch):
+        if entry is None:
             return None
-        if entry.oldest_read < self.oldest_read:
-            self.oldest_read = entry.oldest_read
-        if entry.has_output:
+        valid = entry.validity
+        if valid.bindings != self.bindings or (valid.epoch is not None and valid.epoch != self.epoch):
+            return None
+        if valid.oldest_read < self.oldest_read:
+            self.oldest_read = valid.oldest_read
+        if valid.has_output:
             self.output += 1  # if only the calls around it are kept, nobody prints
         if self.trace is not None:
             if entry.version != self.version:
@@ -549,7 +568,8 @@ class Runtime:
             value = compute(serial)
             if key is not False and not (self.drew_random or self.oldest_write < serial or is_tainted(value)):
                 epoch = None if self.oldest_read >= serial else self.epoch
-                entry = MemoEntry(value, epoch, self.oldest_read, bindings, self.output != output, self.version)
+                valid = self._validity_of(epoch, self.oldest_read, bindings, self.output != output)
+                entry = MemoEntry(value, valid, self.version)
                 self._memo[key] = entry
                 if self.trace is not None:
                     entry.trace = tuple(_distinct(self.trace[traced:]))
