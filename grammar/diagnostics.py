@@ -114,6 +114,7 @@ CODES: dict[str, DiagnosticCode] = {
     "python-unsupported": DiagnosticCode("E803", "The transpiler does not support this Python feature."),
     "python-name": DiagnosticCode("E804", "A name in the Python code is not defined."),
     "python-call": DiagnosticCode("E805", "A call in the Python code does not match the function's signature."),
+    "python-exception": DiagnosticCode("E806", "The Python code raises an exception."),
     # E9xx: language models
     "model-key": DiagnosticCode("E901", "The API key for the language model provider is missing or invalid."),
     "model-offline": DiagnosticCode("E902", "The language model API cannot be reached."),
@@ -199,6 +200,9 @@ CODES: dict[str, DiagnosticCode] = {
     ),
     "unknown-function": DiagnosticCode(
         "W801", "`library_call` does not name a registered function, so the call returns an empty shape."
+    ),
+    "fixed-draws": DiagnosticCode(
+        "W805", "Random numbers decide what a program builds, and were drawn when it was translated."
     ),
     "ignored-block": DiagnosticCode("W802", "The response has several Python code blocks; only one of them is used."),
     "python-ignored": DiagnosticCode("W803", "A Python statement has no effect on the scene and was ignored."),
@@ -668,6 +672,7 @@ _PYTHON = {
     "supported.",
     "python-name": "Correct the spelling, or define the name before its first use.",
     "python-call": "Pass the arguments that the function's signature requires.",
+    "python-exception": "Correct the Python at the marked place; CPython would fail there, too.",
 }
 
 _MODELS = {
@@ -729,6 +734,7 @@ _WARNINGS = {
     "`--camera`.",
     "unread-vectors": "Choose a model with the text encoder that the embeddings were learned for: `--model NAME`.",
     "unknown-function": "Register a function of that name, or correct the name.",
+    "fixed-draws": "Write the decision with plain functions, loops and lists, so that it stays in the program.",
     "ignored-block": "Put the whole program in one code block.",
     "python-ignored": "No action is required; set the random seed with `--seed N`.",
     "draw-order": "Compare the result with the original; draw random numbers in only one place if the order matters.",

@@ -352,11 +352,16 @@ class Session:
 
     def transpile(self, source: Source) -> Translation:
         """Translate a language model's response, or its Python, and check the program; errors are never raised."""
-        from scenelang.interpreter.transpile.translate import Translation, translate
+        from scenelang.interpreter.transpile.translate import Translation, translate, with_evaluated_parts
 
         def work() -> Translation:
             translation = translate(source)
             checked = self._check(source, translation)
+            wrong = [d for d in checked.diagnostics if d.is_error]
+            if wrong and translation.ok:
+                evaluated = with_evaluated_parts(source, translation, wrong)
+                if evaluated is not translation:
+                    return evaluated.with_diagnostics(self._check(source, evaluated).diagnostics)
             return translation.with_diagnostics(checked.diagnostics)
 
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from scenelang.grammar.datum import Datum, Source, Span
@@ -26,6 +27,7 @@ from scenelang.interpreter.transpile.writing.expressions import write_expression
 from scenelang.interpreter.transpile.writing.statements import header_texts, write_program, write_statement
 from scenelang.interpreter.transpile.writing.writer import Analysed, Writer
 
+_MAX_ROUNDS = 3
 _MAX_PROSE = 1200  # characters of the response's text that become comments
 
 
@@ -68,6 +70,44 @@ def translate(source: Source, with_text: bool = True) -> Translation:
         message = f"only one Python code block is used; {text.response.ignored} more in the response are ignored"
         text.diagnostics.append(Diagnostic("ignored-block", message, span))
     analysed = analyse(text)
+    translation = _translation(text, analysed, with_text)
+    if translation.ok or any(d.is_error for d in text.diagnostics):
+        return translation
+    return _with_evaluated_parts(text, analysed, translation, translation.diagnostics, with_text)
+
+
+def with_evaluated_parts(
+    source: Source, translation: Translation, errors: Sequence[Diagnostic], with_text: bool = True
+) -> Translation:
+    """Translate again, with the parts evaluated in which the checker has found errors."""
+    text = parse_python(source)
+    analysed = analyse(text)
+    found = [*_translation(text, analysed, False).diagnostics, *errors]
+    return _with_evaluated_parts(text, analysed, translation, found, with_text)
+
+
+def _with_evaluated_parts(
+    text: PythonText, analysed: Analysed, translation: Translation, found: Sequence[Diagnostic], with_text: bool
+) -> Translation:
+    from scenelang.interpreter.transpile.evaluation.folding import fold
+
+    root = analysed.root.name if analysed.root is not None else None
+    errors = [d for d in found if d.is_error]
+    for _ in range(_MAX_ROUNDS):  # what remains may have errors in other parts
+        folded = fold(text, root, errors)
+        if isinstance(folded, Diagnostic):
+            return Translation((), "", (folded,))
+        if folded is None:
+            break
+        second = _translation(folded, analyse(folded), with_text)
+        if second.ok:
+            return second
+        errors += [d for d in second.diagnostics if d.is_error]
+    return translation
+
+
+def _translation(text: PythonText, analysed: Analysed, with_text: bool) -> Translation:
+    source = text.source
     writer = Writer(analysed, write_expression, write_statement)
     header = header_texts(writer)
     forms = write_program(writer)

@@ -562,7 +562,7 @@ def _slice(w: Writer, node: ast.Subscript, index: ast.Slice, found: AbstractType
     value = container(w, node.value)
     lower, upper, step = (w.expr(part) if part is not None else None for part in (index.lower, index.upper, index.step))
     if lower is None and upper is None and isinstance(index.step, ast.UnaryOp) and _is_minus_one(index.step):
-        return form("reverse", value)
+        return form("mutable", form("reverse", value)) if w.is_mutated(node) else form("reverse", value)
     if lower is None and upper is None and step is None:
         return form("mutable" if w.is_mutated(node) else "->list", value) if found.kinds & LIST else value
     if lower is None and step is None:
@@ -591,6 +591,8 @@ def axes(w: Writer, elements: Sequence[ast.expr]) -> list[Code]:
     """Return for each axis an index, ``:all`` or (start end)."""
     codes: list[Code] = []
     for element in elements:
+        if isinstance(element, ast.Constant) and element.value in (None, ...):
+            raise w.unsupported("a new axis of an array", element, "use `.reshape(...)`")
         if not isinstance(element, ast.Slice):
             codes.append(numeric(w, element))
         elif element.lower is None and element.upper is None and element.step is None:

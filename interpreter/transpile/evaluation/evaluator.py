@@ -1,0 +1,1053 @@
+"""Evaluator of Python's syntax tree. It never executes Python: all operations are its own or listed in ``library``.
+
+A statement is a step of a host generator, so that generators of the program can be suspended anywhere.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.transpile.evaluation.objects import (
+    MISSING,
+    BoundMethod,
+    ClassMethod,
+    Exhausted,
+    Frame,
+    Module,
+    Native,
+    Property,
+    PythonClass,
+    PythonFunction,
+    PythonGenerator,
+    PythonObject,
+    Raised,
+    Residual,
+    StaticMethod,
+    Super,
+    UnsupportedPython,
+    node_of,
+    type_name,
+    words,
+)
+
+MAX_STEPS, MAX_SECONDS, MAX_DEPTH = 20_000_000, 8.0, 300
+MAX_ITEMS, MAX_BITS = 2_000_000, 20_000  # of a container or text, of an integer
+_BINARY: dict[type[ast.operator], tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]] = {
+    ast.Add: (operator.add, operator.iadd), ast.Sub: (operator.sub, operator.isub),
+    ast.Mult: (operator.mul, operator.imul), ast.Div: (operator.truediv, operator.itruediv),
+    ast.FloorDiv: (operator.floordiv, operator.ifloordiv), ast.Mod: (operator.mod, operator.imod),
+    ast.Pow: (operator.pow, operator.ipow), ast.MatMult: (operator.matmul, operator.imatmul),
+    ast.BitAnd: (operator.and_, operator.iand), ast.BitOr: (operator.or_, operator.ior),
+    ast.BitXor: (operator.xor, operator.ixor), ast.LShift: (operator.lshift, operator.ilshift),
+    ast.RShift: (operator.rshift, operator.irshift),
+}  # fmt: skip
+_UNARY: dict[type[ast.unaryop], Callable[[Any], Any]] = {
+    ast.USub: operator.neg, ast.UAdd: operator.pos, ast.Invert: operator.invert, ast.Not: operator.not_,
+}  # fmt: skip
+_COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
+    ast.GtE: operator.ge, ast.Is: lambda a, b: a is b, ast.IsNot: lambda a, b: a is not b,
+    ast.In: lambda a, b: a in b, ast.NotIn: lambda a, b: a not in b,
+}  # fmt: skip
+_PASSED = (UnsupportedPython, SceneError, RecursionError, MemoryError)  # never caught by the program
+
+
+class _Return(Exception):
+    def __init__(self, value: Any) -> None:
+        super().__init__()
+        self.value = value
+
+
+class _Break(Exception):
+    pass
+
+
+class _Continue(Exception):
+    pass
+
+
+_SIGNALS = (_Return, _Break, _Continue)
+
+
+class PythonEvaluator:
+    """Evaluates a module.
+
+    Parameters
+    ----------
+    names
+        Builtins, and what the helper API provides.
+    modules
+        Modules that may be imported, by their dotted names.
+    """
+
+    def __init__(self, names: Mapping[str, Any], modules: Mapping[str, Module]) -> None:
+        self.builtins = dict(names)
+        self.modules = modules
+        self.module = Frame({"__name__": "scene"}, None)
+        self.mixins: dict[str, Any] = {}  # classes of `collections.abc` with methods
+        self.node: ast.AST | None = None  # the statement that is evaluated
+        self.failed: ast.AST | None = None  # the statement that has raised the last exception
+        self._error: BaseException | None = None
+        self._steps = 0
+        self._deadline = time.monotonic() + MAX_SECONDS
+        self._depth = 0
+        self._handled: list[BaseException] = []  # by the `except` clauses that are evaluated
+        self._expressions: dict[type[ast.expr], Callable[[Any, Frame], Any]] = {
+            ast.Constant: lambda node, frame: node.value, ast.Name: self._name, ast.Attribute: self._attribute,
+            ast.Call: self._call, ast.BinOp: self._binary, ast.UnaryOp: self._unary, ast.BoolOp: self._boolean,
+            ast.Compare: self._compare, ast.IfExp: self._conditional, ast.Subscript: self._subscript,
+            ast.Slice: self._slice, ast.Tuple: lambda node, frame: tuple(self._items(node.elts, frame)),
+            ast.List: lambda node, frame: self._items(node.elts, frame),
+            ast.Set: lambda node, frame: set(self._items(node.elts, frame)), ast.Dict: self._dict,
+            ast.Lambda: lambda node, frame: self._function(node, "<lambda>", frame), ast.JoinedStr: self._joined,
+            ast.FormattedValue: self._formatted, ast.NamedExpr: self._walrus, ast.GeneratorExp: self._generator,
+            ast.ListComp: lambda node, frame: list(self._comprehension(node, frame)),
+            ast.SetComp: lambda node, frame: set(self._comprehension(node, frame)),
+            ast.DictComp: lambda node, frame: dict(self._comprehension(node, frame)),
+        }  # fmt: skip
+        self._simple: dict[type[ast.stmt], Callable[[Any, Frame], None]] = {
+            ast.Pass: lambda node, frame: None, ast.Delete: self._delete, ast.Raise: self._raise,
+            ast.Assert: self._assert, ast.Import: self._import, ast.ImportFrom: self._import_from,
+            ast.Global: lambda node, frame: None, ast.Nonlocal: lambda node, frame: None,
+            ast.Break: self._break, ast.Continue: self._continue, ast.FunctionDef: self._define,
+            ast.ClassDef: self._define_class, ast.AnnAssign: self._annotated, ast.AugAssign: self._augmented,
+        }  # fmt: skip
+        self._compound: dict[type[ast.stmt], Callable[[Any, Frame], Generator[Any, Any, Any]]] = {
+            ast.Expr: self._expression_statement, ast.Assign: self._assign, ast.Return: self._return, ast.If: self._if,
+            ast.For: self._for, ast.While: self._while, ast.With: self._with, ast.Try: self._try,
+            ast.Match: self._match,
+        }  # fmt: skip
+
+    # --- limits ------------------------------------------------------------------------------------------------
+
+    def tick(self, count: int = 1) -> None:
+        """Count steps; raises UnsupportedPython beyond a limit."""
+        self._steps += count
+        if self._steps > MAX_STEPS or (self._steps & 1023 < count and time.monotonic() > self._deadline):
+            raise UnsupportedPython("this part of the Python runs for too long to be evaluated")
+
+    def checked(self, value: Any) -> Any:
+        """Return a value whose size is within the limits."""
+        kind = type(value)
+        if kind is int:
+            if value.bit_length() > MAX_BITS:
+                raise UnsupportedPython("this number has too many digits")
+        elif kind in (str, list, tuple, dict, set, bytes) and len(value) > MAX_ITEMS:
+            raise UnsupportedPython(f"this {kind.__name__} has more than {MAX_ITEMS:,} items")
+        elif isinstance(value, np.ndarray) and value.size > MAX_ITEMS:
+            raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
+        return value
+
+    def iterate(self, value: Any) -> Iterator[Any]:
+        """Iterate over a value; every item is a step."""
+        if type(value) is Residual:
+            if value.kind != "shape":
+                raise UnsupportedPython("a value that is known only in the finished scene cannot be iterated over here")
+            value = value.parts()
+        for item in value:
+            self.tick()
+            yield item
+
+    # --- statements --------------------------------------------------------------------------------------------
+
+    def run(self, statement: ast.stmt) -> None:
+        """Evaluate a statement of the module."""
+        for _ in self.execute([statement], self.module):
+            raise UnsupportedPython("'yield' outside function")
+
+    def execute(self, body: list[ast.stmt], frame: Frame) -> Generator[Any, Any, Any]:
+        """Evaluate statements; iterate over what they yield."""
+        for statement in body:
+            self.tick()
+            self.node = statement
+            try:
+                simple = self._simple.get(type(statement))
+                if simple is not None:
+                    simple(statement, frame)
+                    continue
+                compound = self._compound.get(type(statement))
+                if compound is None:
+                    raise UnsupportedPython(f"`{type(statement).__name__.lower()}` is not supported")
+                yield from compound(statement, frame)
+            except UnsupportedPython as error:
+                error.node = error.node or statement
+                raise
+            except _SIGNALS:
+                raise
+            except Exception as error:
+                if self._error is not error:  # the innermost statement is the place
+                    self._error, self.failed = error, statement
+                raise
+
+    def _expression_statement(self, node: ast.Expr, frame: Frame) -> Generator[Any, Any, Any]:
+        yield from self._value(node.value, frame)
+
+    def _value(self, node: ast.expr, frame: Frame) -> Generator[Any, Any, Any]:
+        """Evaluate an expression that may be a ``yield``; its value is the generator's."""
+        if type(node) is ast.Yield:
+            return (yield self.eval(node.value, frame) if node.value is not None else None)
+        if type(node) is ast.YieldFrom:
+            inner = self.eval(node.value, frame)
+            if type(inner) is PythonGenerator:
+                return (yield from inner.steps)
+            yield from self.iterate(inner)
+            return None
+        return self.eval(node, frame)
+
+    def _assign(self, node: ast.Assign, frame: Frame) -> Generator[Any, Any, Any]:
+        value = yield from self._value(node.value, frame)
+        for target in node.targets:
+            self.store(target, value, frame)
+
+    def _return(self, node: ast.Return, frame: Frame) -> Generator[Any, Any, Any]:
+        value = None
+        if node.value is not None:
+            value = yield from self._value(node.value, frame)
+        raise _Return(value)
+
+    def _annotated(self, node: ast.AnnAssign, frame: Frame) -> None:
+        if node.value is not None:
+            self.store(node.target, self.eval(node.value, frame), frame)
+
+    def _augmented(self, node: ast.AugAssign, frame: Frame) -> None:
+        target = node.target
+        in_place = _BINARY[type(node.op)][1]
+        if isinstance(target, ast.Name):
+            old = self._name(target, frame)
+            self._store_name(target.id, self.operate(node.op, in_place, old, self.eval(node.value, frame)), frame)
+        elif isinstance(target, ast.Attribute):
+            owner = self.eval(target.value, frame)
+            old = self.attribute(owner, target.attr)
+            new = self.operate(node.op, in_place, old, self.eval(node.value, frame))
+            self.set_attribute(owner, target.attr, new)
+        else:
+            container, index = self.eval(target.value, frame), self.eval(target.slice, frame)
+            old = self._item(container, index)
+            self._set_item(container, index, self.operate(node.op, in_place, old, self.eval(node.value, frame)))
+
+    def _if(self, node: ast.If, frame: Frame) -> Generator[Any, Any, Any]:
+        yield from self.execute(node.body if self.eval(node.test, frame) else node.orelse, frame)
+
+    def _break(self, node: ast.Break, frame: Frame) -> None:
+        raise _Break
+
+    def _continue(self, node: ast.Continue, frame: Frame) -> None:
+        raise _Continue
+
+    def _for(self, node: ast.For, frame: Frame) -> Generator[Any, Any, Any]:
+        for item in self.iterate(self.eval(node.iter, frame)):
+            self.store(node.target, item, frame)
+            try:
+                yield from self.execute(node.body, frame)
+            except _Break:
+                return
+            except _Continue:
+                continue
+        yield from self.execute(node.orelse, frame)
+
+    def _while(self, node: ast.While, frame: Frame) -> Generator[Any, Any, Any]:
+        while self.eval(node.test, frame):
+            self.tick()
+            try:
+                yield from self.execute(node.body, frame)
+            except _Break:
+                return
+            except _Continue:
+                continue
+        yield from self.execute(node.orelse, frame)
+
+    def _with(self, node: ast.With, frame: Frame) -> Generator[Any, Any, Any]:
+        yield from self._within(node.items, node.body, frame)
+
+    def _within(self, items: list[ast.withitem], body: list[ast.stmt], frame: Frame) -> Generator[Any, Any, Any]:
+        if not items:
+            yield from self.execute(body, frame)
+            return
+        manager = self.eval(items[0].context_expr, frame)
+        value = self.call(self.attribute(manager, "__enter__"), (), {})
+        if items[0].optional_vars is not None:
+            self.store(items[0].optional_vars, value, frame)
+        leave = self.attribute(manager, "__exit__")
+        try:
+            yield from self._within(items[1:], body, frame)
+        except _SIGNALS:
+            self.call(leave, (None, None, None), {})
+            raise
+        except _PASSED:
+            raise
+        except Exception as error:
+            value = error.value if type(error) in (Raised, Exhausted) else error  # type: ignore[attr-defined]
+            kind = value.cls if type(value) is PythonObject else Native(type(value).__name__, type(value), type(value))
+            if not self.call(leave, (kind, value, None), {}):
+                raise
+        else:
+            self.call(leave, (None, None, None), {})
+
+    def _try(self, node: ast.Try, frame: Frame) -> Generator[Any, Any, Any]:
+        try:
+            try:
+                yield from self.execute(node.body, frame)
+            except (*_SIGNALS, *_PASSED, GeneratorExit):
+                raise
+            except Exception as error:
+                handler = next((each for each in node.handlers if self._catches(each, error, frame)), None)
+                if handler is None:
+                    raise
+                if handler.name:
+                    value = error.value if type(error) in (Raised, Exhausted) else error  # type: ignore[attr-defined]
+                    self._store_name(handler.name, value, frame)
+                self._handled.append(error)
+                try:
+                    yield from self.execute(handler.body, frame)
+                finally:
+                    self._handled.pop()
+            else:
+                yield from self.execute(node.orelse, frame)
+        finally:
+            if node.finalbody:
+                yield from self.execute(node.finalbody, frame)
+
+    def _catches(self, handler: ast.ExceptHandler, error: Exception, frame: Frame) -> bool:
+        if handler.type is None:
+            return True
+        value = error.value if type(error) in (Raised, Exhausted) else error  # type: ignore[attr-defined]
+        return self.is_instance(value, self.eval(handler.type, frame))
+
+    def _raise(self, node: ast.Raise, frame: Frame) -> None:
+        if node.exc is None:
+            if not self._handled:
+                raise RuntimeError("No active exception to reraise")
+            raise self._handled[-1]
+        value = self.eval(node.exc, frame)
+        if type(value) in (PythonClass, Native):
+            value = self.call(value, (), {})
+        cause = self.eval(node.cause, frame) if node.cause is not None else None
+        if type(value) is PythonObject:
+            value.fields["__cause__"] = cause
+        elif isinstance(value, Exception):
+            value.__cause__ = cause if isinstance(cause, BaseException) else None
+        if type(value) is PythonObject and value.cls.is_subclass(BaseException):
+            raise Raised(value)
+        if isinstance(value, StopIteration):
+            raise Exhausted(value.value)
+        if isinstance(value, Exception):
+            raise value
+        raise TypeError("exceptions must derive from BaseException")
+
+    def _assert(self, node: ast.Assert, frame: Frame) -> None:
+        if not self.eval(node.test, frame):
+            raise AssertionError(*([] if node.msg is None else [self.eval(node.msg, frame)]))
+
+    def _delete(self, node: ast.Delete, frame: Frame) -> None:
+        for target in node.targets:
+            if isinstance(target, ast.Name):
+                self._holder(target.id, frame).names.pop(target.id)
+            elif isinstance(target, ast.Subscript):
+                container, index = self.eval(target.value, frame), self.eval(target.slice, frame)
+                del self._plain_container(container)[index]
+            elif isinstance(target, ast.Attribute):
+                self._delete_attribute(self.eval(target.value, frame), target.attr)
+
+    def _delete_attribute(self, owner: Any, name: str) -> None:
+        if type(owner) is not PythonObject:
+            raise UnsupportedPython("only attributes of the program's own objects can be deleted")
+        found = owner.cls.find(name)
+        if type(found) is Property and found.delete is not None:
+            self.call(found.delete, (owner,), {})
+        elif owner.fields.pop(name, MISSING) is MISSING:
+            raise AttributeError(f"'{owner.cls.name}' object has no attribute '{name}'")
+
+    def _import(self, node: ast.Import, frame: Frame) -> None:
+        for alias in node.names:
+            path = alias.name if alias.asname else alias.name.partition(".")[0]
+            self._store_name(alias.asname or path, self._module(path), frame)
+
+    def _import_from(self, node: ast.ImportFrom, frame: Frame) -> None:
+        if node.module in ("__future__", "helper", "minecraft_helper", "mi_helper"):
+            return
+        module = self._module(node.module or "")
+        missing: list[str] = []
+        for alias in node.names:
+            if alias.name == "*":
+                frame.names.update(module.names)
+                continue
+            value = self.attribute(module, alias.name, MISSING)
+            if value is MISSING:
+                missing.append(alias.name)
+            else:
+                self._store_name(alias.asname or alias.name, value, frame)
+        if missing:
+            raise UnsupportedPython(f"`{module.path}.{missing[0]}` is not supported")
+
+    def _module(self, path: str) -> Module:
+        found = self.modules.get(path)
+        if found is None:
+            unsafe = path.partition(".")[0] in (
+                "os",
+                "sys",
+                "subprocess",
+                "socket",
+                "pickle",
+                "shutil",
+                "pathlib",
+                "io",
+            )
+            raise UnsupportedPython(
+                f"the module `{path}` cannot be used", None, "python-forbidden" if unsafe else "python-unsupported"
+            )
+        return found
+
+    # --- match -------------------------------------------------------------------------------------------------
+
+    def _match(self, node: ast.Match, frame: Frame) -> Generator[Any, Any, Any]:
+        subject = self.eval(node.subject, frame)
+        for case in node.cases:
+            bound: dict[str, Any] = {}
+            if self._matches(case.pattern, subject, bound, frame):
+                for name, value in bound.items():
+                    self._store_name(name, value, frame)
+                if case.guard is None or self.eval(case.guard, frame):
+                    yield from self.execute(case.body, frame)
+                    return
+
+    def _matches(self, pattern: ast.pattern, value: Any, bound: dict[str, Any], frame: Frame) -> bool:
+        self.tick()
+        if isinstance(pattern, ast.MatchValue):
+            return bool(value == self.eval(pattern.value, frame))
+        if isinstance(pattern, ast.MatchSingleton):
+            return value is pattern.value
+        if isinstance(pattern, ast.MatchAs):
+            if pattern.pattern is not None and not self._matches(pattern.pattern, value, bound, frame):
+                return False
+            if pattern.name is not None:
+                bound[pattern.name] = value
+            return True
+        if isinstance(pattern, ast.MatchOr):
+            return any(self._matches(each, value, bound, frame) for each in pattern.patterns)
+        if isinstance(pattern, ast.MatchSequence):
+            return self._matches_sequence(pattern, value, bound, frame)
+        if isinstance(pattern, ast.MatchMapping):
+            return self._matches_mapping(pattern, value, bound, frame)
+        if isinstance(pattern, ast.MatchClass):
+            return self._matches_class(pattern, value, bound, frame)
+        raise UnsupportedPython("this pattern is not supported")
+
+    def _matches_sequence(self, pattern: ast.MatchSequence, value: Any, bound: dict[str, Any], frame: Frame) -> bool:
+        if not isinstance(value, (list, tuple, range)) and type(value).__name__ != "deque":
+            return False
+        items, patterns = list(value), pattern.patterns
+        star = next((i for i, each in enumerate(patterns) if isinstance(each, ast.MatchStar)), None)
+        if star is None:
+            return len(items) == len(patterns) and all(
+                self._matches(each, item, bound, frame) for each, item in zip(patterns, items)
+            )
+        after = len(patterns) - star - 1
+        if len(items) < star + after:
+            return False
+        starred = patterns[star]
+        if isinstance(starred, ast.MatchStar) and starred.name is not None:
+            bound[starred.name] = items[star : len(items) - after]
+        pairs = [*zip(patterns[:star], items), *zip(patterns[star + 1 :], items[len(items) - after :])]
+        return all(self._matches(each, item, bound, frame) for each, item in pairs)
+
+    def _matches_mapping(self, pattern: ast.MatchMapping, value: Any, bound: dict[str, Any], frame: Frame) -> bool:
+        if not isinstance(value, dict):
+            return False
+        keys = [self.eval(key, frame) for key in pattern.keys]
+        if not all(key in value for key in keys):
+            return False
+        if pattern.rest is not None:
+            bound[pattern.rest] = {key: item for key, item in value.items() if key not in keys}
+        return all(self._matches(each, value[key], bound, frame) for key, each in zip(keys, pattern.patterns))
+
+    def _matches_class(self, pattern: ast.MatchClass, value: Any, bound: dict[str, Any], frame: Frame) -> bool:
+        cls = self.eval(pattern.cls, frame)
+        if not self.is_instance(value, cls):
+            return False
+        names = list(pattern.kwd_attrs)
+        patterns = list(pattern.kwd_patterns)
+        if pattern.patterns and isinstance(cls, Native):
+            return len(pattern.patterns) == 1 and self._matches(pattern.patterns[0], value, bound, frame)
+        if pattern.patterns:
+            given = cls.find("__match_args__")
+            fields = [each.name for each in cls.data or () if each.in_init] or list(cls.tuple_fields or ())
+            arguments = list(given) if given is not MISSING else fields
+            names = [*arguments[: len(pattern.patterns)], *names]
+            patterns = [*pattern.patterns, *patterns]
+        for name, each in zip(names, patterns):
+            item = self.attribute(value, name, MISSING)
+            if item is MISSING or not self._matches(each, item, bound, frame):
+                return False
+        return True
+
+    # --- names -------------------------------------------------------------------------------------------------
+
+    def _name(self, node: ast.Name, frame: Frame) -> Any:
+        return self.lookup(node.id, frame)
+
+    def lookup(self, name: str, frame: Frame) -> Any:
+        """Return the value of a variable."""
+        scope: Frame | None = self.module if frame.shared.get(name) else frame
+        while scope is not None:
+            found = scope.names.get(name, MISSING)
+            if found is not MISSING:
+                return found
+            if name in scope.local and name not in scope.shared:
+                raise UnboundLocalError(
+                    f"cannot access local variable '{name}' where it is not associated with a value"
+                )
+            scope = scope.outer
+        found = self.builtins.get(name, MISSING)
+        if found is MISSING:
+            raise NameError(f"name '{name}' is not defined")
+        return found
+
+    def _holder(self, name: str, frame: Frame) -> Frame:
+        """Return the frame in which a variable is assigned."""
+        while frame.is_comprehension and frame.outer is not None:
+            frame = frame.outer
+        if name not in frame.shared:
+            return frame
+        if frame.shared[name]:
+            return self.module
+        scope = frame.outer
+        while scope is not None and name not in scope.local:
+            scope = scope.outer
+        return scope or self.module
+
+    def _store_name(self, name: str, value: Any, frame: Frame) -> None:
+        self._holder(name, frame).names[name] = value
+
+    def store(self, target: ast.expr, value: Any, frame: Frame) -> None:
+        """Assign a value to a target."""
+        if isinstance(target, ast.Name):
+            if frame.is_comprehension:
+                frame.names[target.id] = value
+            else:
+                self._store_name(target.id, value, frame)
+        elif isinstance(target, (ast.Tuple, ast.List)):
+            self._unpack(target.elts, value, frame)
+        elif isinstance(target, ast.Attribute):
+            self.set_attribute(self.eval(target.value, frame), target.attr, value)
+        elif isinstance(target, ast.Subscript):
+            self._set_item(self.eval(target.value, frame), self.eval(target.slice, frame), value)
+        else:
+            raise UnsupportedPython("this target of an assignment is not supported")
+
+    def _unpack(self, targets: list[ast.expr], value: Any, frame: Frame) -> None:
+        star = next((i for i, target in enumerate(targets) if isinstance(target, ast.Starred)), None)
+        items: list[Any]
+        if type(value) is Residual and star is None:
+            items = [value[i] for i in range(len(targets))]
+        else:
+            items = list(self.iterate(value)) if star is not None else self._first_items(value, len(targets))
+        if star is None:
+            for target, item in zip(targets, items):
+                self.store(target, item, frame)
+            return
+        after = len(targets) - star - 1
+        if len(items) < star + after:
+            raise ValueError(f"not enough values to unpack (expected at least {star + after}, got {len(items)})")
+        middle = items[star : len(items) - after]
+        for target, item in zip(targets, [*items[:star], middle, *items[len(items) - after :]]):
+            self.store(target.value if isinstance(target, ast.Starred) else target, item, frame)
+
+    def _first_items(self, value: Any, count: int) -> list[Any]:
+        items: list[Any] = []
+        for item in self.iterate(value):
+            items.append(item)
+            if len(items) > count:
+                raise ValueError(f"too many values to unpack (expected {count})")
+        if len(items) < count:
+            raise ValueError(f"not enough values to unpack (expected {count}, got {len(items)})")
+        return items
+
+    # --- expressions -------------------------------------------------------------------------------------------
+
+    def eval(self, node: ast.expr, frame: Frame) -> Any:
+        """Evaluate an expression."""
+        self.tick()
+        handler = self._expressions.get(type(node))
+        if handler is None:
+            raise UnsupportedPython(f"`{type(node).__name__.lower()}` is not supported here")
+        return handler(node, frame)
+
+    def _items(self, nodes: list[ast.expr], frame: Frame) -> list[Any]:
+        items: list[Any] = []
+        for node in nodes:
+            if isinstance(node, ast.Starred):
+                value = self.eval(node.value, frame)
+                items += [value] if _is_shape(value) else self.iterate(value)
+            else:
+                items.append(self.eval(node, frame))
+        return items
+
+    def _dict(self, node: ast.Dict, frame: Frame) -> dict[Any, Any]:
+        found: dict[Any, Any] = {}
+        for key, value in zip(node.keys, node.values):
+            if key is None:
+                found.update(self.eval(value, frame))
+            else:
+                name = self.eval(key, frame)
+                found[name] = self.eval(value, frame)
+        return found
+
+    def _binary(self, node: ast.BinOp, frame: Frame) -> Any:
+        left, right = self.eval(node.left, frame), self.eval(node.right, frame)
+        return self.operate(node.op, _BINARY[type(node.op)][0], left, right)
+
+    def operate(self, op: ast.operator, function: Callable[[Any, Any], Any], left: Any, right: Any) -> Any:
+        kind = type(op)
+        if kind is ast.Mult:
+            self._check_product(left, right)
+        elif kind in (ast.Pow, ast.LShift) and isinstance(left, int) and isinstance(right, int):
+            size = left.bit_length() * right if kind is ast.Pow else left.bit_length() + right
+            if size > MAX_BITS:
+                raise UnsupportedPython("this number has too many digits")
+        elif kind is ast.Mod and isinstance(left, (str, bytes)):
+            left = _checked_percent(left)
+        elif kind is ast.Add and isinstance(left, list) and _is_shape(right):
+            right = [right]
+        elif kind is ast.BitOr and isinstance(left, (Native, PythonClass)):
+            return left  # a union of types
+        return self.checked(function(left, right))
+
+    def _check_product(self, left: Any, right: Any) -> None:
+        for sequence, count in ((left, right), (right, left)):
+            if isinstance(sequence, (str, list, tuple, bytes)) and isinstance(count, int):
+                if len(sequence) * count > MAX_ITEMS:
+                    raise UnsupportedPython(f"this {type_name(sequence)} has more than {MAX_ITEMS:,} items")
+
+    def _unary(self, node: ast.UnaryOp, frame: Frame) -> Any:
+        return _UNARY[type(node.op)](self.eval(node.operand, frame))
+
+    def _boolean(self, node: ast.BoolOp, frame: Frame) -> Any:
+        is_and = type(node.op) is ast.And
+        value: Any = None
+        for each in node.values:
+            value = self.eval(each, frame)
+            if bool(value) is not is_and:
+                return value
+        return value
+
+    def _compare(self, node: ast.Compare, frame: Frame) -> Any:
+        left: Any = self.eval(node.left, frame)
+        result: Any = True
+        for number, (op, each) in enumerate(zip(node.ops, node.comparators)):
+            if number and not result:
+                return result
+            right = self.eval(each, frame)
+            if type(op) in (ast.In, ast.NotIn) and isinstance(right, Iterator) and type(right) is not PythonObject:
+                right = self.iterate(right)
+            result = _COMPARISONS[type(op)](left, right)
+            left = right
+        return result
+
+    def _conditional(self, node: ast.IfExp, frame: Frame) -> Any:
+        test = self.eval(node.test, frame)
+        if type(test) is not Residual or test.kind == "shape":
+            return self.eval(node.body if test else node.orelse, frame)
+        body, other = self.eval(node.body, frame), self.eval(node.orelse, frame)
+        kinds = {each.kind for each in (body, other) if type(each) is Residual}
+        return Residual(
+            ast.IfExp(node_of(test), node_of(body), node_of(other)), next(iter(kinds), "number"), test.caller
+        )
+
+    def _subscript(self, node: ast.Subscript, frame: Frame) -> Any:
+        container = self.eval(node.value, frame)
+        if isinstance(container, (Native, PythonClass)) and getattr(container, "members", None) is None:
+            return container  # a generic type
+        return self._item(container, self.eval(node.slice, frame))
+
+    def _item(self, container: Any, index: Any) -> Any:
+        if isinstance(container, Native):
+            return container
+        if type(index) is Residual:
+            return self._residual_item(container, index)
+        return container[index]
+
+    def _residual_item(self, container: Any, index: Residual) -> Any:
+        return Residual(ast.Subscript(node_of(container), node_of(index), ast.Load()), "any", index.holder)
+
+    def _set_item(self, container: Any, index: Any, value: Any) -> None:
+        self._plain_container(container)[index] = value
+
+    def _plain_container(self, container: Any) -> Any:
+        if isinstance(container, (Native, Module, PythonClass, Residual)):
+            raise UnsupportedPython(f"items of this {type_name(container)} cannot be assigned")
+        return container
+
+    def _slice(self, node: ast.Slice, frame: Frame) -> slice:
+        bounds = [self.eval(each, frame) if each is not None else None for each in (node.lower, node.upper, node.step)]
+        return slice(*bounds)
+
+    def _joined(self, node: ast.JoinedStr, frame: Frame) -> str:
+        return str(self.checked("".join(self.eval(each, frame) for each in node.values)))
+
+    def _formatted(self, node: ast.FormattedValue, frame: Frame) -> str:
+        value = self.eval(node.value, frame)
+        specification = self._joined(node.format_spec, frame) if isinstance(node.format_spec, ast.JoinedStr) else ""
+        if node.conversion in (115, 114, 97):
+            convert: Callable[[Any], str] = ascii if node.conversion == 97 else str if node.conversion == 115 else repr
+            value = convert(value)
+        return formatted(value, specification)
+
+    def _walrus(self, node: ast.NamedExpr, frame: Frame) -> Any:
+        value = self.eval(node.value, frame)
+        self._store_name(node.target.id, value, frame)
+        return value
+
+    def _generator(self, node: ast.GeneratorExp, frame: Frame) -> PythonGenerator:
+        return PythonGenerator(self._comprehension(node, frame), "<genexpr>")
+
+    def _comprehension(self, node: Any, frame: Frame) -> Generator[Any, Any, Any]:
+        first = self.iterate(self.eval(node.generators[0].iter, frame))
+        scope = Frame({}, frame, is_comprehension=True, function=frame.function, first=frame.first)
+        return self._generated(node, 0, first, scope)
+
+    def _generated(self, node: Any, level: int, items: Iterable[Any], frame: Frame) -> Generator[Any, Any, Any]:
+        part = node.generators[level]
+        for item in items:
+            self.store(part.target, item, frame)
+            if not all(self.eval(test, frame) for test in part.ifs):
+                continue
+            if level + 1 < len(node.generators):
+                inner = self.iterate(self.eval(node.generators[level + 1].iter, frame))
+                yield from self._generated(node, level + 1, inner, frame)
+            elif isinstance(node, ast.DictComp):
+                yield self.eval(node.key, frame), self.eval(node.value, frame)
+            else:
+                yield self.eval(node.elt, frame)
+
+    # --- calls -------------------------------------------------------------------------------------------------
+
+    def _call(self, node: ast.Call, frame: Frame) -> Any:
+        if isinstance(node.func, ast.Name) and node.func.id == "super" and not node.args:
+            return self._super(frame)
+        function = self.eval(node.func, frame)
+        arguments = tuple(self._items(node.args, frame))
+        named: dict[str, Any] = {}
+        for keyword in node.keywords:
+            value = self.eval(keyword.value, frame)
+            if keyword.arg is None:
+                named.update(value)
+            else:
+                named[keyword.arg] = value
+        return self.call(function, arguments, named)
+
+    def _super(self, frame: Frame) -> Super:
+        scope: Frame | None = frame
+        while scope is not None and (scope.function is None or scope.function.owner is None):
+            scope = scope.outer
+        if scope is None or scope.function is None or scope.function.owner is None:
+            raise RuntimeError("super(): no arguments")
+        return Super(scope.function.owner, scope.first)
+
+    def call(self, function: Any, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        """Call a value."""
+        self.tick()
+        kind = type(function)
+        if kind is PythonFunction:
+            return self._call_function(function, arguments, named)
+        if kind is BoundMethod:
+            return self.call(function.function, (function.value, *arguments), named)
+        if kind is PythonClass:
+            from scenelang.interpreter.transpile.evaluation.classes import create
+
+            return create(self, function, arguments, named)
+        if kind is Native:
+            return self._call_native(function, arguments, named)
+        if kind is PythonObject:
+            return self.call(
+                function._required("__call__", f"'{type_name(function)}' object is not callable"), arguments, named
+            )
+        if kind in (StaticMethod, ClassMethod):
+            return self.call(function.function, arguments, named)
+        raise TypeError(f"'{type_name(function)}' object is not callable")
+
+    def _call_function(self, function: PythonFunction, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        local, shared, is_generator = scope_of(function.node)
+        frame = Frame(bound_arguments(function, arguments, named), function.outer, local, shared, function=function)
+        frame.first = arguments[0] if arguments else next(iter(frame.names.values()), None)
+        if isinstance(function.node, ast.Lambda):
+            return self._deeper(lambda: self.eval(function.node.body, frame))  # type: ignore[arg-type]
+        if is_generator:
+            return PythonGenerator(self._steps_of(function.node.body, frame), function.name)
+        return self._deeper(lambda: self._result_of(function.node.body, frame))  # type: ignore[arg-type]
+
+    def _deeper(self, action: Callable[[], Any]) -> Any:
+        self._depth += 1
+        node = self.node
+        try:
+            if self._depth > MAX_DEPTH:
+                raise UnsupportedPython("this recursion is too deep to be evaluated")
+            return action()
+        finally:
+            self._depth -= 1
+            self.node = node
+
+    def _result_of(self, body: list[ast.stmt], frame: Frame) -> Any:
+        try:
+            for _ in self.execute(body, frame):
+                pass
+        except _Return as signal:
+            return signal.value
+        return None
+
+    def _steps_of(self, body: list[ast.stmt], frame: Frame) -> Generator[Any, Any, Any]:
+        try:
+            yield from self.execute(body, frame)
+        except _Return as signal:
+            return signal.value
+        return None
+
+    def _call_native(self, function: Native, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        if function.is_numeric and any(map(_has_residual, (*arguments, *named.values()))):
+            return self._numeric_call(function, arguments, named)
+        plain = tuple(self._argument(each) for each in arguments)
+        try:
+            return self.checked(function.function(*plain, **named))
+        except StopIteration as error:
+            raise Exhausted(error.value) from None
+
+    def _argument(self, value: Any) -> Any:
+        if isinstance(value, (PythonGenerator, Iterator)) and not isinstance(value, PythonObject):
+            return value if type(value) is PythonGenerator else _Metered(self, value)
+        if type(value) is range and len(value) > MAX_ITEMS:
+            return _Metered(self, iter(value))
+        return value
+
+    def _numeric_call(self, function: Native, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        """Call a numeric function with values that are not known: item by item, if it works on items."""
+        arrays = [each for each in arguments if isinstance(each, np.ndarray)]
+        host = getattr(np, function.path.removeprefix("np."), None)
+        if arrays and isinstance(host, np.ufunc) and not named:
+            each = np.frompyfunc(lambda *items: self._call_native(function, items, {}), len(arguments), 1)
+            return each(*(np.asarray(value) if isinstance(value, (list, tuple)) else value for value in arguments))
+        if function.path in _STRUCTURAL:
+            return function.function(*arguments, **named)
+        return self._residual_call(function, arguments, named)
+
+    def _residual_call(self, function: Native, arguments: tuple[Any, ...], named: dict[str, Any]) -> Residual:
+        from scenelang.interpreter.transpile.evaluation.objects import call_node
+
+        held = next(_residuals((*arguments, *named.values())))
+        nodes = {name: node_of(value) for name, value in named.items()}
+        kind = "array" if function.path.startswith("np.") and function.path not in _SCALARS else "number"
+        return Residual(call_node(function.path, [node_of(each) for each in arguments], nodes), kind, held.holder)
+
+    def is_instance(self, value: Any, kind: Any) -> bool:
+        """Return whether a value is an instance of a class, or of one of several."""
+        if isinstance(kind, tuple):
+            return any(self.is_instance(value, each) for each in kind)
+        cls = getattr(value, "cls", None) if not isinstance(value, (Residual, Super)) else None
+        if isinstance(kind, PythonClass) and "protocol" in kind.options:
+            return all(self.attribute(value, name, MISSING) is not MISSING for name in kind.options["protocol"])
+        if isinstance(kind, PythonClass):
+            return cls is not None and type(cls) is PythonClass and cls.is_subclass(kind)
+        if not isinstance(kind, Native) or kind.type is None:
+            raise TypeError("isinstance() arg 2 must be a type, a tuple of types, or a union")
+        if type(value) is Residual:
+            return _is_kind_of(value, kind.type)
+        if type(value) is PythonObject and cls is not None:
+            return bool(cls.is_subclass(kind.type))
+        if kind.type is Callable:
+            return callable(value)
+        if isinstance(value, (PythonFunction, BoundMethod, Native, PythonClass, Module)):
+            return kind.type is object
+        return isinstance(value, kind.type)
+
+    # --- definitions -------------------------------------------------------------------------------------------
+
+    def _function(self, node: Any, name: str, frame: Frame) -> PythonFunction:
+        given = node.args
+        defaults = tuple(self.eval(each, frame) for each in given.defaults)
+        keyword_defaults = {
+            argument.arg: self.eval(value, frame)
+            for argument, value in zip(given.kwonlyargs, given.kw_defaults)
+            if value is not None
+        }
+        outer = frame
+        while outer.is_class and outer.outer is not None:
+            outer = outer.outer  # the names of a class body are not visible to its functions
+        return PythonFunction(node, name, outer, self, defaults, keyword_defaults)
+
+    def _define(self, node: ast.FunctionDef, frame: Frame) -> None:
+        decorators = [self.eval(each, frame) for each in node.decorator_list]
+        value: Any = self._function(node, node.name, frame)
+        doc = ast.get_docstring(node)
+        value.attributes["__doc__"] = doc
+        for decorator in reversed(decorators):
+            value = self.call(decorator, (value,), {})
+        self._store_name(node.name, value, frame)
+
+    def _define_class(self, node: ast.ClassDef, frame: Frame) -> None:
+        from scenelang.interpreter.transpile.evaluation.classes import define
+
+        value: Any = define(self, node, frame)
+        for decorator in reversed([self.eval(each, frame) for each in node.decorator_list]):
+            value = self.call(decorator, (value,), {})
+        self._store_name(node.name, value, frame)
+
+    # --- attributes --------------------------------------------------------------------------------------------
+
+    def _attribute(self, node: ast.Attribute, frame: Frame) -> Any:
+        return self.attribute(self.eval(node.value, frame), node.attr)
+
+    def attribute(self, value: Any, name: str, default: Any = UnsupportedPython) -> Any:
+        """Return an attribute of a value."""
+        from scenelang.interpreter.transpile.evaluation.classes import attribute_of
+
+        return attribute_of(self, value, name, default)
+
+    def set_attribute(self, value: Any, name: str, new: Any) -> None:
+        """Assign an attribute of a value."""
+        from scenelang.interpreter.transpile.evaluation.classes import set_attribute
+
+        set_attribute(self, value, name, new)
+
+
+class _Metered:
+    """Iterator whose items are steps."""
+
+    def __init__(self, evaluator: PythonEvaluator, items: Iterator[Any]) -> None:
+        self._evaluator, self._items = evaluator, items
+
+    def __iter__(self) -> _Metered:
+        return self
+
+    def __next__(self) -> Any:
+        self._evaluator.tick()
+        return next(self._items)
+
+
+_STRUCTURAL = tuple(
+    f"np.{name}"
+    for name in words(
+        "append array asarray atleast_1d atleast_2d broadcast_to column_stack concatenate copy diag dot dstack "
+        "expand_dims flip fliplr flipud hstack insert matmul moveaxis outer ravel repeat reshape roll rot90 shape "
+        "size split squeeze stack sum swapaxes tile transpose vstack cumsum cross trace array_split add subtract "
+        "multiply divide"
+    )
+)
+_SCALARS = ("np.linalg.norm", "np.dot", "np.sum", "np.hypot", "np.arctan2", "np.mean", "np.max", "np.min")
+
+
+def _is_shape(value: Any) -> bool:
+    return type(value) is Residual and value.kind == "shape"
+
+
+def _is_kind_of(value: Residual, kind: Any) -> bool:
+    kinds: dict[str, tuple[type, ...]] = {
+        "shape": (list,), "pose": (np.ndarray,), "array": (np.ndarray,), "number": (float,), "bool": (bool,),
+    }  # fmt: skip
+    return any(issubclass(each, kind) for each in kinds.get(value.kind, ()))
+
+
+def _residuals(values: Iterable[Any]) -> Iterator[Residual]:
+    for value in values:
+        if type(value) is Residual:
+            yield value
+        elif isinstance(value, (list, tuple)):
+            yield from _residuals(value)
+        elif isinstance(value, np.ndarray) and value.dtype == object:
+            yield from _residuals(value.ravel().tolist())
+
+
+def _has_residual(value: Any) -> bool:
+    return next(_residuals((value,)), None) is not None
+
+
+@lru_cache(maxsize=10_000)
+def scope_of(node: ast.FunctionDef | ast.Lambda) -> tuple[frozenset[str], dict[str, bool], bool]:
+    """Return the names that a function assigns, those that it declares global or nonlocal, and whether it yields."""
+    given = node.args
+    arguments = [*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg]
+    local = {each.arg for each in arguments if each is not None}
+    shared: dict[str, bool] = {}
+    is_generator = False
+    pending: list[ast.AST] = list(node.body) if isinstance(node, ast.FunctionDef) else [node.body]
+    while pending:
+        each = pending.pop()
+        if isinstance(each, (ast.FunctionDef, ast.ClassDef)):
+            local.add(each.name)
+            pending += each.decorator_list
+            continue
+        if isinstance(each, ast.Lambda):
+            continue
+        if isinstance(each, (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)):
+            local |= {n.target.id for n in ast.walk(each) if isinstance(n, ast.NamedExpr)}
+            continue
+        if isinstance(each, (ast.Global, ast.Nonlocal)):
+            shared |= dict.fromkeys(each.names, isinstance(each, ast.Global))
+        elif isinstance(each, (ast.Yield, ast.YieldFrom)):
+            is_generator = True
+        elif isinstance(each, ast.Name) and not isinstance(each.ctx, ast.Load):
+            local.add(each.id)
+        elif isinstance(each, (ast.ExceptHandler, ast.MatchAs, ast.MatchStar)) and each.name:
+            local.add(each.name)
+        elif isinstance(each, ast.MatchMapping) and each.rest:
+            local.add(each.rest)
+        elif isinstance(each, (ast.Import, ast.ImportFrom)):
+            local |= {(alias.asname or alias.name).partition(".")[0] for alias in each.names}
+        pending += ast.iter_child_nodes(each)
+    return frozenset(local), shared, is_generator
+
+
+def bound_arguments(function: PythonFunction, arguments: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
+    """Return the values of the parameters for a call, as Python binds them. Raises TypeError."""
+    given, name = function.node.args, function.name
+    positional = [each.arg for each in (*given.posonlyargs, *given.args)]
+    by_name = {each.arg for each in (*given.args, *given.kwonlyargs)}
+    values: dict[str, Any] = dict(zip(positional, arguments))
+    rest = arguments[len(positional) :]
+    if rest and given.vararg is None:
+        raise TypeError(f"{name}() takes {len(positional)} positional arguments but {len(arguments)} were given")
+    extra: dict[str, Any] = {}
+    for key, value in named.items():
+        if key in by_name:
+            if key in values:
+                raise TypeError(f"{name}() got multiple values for argument '{key}'")
+            values[key] = value
+        elif given.kwarg is not None:
+            extra[key] = value
+        else:
+            raise TypeError(f"{name}() got an unexpected keyword argument '{key}'")
+    for key, value in zip(positional[len(positional) - len(function.defaults) :], function.defaults):
+        values.setdefault(key, value)
+    for key, value in function.keyword_defaults.items():
+        values.setdefault(key, value)
+    missing = [key for key in (*positional, *(each.arg for each in given.kwonlyargs)) if key not in values]
+    if missing:
+        plural = "s" if len(missing) > 1 else ""
+        listed = " and ".join(f"'{key}'" for key in missing)
+        raise TypeError(f"{name}() missing {len(missing)} required positional argument{plural}: {listed}")
+    if given.vararg is not None:
+        values[given.vararg.arg] = rest
+    if given.kwarg is not None:
+        values[given.kwarg.arg] = extra
+    return values
+
+
+def formatted(value: Any, specification: str) -> str:
+    """Format a value. Raises UnsupportedPython for a residual value or a width that is too large."""
+    if type(value) is Residual:
+        raise UnsupportedPython("a random value cannot be part of a text here")
+    if any(len(digits) > 4 for digits in "".join(c if c.isdigit() else " " for c in specification).split()):
+        raise UnsupportedPython("this width of a text is too large")
+    return format(value, specification)
+
+
+def _checked_percent(text: Any) -> Any:
+    digits = "".join(chr(c) if isinstance(c, int) else c for c in text)
+    if any(len(part) > 4 for part in "".join(c if c.isdigit() else " " for c in digits).split()) and "%" in digits:
+        raise UnsupportedPython("this width of a text is too large")
+    return text

@@ -1,0 +1,752 @@
+"""Partial evaluation of the parts of a Python program that the translation does not support.
+
+The statements at the top level that do not translate, and all that use them, are evaluated; what remains of a
+registered function is an expression of calls of the helper API, with the draws of random numbers in their order.
+Everything else stays as it is. The result is a smaller Python program, which the translation proper then translates: there is one
+semantics of Python for both (online partial evaluation; Jones, Gomard and Sestoft 1993, chapter 4).
+"""
+
+from __future__ import annotations
+
+import ast
+import keyword
+import random
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
+from scenelang.interpreter.transpile.evaluation.library import Library
+from scenelang.interpreter.transpile.evaluation.objects import (
+    Exhausted,
+    Native,
+    PythonFunction,
+    PythonGenerator,
+    PythonObject,
+    Raised,
+    Residual,
+    UnsupportedPython,
+    call_node,
+    node_of,
+    type_name,
+    words,
+)
+from scenelang.interpreter.transpile.evaluation.rolling import rolled
+from scenelang.interpreter.transpile.python_text import PythonText
+
+MAX_NODES = 60_000  # of a residual function
+_DRAWS = words(
+    "betavariate choice choices expovariate gauss normalvariate randint random randrange sample shuffle "
+    "triangular uniform"
+)
+_ARRAY_DRAWS = words(
+    "choice exponential normal permutation poisson rand randint randn random random_sample shuffle uniform"
+)
+_MORE_DRAWS = words(
+    "beta binomial gamma geometric laplace lognormal multinomial multivariate_normal poisson rayleigh "
+    "standard_normal triangular vonmises weibull"
+)
+_ALIASES = {"np": "numpy_module", "math": "math_module", "random": "random_module"}
+_STATE = "state"  # parameter of a function that depends on more than its arguments
+_SHAPES = ("concat_shapes", "transform_shape", "primitive_call")
+_POSES = ("translation_matrix", "rotation_matrix", "scale_matrix", "reflection_matrix", "identity_matrix")
+_BOXES = ("compute_shape_center", "compute_shape_min", "compute_shape_max", "compute_shape_sizes")
+
+
+@dataclass(eq=False, slots=True)
+class Item:
+    """Statement at the top level: the names that it defines, and those that it uses."""
+
+    node: ast.stmt
+    names: frozenset[str]
+    uses: frozenset[str]
+    first_line: int
+
+
+def items_of(tree: ast.Module) -> list[Item]:
+    """Return the statements of a module."""
+    items = [_item(node) for node in tree.body]
+    changed = {
+        name: frozenset[str]().union(*map(_changed, ast.walk(item.node)))
+        for item in items
+        if isinstance(item.node, (ast.FunctionDef, ast.ClassDef))
+        for name in item.names
+    }
+    for item in items:  # a decorator or a base class may change what it uses, such as a table of functions
+        if isinstance(item.node, (ast.FunctionDef, ast.ClassDef)):
+            parts = [*item.node.decorator_list, *getattr(item.node, "bases", ())]
+            used = {n.id for part in parts for n in ast.walk(part) if isinstance(n, ast.Name)}
+            item.names |= frozenset[str]().union(*(changed.get(name, frozenset()) for name in used))
+    return items
+
+
+def _item(node: ast.stmt) -> Item:
+    names: set[str] = set()
+    if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+        names.add(node.name)
+    else:
+        names |= {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+    nodes = list(_without_annotations(node))
+    uses = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
+    uses |= {n.value for n in nodes if isinstance(n, ast.Constant) and type(n.value) is str}
+    if isinstance(node, (ast.Expr, ast.AugAssign, ast.For, ast.If, ast.While, ast.Assign)):
+        names |= _changed(node)  # it may change what it uses
+    decorators = getattr(node, "decorator_list", [])
+    for text in (n.value for each in decorators for n in ast.walk(each) if isinstance(n, ast.Constant)):
+        if type(text) is str:  # with which the function is registered
+            names |= {text, text.partition(";")[0].strip()}
+            uses.discard(text)
+    return Item(node, frozenset(names), frozenset(uses), min([node.lineno, *(d.lineno for d in decorators)]))
+
+
+def _without_annotations(node: ast.AST) -> Iterator[ast.AST]:
+    """Iterate over the nodes that have a meaning when the program runs."""
+    yield node
+    for name, value in ast.iter_fields(node):
+        if name not in ("annotation", "returns"):
+            for child in value if isinstance(value, list) else [value]:
+                if isinstance(child, ast.AST):
+                    yield from _without_annotations(child)
+
+
+def _changed(node: ast.AST) -> set[str]:
+    """Return the variables whose values a statement may change: those before a dot or an index."""
+    found: set[str] = set()
+    for each in ast.walk(node):
+        if isinstance(each, (ast.Attribute, ast.Subscript)):
+            target: ast.expr = each
+            while isinstance(target, (ast.Attribute, ast.Subscript)):
+                target = target.value
+            is_call = isinstance(each, ast.Attribute) and isinstance(each.ctx, ast.Load)
+            if isinstance(target, ast.Name) and (is_call or not isinstance(each.ctx, ast.Load)):
+                found.add(target.id)
+    return found
+
+
+def closure(items: Sequence[Item], start: set[int], is_user: bool) -> set[int]:
+    """Return the numbers of items that use the items of ``start``, or that these use, directly or through others."""
+    defined: dict[str, list[int]] = {}
+    used: dict[str, list[int]] = {}
+    for number, item in enumerate(items):
+        for name in item.names:
+            defined.setdefault(name, []).append(number)
+        for name in item.uses:
+            used.setdefault(name, []).append(number)
+    found, pending = set(start), list(start)
+    while pending:
+        item = items[pending.pop()]
+        names, table = (item.names, used) if is_user else (item.uses, defined)
+        for name in names:
+            for number in table.get(name, ()):
+                if number not in found:
+                    found.add(number)
+                    pending.append(number)
+    return found
+
+
+def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic]) -> PythonText | Diagnostic | None:
+    """Evaluate the parts of a program that have errors.
+
+    Parameters
+    ----------
+    text
+        The program.
+    root
+        Name of its root function.
+    errors
+        Errors of its translation.
+
+    Returns
+    -------
+    PythonText or Diagnostic or None
+        The program that remains; the reason why it cannot be evaluated, if a part that the root needs cannot; None if
+        nothing can be done.
+    """
+    items = items_of(text.tree)
+    wrong = {number for number, item in enumerate(items) if any(map(_inside(text, item), errors))}
+    start = {number for number, item in enumerate(items) if root is not None and root in item.names}
+    if not start or not all(any(_inside(text, items[number])(d) for number in wrong) for d in errors):
+        return None
+    reached = closure(items, start, is_user=False)
+    evaluated = closure(items, wrong & reached, is_user=True) & reached
+    if not start & evaluated:
+        return _rewritten(text, items, reached - evaluated, {})
+    folding = Folding(text, items, evaluated)
+    try:
+        definitions = folding.definitions(str(root))
+    except UnsupportedPython as error:
+        if not folding.draws:
+            return _diagnostic(text, error)
+        return _with_fixed_draws(text, items, reached, str(root)) or _diagnostic(text, error)
+    except (Raised, Exhausted, RecursionError, *_ERRORS) as error:
+        fixed = _with_fixed_draws(text, items, reached, str(root)) if folding.draws else None
+        return fixed or _exception(text, folding, error)
+    return _rewritten(text, items, reached - evaluated, definitions)
+
+
+def _with_fixed_draws(text: PythonText, items: Sequence[Item], reached: set[int], root: str) -> PythonText | None:
+    """Evaluate all of a program in which random numbers decide what happens: they are those of the seed 0."""
+    folding = Folding(text, items, reached, has_fixed_draws=True)
+    try:
+        definitions = folding.definitions(root)
+    except (UnsupportedPython, Raised, Exhausted, RecursionError, *_ERRORS):
+        return None
+    span = text.span(next(items[n].node for n in reached if root in items[n].names))
+    message = "random numbers decide what this program builds, and are those of the seed 0"
+    warning = Diagnostic("fixed-draws", message, Span(span.source, span.start, span.start + 1))
+    rewritten = _rewritten(text, items, set(), definitions)
+    return replace(rewritten, diagnostics=[*text.diagnostics, warning]) if rewritten is not None else None
+
+
+_ERRORS = (
+    ArithmeticError, LookupError, TypeError, ValueError, AttributeError, NameError, AssertionError, RuntimeError,
+)  # fmt: skip
+
+
+def _inside(text: PythonText, item: Item) -> Callable[[Diagnostic], bool]:
+    end = text.span(item.node).end
+    start = text.offset(item.first_line, 0)
+    return lambda d: d.span is not None and start <= d.span.start <= end
+
+
+def _diagnostic(text: PythonText, error: UnsupportedPython) -> Diagnostic:
+    span = (
+        text.span(error.node) if error.node is not None else Span(text.source, text.response.start, text.response.start)
+    )
+    return Diagnostic(error.name, error.message, span, error.hint)
+
+
+def _exception(text: PythonText, folding: Folding, error: Exception) -> Diagnostic:
+    """Return the diagnostic of an exception that the program does not catch."""
+    node = folding.evaluator.failed or folding.evaluator.node
+    span = text.span(node) if node is not None else Span(text.source, text.response.start, text.response.start)
+    name, message = type(error).__name__, str(error)
+    if isinstance(error, Raised):
+        name, message = error.value.cls.name, str(error.value)
+    elif isinstance(error, Exhausted):
+        name = "StopIteration"
+    return Diagnostic("python-exception", f"Python: {name}: {message}" if message else f"Python: {name}", span)
+
+
+def _rewritten(
+    text: PythonText, items: Sequence[Item], kept: set[int], definitions: Mapping[str, ast.FunctionDef]
+) -> PythonText | None:
+    """Return the program with evaluated functions replaced by what remains of them."""
+    used = {n.id for d in definitions.values() for n in ast.walk(d) if isinstance(n, ast.Name)}
+    used |= {
+        n.value
+        for d in definitions.values()
+        for n in ast.walk(d)
+        if isinstance(n, ast.Constant) and type(n.value) is str
+    }
+    if definitions:
+        needed = {number for number in kept if items[number].names & used}
+        kept = closure(items, needed, is_user=False) & kept
+    kept -= {number for number in kept if items[number].names & definitions.keys()}
+    if any(items[number].uses & definitions.keys() for number in kept):
+        return None  # a function that stays calls one for other arguments
+    body: list[ast.stmt] = []
+    if definitions:
+        for module, alias in (("numpy", "numpy_module"), ("math", "math_module"), ("random", "random_module")):
+            body.append(_located(ast.Import([ast.alias(module, alias)]), 1))
+    for number, item in enumerate(items):
+        name = item.node.name if isinstance(item.node, ast.FunctionDef) else ""
+        if number in kept or isinstance(item.node, (ast.Import, ast.ImportFrom)):
+            body.append(item.node)
+        elif name in definitions:
+            body.append(definitions[name])
+    body += [made for name, made in definitions.items() if not any(made is each for each in body)]
+    lines = [(items[n].first_line, items[n].node.end_lineno or 0) for n in range(len(items)) if n not in kept]
+    comments = [c for c in text.comments if not any(first <= c.line <= last for first, last in lines)]
+    return replace(text, tree=ast.Module(body, []), comments=comments)
+
+
+def _located(node: Any, line: int) -> Any:
+    for each in ast.walk(node):
+        for name in each._attributes:
+            setattr(each, name, line if "lineno" in name else 0)
+    return node
+
+
+# --- evaluation ----------------------------------------------------------------------------------------------------
+
+
+_SIZE_AT = {
+    "choice": 1, "exponential": 1, "poisson": 1, "random": 0, "random_sample": 0, "normal": 2, "randint": 2,
+    "uniform": 2,
+}  # fmt: skip
+_MAX_DRAWN = 5_000
+
+
+def _drawn_shape(method: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> tuple[int, ...]:
+    """Return the shape of the array that a draw of numpy gives, () for a number."""
+    if method in ("rand", "randn"):
+        shape = tuple(int(each) for each in arguments)
+    elif method == "permutation":
+        shape = np.shape(np.arange(arguments[0]) if isinstance(arguments[0], int) else arguments[0])
+    else:
+        place = _SIZE_AT.get(method, 9)
+        size = named.get("size", arguments[place] if len(arguments) > place else None)
+        if size is not None:
+            shape = tuple(size) if isinstance(size, (tuple, list)) else (int(size),)
+        else:
+            given = [each for each in (*arguments[:2], *named.values()) if isinstance(each, (list, tuple, np.ndarray))]
+            shape = np.broadcast_shapes(*map(np.shape, given)) if given and method in ("normal", "uniform") else ()
+    if int(np.prod(shape)) > _MAX_DRAWN:
+        raise UnsupportedPython("this draw has too many numbers")
+    return shape
+
+
+@dataclass(eq=False, slots=True)
+class Part:
+    """Residual function that is being written: its draws and calls in order, and the residual values by name."""
+
+    statements: list[tuple[str, ast.expr]] = field(default_factory=list)
+    count: int = 0
+    values: dict[str, Residual] = field(default_factory=dict)
+    result: ast.expr | None = None
+
+
+@dataclass(eq=False, slots=True)
+class Variant:
+    """Residual function for some arguments: the test of the arguments, and the part."""
+
+    test: dict[str, ast.expr]
+    part: Part
+
+
+class Folding:
+    """Evaluates functions of a program, and collects what remains of them."""
+
+    def __init__(
+        self, text: PythonText, items: Sequence[Item], evaluated: set[int], has_fixed_draws: bool = False
+    ) -> None:
+        self._items = items
+        self._evaluated = {name for number in evaluated for name in items[number].names}
+        self.evaluator = PythonEvaluator({}, {})
+        library = Library(self.evaluator)
+        self.evaluator.modules = library.modules
+        self.evaluator.builtins = {**library.builtins, **self._helpers(), **library.modules["typing"].names}
+        self.evaluator.builtins |= {name: library.modules[name] for name in ("math", "np", "random")}
+        self.evaluator.builtins |= {"numpy": library.modules["np"], "Shape": library.builtins["list"]}
+        self.evaluator.builtins |= dict.fromkeys(("P", "T"), library.builtins["object"])
+        self._streams = random.Random(0), np.random.RandomState(0)
+        if has_fixed_draws:
+            self._fix_draws(library)
+        else:
+            self._add_draws(library)
+        self._functions: dict[str, tuple[Any, str]] = {}
+        self._animations: set[str] = set()
+        self._parts: list[Part] = []
+        self._variants: dict[str, dict[Any, dict[str, Variant]]] = {}
+        self._objects: dict[str, dict[str, int]] = {}  # numbers of arguments by their states
+        self._failed: dict[str, UnsupportedPython] = {}
+        self.draws = "random" in text.source.text and not has_fixed_draws
+
+    def definitions(self, root: str) -> dict[str, ast.FunctionDef]:
+        """Evaluate the module and its root function; return what remains of the functions, by name."""
+        for item in self._items:
+            try:
+                self._parts.append(Part())
+                self.evaluator.run(item.node)
+                if self._parts[-1].statements and not isinstance(item.node, ast.FunctionDef):
+                    raise UnsupportedPython("random numbers at the top level cannot be evaluated here")
+            except UnsupportedPython as error:
+                error.node = error.node or item.node
+                self._failed |= dict.fromkeys(item.names, error)
+            finally:
+                self._parts.pop()
+        if root not in self._functions:
+            raise self._failed.get(root) or UnsupportedPython(f"`{root}` is not registered")
+        function = self._functions[root][0]
+        for stream in self._streams:
+            stream.seed(0)
+        try:
+            self._variant(root, function, {})
+        except NameError as error:
+            failed = self._failed.get(str(error).partition("'")[2].partition("'")[0])
+            raise failed or error from None
+        return {name: self._definition(name, variants) for name, variants in self._variants.items()}
+
+    # --- the helper API ----------------------------------------------------------------------------------------
+
+    def _helpers(self) -> dict[str, Native]:
+        functions: dict[str, Callable[..., Any]] = {
+            "register": self._register, "register_animation": lambda text=None: self._register(text, True),
+            "library_call": self._library_call,
+            "loop": self._loop,
+            "concat_shapes": lambda *shapes: self._union(shapes),
+        }  # fmt: skip
+        functions["transform_shape"] = self._transform
+        functions["primitive_call"] = self._primitive
+        for name in _POSES:
+            functions[name] = self._maker(name, "pose")
+        for name in _BOXES:
+            functions[name] = self._maker(name, "array")
+        return {name: Native(name, function) for name, function in functions.items()}
+
+    def _maker(self, name: str, kind: str) -> Callable[..., Residual]:
+        def make(*arguments: Any, **named: Any) -> Residual:
+            given = [self._whole(each) if name in _BOXES else each for each in arguments]
+            named = {key: self._whole(each) if name in _BOXES else each for key, each in named.items()}
+            return self._residual(name, given, named, kind)
+
+        return make
+
+    def _residual(self, name: str, arguments: Sequence[Any], named: Mapping[str, Any], kind: str) -> Residual:
+        nodes = {key: node_of(value) for key, value in named.items()}
+        return Residual(call_node(name, [node_of(each) for each in arguments], nodes), kind, self)
+
+    def _loop(self, n: int, fn: Any) -> Residual:
+        return self._union([self.evaluator.call(fn, (i,), {}) for i in self.evaluator.iterate(range(n))])
+
+    def _transform(self, shape: Any, pose: Any) -> Residual:
+        inner = self._whole(shape)
+        found = self._residual("transform_shape", (inner, pose), {}, "shape")
+        if inner.primitives is not None:
+            parts = inner.primitives
+            found.primitives = lambda: [found] if parts() == [inner] else [self._transform(p, pose) for p in parts()]
+        return found
+
+    def _primitive(self, *arguments: Any, **named: Any) -> Residual:
+        found = self._residual("primitive_call", arguments, named, "shape")
+        found.primitives = lambda: [found]
+        return found
+
+    def _whole(self, shape: Any) -> Residual:
+        """Return a shape that may be given as a list of shapes."""
+        if type(shape) is Residual and shape.kind in ("shape", "any"):
+            return shape
+        if isinstance(shape, (list, tuple)):
+            return self._union(shape)
+        raise UnsupportedPython(f"expected a shape, got {type_name(shape)}")
+
+    def _union(self, shapes: Sequence[Any]) -> Residual:
+        parts = [each for shape in shapes for each in self._flat(shape)]
+        found = Residual(call_node("concat_shapes", [node_of(each) for each in parts]), "shape", self)
+        if all(each.primitives is not None for each in parts):
+            found.primitives = lambda: [primitive for each in parts for primitive in each.parts()]
+        return found
+
+    def _flat(self, shape: Any) -> Iterator[Residual]:
+        if type(shape) is Residual and shape.kind in ("shape", "any"):
+            yield shape
+        elif isinstance(shape, (list, tuple, PythonGenerator)):
+            for each in self.evaluator.iterate(shape):
+                yield from self._flat(each)
+        else:
+            raise UnsupportedPython(f"expected a shape, got {type_name(shape)}")
+
+    def _register(self, docstring: Any = None, is_animation: bool = False) -> Any:
+        def register(function: Any, text: str = "") -> Any:
+            name = function.name if type(function) is PythonFunction else getattr(function, "path", "")
+            if not name.isidentifier() or keyword.iskeyword(name):
+                raise UnsupportedPython("only functions of the program that have a name can be registered")
+            self._functions[name] = function, text
+            if is_animation:
+                self._animations.add(name)
+            return function
+
+        if type(docstring) is PythonFunction:
+            return register(docstring)
+        return Native("register", lambda function: register(function, docstring or ""))
+
+    def _library_call(self, func_name: str, /, **named: Any) -> Residual:
+        name = self._find(func_name)
+        if name is None or (name not in self._evaluated and all(map(_is_literal, named.values()))):
+            nodes = {key: node_of(value) for key, value in named.items()}
+            return self._ordered(call_node("library_call", [ast.Constant(func_name)], nodes))
+        shown = self._variant(name, self._functions[name][0], named)
+        return self._ordered(call_node("library_call", [ast.Constant(func_name)], shown))
+
+    def _find(self, name: str) -> str | None:
+        if name in self._functions:
+            return name
+        texts = {text: key for key, (_, text) in reversed(self._functions.items())}
+        starts = {text.partition(";")[0].strip(): key for text, key in texts.items()}
+        return texts.get(name) or starts.get(name)
+
+    def _ordered(self, node: ast.expr) -> Residual:
+        """Return the value of a call that may draw random numbers."""
+        return self._stated(node, "shape", "part") if self.draws else Residual(node, "shape", self)
+
+    def _stated(self, node: ast.expr, kind: str, prefix: str) -> Residual:
+        """Return the value of an expression that is computed at this point of the function."""
+        name = self._new_name(prefix)
+        self._parts[-1].statements.append((name, node))
+        return Residual(ast.Name(name, ast.Load()), kind, self)
+
+    def _new_name(self, prefix: str) -> str:
+        part = self._parts[-1]
+        part.count += 1
+        return f"{prefix}_{part.count}"
+
+    # --- random numbers ----------------------------------------------------------------------------------------
+
+    def _add_draws(self, library: Library) -> None:
+        plain, arrays = library.modules["random"].names, library.modules["np"].names["random"].names
+        for name in _DRAWS:
+            plain[name] = Native(f"random.{name}", self._draw(f"random.{name}"))
+        for name in _ARRAY_DRAWS:
+            arrays[name] = Native(f"np.random.{name}", self._draw(f"np.random.{name}"))
+        plain["seed"] = arrays["seed"] = Native("seed", self._seed)
+
+    def _fix_draws(self, library: Library) -> None:
+        """Draw random numbers while the program is evaluated, as the paper's tool does."""
+        plain, arrays = library.modules["random"].names, library.modules["np"].names["random"].names
+        stream, array_stream = self._streams
+        for name in (*_DRAWS, "seed", "getrandbits", "vonmisesvariate"):
+            plain[name] = Native(f"random.{name}", getattr(stream, name))
+        for name in (*_ARRAY_DRAWS, "seed", *_MORE_DRAWS):
+            arrays[name] = Native(f"np.random.{name}", getattr(array_stream, name))
+
+    def _seed(self, *rest: Any) -> None:
+        if len(self._parts) > 1 or self._variants:
+            raise UnsupportedPython(
+                "a seed inside a function is not supported here", "seed once, at the top of the program"
+            )
+
+    def _draw(self, path: str) -> Callable[..., Any]:
+        method = path.rpartition(".")[2]
+
+        def draw(*arguments: Any, **named: Any) -> Any:
+            nodes = {key: node_of(value) for key, value in named.items()}
+            call = call_node(path, [node_of(each) for each in arguments], nodes)
+            if method == "shuffle":
+                return self._shuffle(path, arguments[0])
+            found = self._stated(call, "number", "draw")
+            shape = _drawn_shape(method, arguments, named) if path.startswith("np.") else ()
+            if shape:
+                items = np.empty(shape, dtype=object)
+                for index in np.ndindex(shape):
+                    items[index] = found[index[0] if len(index) == 1 else index]
+                return items
+            count = self._drawn(method, arguments, named)
+            return found if count is None else [found[i] for i in range(count)]
+
+        return draw
+
+    @staticmethod
+    def _drawn(method: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> int | None:
+        """Return the length of the list that a draw gives, None for a number."""
+        if method == "sample":
+            return int(named["k"] if "k" in named else arguments[1])
+        return int(named.get("k", 1)) if method == "choices" else None
+
+    def _shuffle(self, path: str, items: list[Any]) -> None:
+        held = self._stated(node_of(list(items)), "any", "items")
+        self._parts[-1].statements.append(("", call_node(path, [held.node])))
+        items[:] = [held[i] for i in range(len(items))]
+
+    # --- functions ---------------------------------------------------------------------------------------------
+
+    def call(self, function: Any, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        """Call a value."""
+        return self.evaluator.call(function, arguments, named)
+
+    def hold(self, value: Residual) -> Residual:
+        """Return a residual value that is computed once, however often it is used."""
+        if isinstance(value.node, ast.Name):
+            return value
+        values = self._parts[-1].values
+        if values.get(value.name) is not value:
+            value.name = self._new_name("part" if value.kind == "shape" else "value")
+            values[value.name] = value
+        return Residual(ast.Name(value.name, ast.Load()), value.kind, self)
+
+    def _variant(self, name: str, function: Any, named: dict[str, Any]) -> dict[str, ast.expr]:
+        """Evaluate a registered function for some arguments; return the arguments that its callers pass."""
+        shown: dict[str, ast.expr] = {}
+        test: dict[str, ast.expr] = {}
+        inner: dict[str, Any] = {}
+        for key, value in named.items():
+            if type(value) is Residual:
+                shown[key], inner[key] = node_of(value), Residual(ast.Name(key, ast.Load()), value.kind, self)
+                continue
+            shown[key] = test[key] = self._literal(f"{name}.{key}", value)
+            inner[key] = value
+        part = Part()
+        self._parts.append(part)
+        try:
+            part.result = self._result(name, self.evaluator.call(function, (), inner))
+        finally:
+            self._parts.pop()
+        given = tuple((each, ast.dump(node)) for each, node in test.items()), tuple(k for k in shown if k not in test)
+        text = "".join(map(ast.dump, _written(part)))
+        variants = self._variants.setdefault(name, {}).setdefault(given, {})
+        if text not in variants:
+            variants[text] = Variant(test, part)
+        number = list(variants).index(text)
+        if number:  # the function depends on more than its arguments
+            shown[_STATE] = ast.Constant(number)
+        return shown
+
+    def _literal(self, place: str, value: Any) -> ast.expr:
+        """Return a literal for an argument: the number of the object if it has none."""
+        try:
+            if not isinstance(value, np.ndarray):  # which does not compare as a whole
+                return node_of(value)
+        except UnsupportedPython:
+            pass
+        known = self._objects.setdefault(place, {})
+        return ast.Constant(known.setdefault(_state(value), len(known)))
+
+    def _result(self, name: str, value: Any) -> ast.expr:
+        if name in self._animations:
+            return ast.List([node_of(self._whole(frame)) for frame in self.evaluator.iterate(value)], ast.Load())
+        if value is None:
+            raise UnsupportedPython(f"`{name}` returns no shape", "return a shape from every path of the function")
+        return node_of(self._whole(list(value) if type(value) is PythonGenerator else value))
+
+    # --- what remains ------------------------------------------------------------------------------------------
+
+    def _definition(self, name: str, found: Mapping[Any, Mapping[str, Variant]]) -> ast.FunctionDef:
+        function, text = self._functions[name]
+        node: Any = next((item.node for item in self._items if getattr(item.node, "name", "") == name), function.node)
+        given = [each.arg for each in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
+        passed = {key for literal, rest in found for key in (*(each for each, _ in literal), *rest)}
+        names = [each for each in given if each in passed] + sorted(passed - set(given))
+        has_states = any(len(variants) > 1 for variants in found.values())
+        defaults: list[ast.expr] = [*(ast.Constant(None) for _ in names), *([ast.Constant(0)] * has_states)]
+        parameters = [ast.arg(each) for each in (*names, *([_STATE] if has_states else ()))]
+        arguments = ast.arguments([], parameters, None, [], [], None, defaults)
+        body: list[ast.stmt] = []
+        for variants in reversed(list(found.values())):
+            for number, variant in reversed(list(enumerate(variants.values()))):
+                test = {**variant.test, _STATE: ast.Constant(number)} if has_states else variant.test
+                tests: list[ast.expr] = [
+                    ast.Compare(ast.Name(key, ast.Load()), [ast.Eq()], [value]) for key, value in test.items()
+                ]
+                statements = _written(variant.part)
+                both = ast.BoolOp(ast.And(), tests) if len(tests) > 1 else tests[0] if tests else None
+                body = [ast.If(both, statements, body)] if body and both is not None else statements
+        doc = ast.get_docstring(node) if isinstance(node, ast.FunctionDef) else None
+        note = "Evaluated from Python; its loops and objects are written out."
+        body = [ast.Expr(ast.Constant(f"{doc}\n\n{note}" if doc else note)), *body]
+        decorator = "register_animation" if name in self._animations else "register"
+        call = call_node(decorator, [ast.Constant(text)] if text else [])
+        made = ast.FunctionDef(name, arguments, body, [call], None)
+        if sum(1 for _ in ast.walk(made)) > MAX_NODES:
+            raise UnsupportedPython(
+                f"what remains of `{name}` is too long", "write its loops with `for` and plain lists"
+            )
+        for each in ast.walk(made):
+            _place(each, node)
+        return made
+
+
+def _state(value: Any) -> str:
+    """Describe an object with all that it contains, as it is now."""
+    seen: dict[int, int] = {}
+
+    def described(each: Any) -> str:
+        if isinstance(each, (int, float, str, bool, bytes, type(None))):
+            return repr(each)
+        if id(each) in seen:
+            return f"#{seen[id(each)]}"
+        seen[id(each)] = len(seen)
+        if type(each) is PythonObject:
+            return f"{id(each.cls)}{described(each.fields)}"
+        if isinstance(each, dict):
+            return "{" + ",".join(f"{described(k)}:{described(v)}" for k, v in each.items()) + "}"
+        if isinstance(each, (list, tuple, set, frozenset, deque)):
+            return f"{type(each).__name__}({','.join(map(described, each))})"
+        if isinstance(each, np.ndarray) and each.dtype != object:
+            return f"{each.dtype}{each.tolist()}"
+        return f"@{id(each)}"
+
+    return described(value)
+
+
+def _is_literal(value: Any) -> bool:
+    if type(value) is Residual:
+        return True
+    try:
+        node_of(value)
+    except UnsupportedPython:
+        return False
+    return True
+
+
+def _place(node: ast.AST, origin: ast.AST) -> None:
+    if "lineno" in node._attributes and not hasattr(node, "lineno"):
+        ast.copy_location(node, origin)
+        node.end_lineno, node.end_col_offset = node.lineno, node.col_offset  # type: ignore[attr-defined]
+
+
+def _written(part: Part) -> list[ast.stmt]:
+    """Return the statements of a residual function: values that are used once stand where they are used."""
+    uses: dict[str, int] = {}
+    assert part.result is not None
+    names: set[str] = set()
+    pending: list[ast.AST] = [part.result, *(node for _, node in part.statements)]
+    while pending:
+        node = pending.pop()
+        if isinstance(node, ast.Name) and node.id not in part.values:
+            names.add(node.id)
+        elif isinstance(node, ast.Name):
+            uses[node.id] = uses.get(node.id, 0) + 1
+            if uses[node.id] == 1:
+                pending.append(part.values[node.id].node)
+        else:
+            pending += ast.iter_child_nodes(node)
+    known = {name for name, _ in part.statements}
+    if any(name.partition("_")[0] in ("draw", "items", "part") and name[-1].isdigit() for name in names - known):
+        raise UnsupportedPython("a random value of another function cannot be used here")
+    writer = _Writer(part, uses)
+    for name, node in part.statements:
+        value = writer.visit(node)
+        target: list[ast.expr] = [ast.Name(name, ast.Store())]
+        writer.statements.append(ast.Assign(target, value) if name else ast.Expr(value))
+    result = writer.visit(part.result)
+    return [*writer.statements, ast.Return(result)]
+
+
+class _Writer(ast.NodeTransformer):
+    """Replaces the names of residual values by their expressions, or assigns them before the statement."""
+
+    def __init__(self, part: Part, uses: Mapping[str, int]) -> None:
+        self._part, self._uses = part, uses
+        self._done: set[str] = set()
+        self.statements: list[ast.stmt] = []
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if node.id in self._part.values:
+            value = self._part.values[node.id].node
+            if self._uses[node.id] == 1:
+                return self.visit(value)  # type: ignore[no-any-return]
+            if node.id not in self._done:
+                self._done.add(node.id)
+                written = self.visit(value)
+                self.statements.append(ast.Assign([ast.Name(node.id, ast.Store())], written))
+            return ast.Name(node.id, ast.Load())
+        return ast.Name(_ALIASES.get(node.id, node.id), node.ctx)
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        self.generic_visit(node)
+        if isinstance(node.func, ast.Name) and node.func.id == "concat_shapes":
+            if len(node.args) == 1 and not isinstance(node.args[0], ast.Starred):
+                return node.args[0]
+            return ast.Call(node.func, rolled(_unnested(node.args)), [])
+        return node
+
+    def visit_List(self, node: ast.List) -> ast.expr:
+        self.generic_visit(node)
+        return node
+
+
+def _unnested(nodes: Sequence[ast.expr]) -> Iterator[ast.expr]:
+    for node in nodes:
+        is_union = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "concat_shapes"
+        if is_union and isinstance(node, ast.Call):
+            yield from node.args
+        else:
+            yield node
+
+
+_ = _SHAPES

@@ -1,0 +1,754 @@
+"""Builtins and modules of the evaluator of Python: what programs may call."""
+
+from __future__ import annotations
+
+import ast
+import bisect
+import cmath
+import collections
+import colorsys
+import fractions
+import functools
+import heapq
+import itertools
+import json
+import math
+import operator
+import random
+import re
+import statistics
+import string
+import textwrap
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from scenelang.interpreter.transpile.evaluation.classes import (
+    AUTO,
+    attribute_of,
+    create,
+    deep_copy,
+    host_type,
+    make_dataclass,
+    named_tuple,
+    set_attribute,
+    shallow_copy,
+)
+from scenelang.interpreter.transpile.evaluation.evaluator import MAX_ITEMS, PythonEvaluator
+from scenelang.interpreter.transpile.evaluation.objects import (
+    MISSING,
+    BoundMethod,
+    ClassMethod,
+    DataField,
+    Module,
+    NamedTuple,
+    Native,
+    Property,
+    PythonClass,
+    PythonFunction,
+    PythonGenerator,
+    PythonObject,
+    Raised,
+    Residual,
+    StaticMethod,
+    Super,
+    UnsupportedPython,
+    type_name,
+    words,
+)
+
+
+class Library:
+    """Builtins and modules for one evaluator, which calls functions of the program."""
+
+    def __init__(self, evaluator: PythonEvaluator) -> None:
+        self.evaluator = evaluator
+        modules = {
+            "math": _public("math", math, numeric=True), "cmath": _public("cmath", cmath),
+            "itertools": _public("itertools", itertools), "heapq": _public("heapq", heapq),
+            "bisect": _public("bisect", bisect), "statistics": _public("statistics", statistics),
+            "colorsys": _public("colorsys", colorsys), "operator": _operators(evaluator),
+            "collections": self._collections(), "functools": self._functools(), "enum": self._enum(),
+            "dataclasses": self._dataclasses(), "typing": self._typing(), "abc": self._abc(),
+            "contextlib": self._contextlib(), "copy": self._copy(), "re": _patterns(), "string": _strings(),
+            "textwrap": _only("textwrap", textwrap, "dedent fill indent shorten wrap"),
+            "fractions": {"Fraction": _kind("fractions.Fraction", fractions.Fraction)},
+            "json": _only("json", json, "dumps loads"), "numbers": {}, "types": self._types(), "__future__": {},
+            "time": self._refused("time", "time perf_counter monotonic", "the time is different in every run"),
+        }  # fmt: skip
+        modules["itertools"]["chain"] = _kind("itertools.chain", itertools.chain)
+        modules["itertools"]["batched"] = Native("itertools.batched", _batched)
+        modules["collections.abc"] = modules["typing"]
+        modules["typing_extensions"] = modules["typing"]
+        self.modules = {path: Module(path, names) for path, names in modules.items()}
+        self.modules["random"] = Module("random", {"Random": _kind("random.Random", random.Random)})
+        self.modules["numpy"] = self.modules["np"] = Module("np", numpy_names(evaluator))
+        for path in ("linalg", "random"):
+            self.modules[f"numpy.{path}"] = self.modules["numpy"].names[path]
+        self.builtins = self._builtins()
+
+    # --- builtins ----------------------------------------------------------------------------------------------
+
+    def _builtins(self) -> dict[str, Any]:
+        types: dict[str, Any] = {
+            "int": int, "float": float, "str": str, "bool": bool, "complex": complex, "list": list, "tuple": tuple,
+            "dict": dict, "set": set, "frozenset": frozenset, "range": range, "bytes": bytes, "object": object,
+            "slice": slice,
+        }  # fmt: skip
+        found: dict[str, Any] = {name: _kind(name, kind, name in ("int", "float")) for name, kind in types.items()}
+        found["object"] = Native("object", lambda: PythonObject(PythonClass("object", {}, (), self.evaluator)), object)
+        found["list"] = Native("list", _list, list)
+        found["sum"] = Native("sum", _sum)
+        for name in ("abs", "round", "divmod", "pow", "min", "max"):
+            found[name] = Native(name, getattr(__import__("builtins"), name), None, True)
+        found["pow"] = Native("pow", self._pow, None, True)
+        found["len"] = Native("len", lambda value: len(value.parts()) if type(value) is Residual else len(value))
+        for name in words(
+            "all any ascii bin chr enumerate filter hash hex iter map next oct ord repr reversed sorted zip"
+        ):
+            found[name] = Native(name, getattr(__import__("builtins"), name))
+        for name, value in vars(__import__("builtins")).items():
+            if isinstance(value, type) and issubclass(value, Exception):
+                found[name] = Native(name, value, value)
+        special: dict[str, Callable[..., Any]] = {
+            "isinstance": self.evaluator.is_instance, "issubclass": self._is_subclass, "callable": _is_callable,
+            "type": self._type, "getattr": self._getattr, "hasattr": self._hasattr, "setattr": self._setattr,
+            "id": id, "print": lambda *values, **named: None, "vars": self._vars, "format": self._format,
+            "super": Super, "input": self._unsafe("input"), "open": self._unsafe("open"), "eval": self._unsafe("eval"),
+            "exec": self._unsafe("exec"), "compile": self._unsafe("compile"), "__import__": self._unsafe("__import__"),
+            "globals": self._unsafe("globals"), "locals": self._unsafe("locals"),
+            "breakpoint": self._unsafe("breakpoint"), "dir": self._unsafe("dir"),
+        }  # fmt: skip
+        found |= {name: Native(name, function) for name, function in special.items()}
+        found["property"] = Native("property", Property)
+        found["staticmethod"] = Native("staticmethod", StaticMethod)
+        found["classmethod"] = Native("classmethod", ClassMethod)
+        found["NotImplemented"], found["Ellipsis"], found["__debug__"] = NotImplemented, ..., True
+        return found
+
+    def _unsafe(self, name: str) -> Callable[..., Any]:
+        def refuse(*arguments: Any, **named: Any) -> Any:
+            raise UnsupportedPython(f"`{name}` is not allowed", None, "python-forbidden")
+
+        return refuse
+
+    def _refused(self, module: str, names: str, reason: str) -> dict[str, Any]:
+        def refuse(*arguments: Any, **named: Any) -> Any:
+            raise UnsupportedPython(f"`{module}` cannot be used: {reason}")
+
+        return {name: Native(f"{module}.{name}", refuse) for name in names.split()} | {
+            "sleep": Native(f"{module}.sleep", lambda seconds: None)
+        }
+
+    def _pow(self, base: Any, exponent: Any, modulus: Any = None) -> Any:
+        if isinstance(base, int) and isinstance(exponent, int) and modulus is None:
+            if base.bit_length() * abs(exponent) > 20_000:
+                raise UnsupportedPython("this number has too many digits")
+        return pow(base, exponent) if modulus is None else pow(base, exponent, modulus)
+
+    def _is_subclass(self, cls: Any, other: Any) -> bool:
+        if isinstance(other, tuple):
+            return any(self._is_subclass(cls, each) for each in other)
+        kind = host_type(other)
+        return bool(cls.is_subclass(kind)) if type(cls) is PythonClass else issubclass(host_type(cls), kind)
+
+    def _type(self, value: Any, *rest: Any) -> Any:
+        if rest:
+            raise UnsupportedPython("`type` with three arguments is not supported", "write a `class` statement")
+        own = getattr(value, "cls", None) if not isinstance(value, (Super, Residual)) else None
+        if type(own) is PythonClass:
+            return own
+        known = self.builtins.get(type(value).__name__)
+        is_known = type(known) is Native and known.type is type(value)
+        return known if is_known else Native(type_name(value), lambda: None, type(value))
+
+    def _getattr(self, value: Any, name: str, default: Any = UnsupportedPython) -> Any:
+        return attribute_of(self.evaluator, value, name, default)
+
+    def _hasattr(self, value: Any, name: str) -> bool:
+        return attribute_of(self.evaluator, value, name, MISSING) is not MISSING
+
+    def _setattr(self, value: Any, name: str, new: Any) -> None:
+        set_attribute(self.evaluator, value, name, new)
+
+    def _vars(self, value: Any) -> Any:
+        if type(value) is not PythonObject:
+            raise UnsupportedPython("`vars` is supported for the program's own objects only")
+        return value.fields
+
+    def _format(self, value: Any, specification: str = "") -> str:
+        from scenelang.interpreter.transpile.evaluation.evaluator import formatted
+
+        return formatted(value, specification)
+
+    # --- modules -----------------------------------------------------------------------------------------------
+
+    def _collections(self) -> dict[str, Any]:
+        kinds = {
+            name: getattr(collections, name) for name in ["Counter", "OrderedDict", "defaultdict", "deque", "ChainMap"]
+        }
+        found: dict[str, Any] = {name: _kind(f"collections.{name}", kind) for name, kind in kinds.items()}
+        found |= {name: Native(f"collections.{name}", _no_call, object) for name in ("UserDict", "UserList")}
+        found["namedtuple"] = Native(
+            "collections.namedtuple",
+            lambda name, fields, defaults=(), **_: named_tuple(self.evaluator, name, fields, defaults),
+        )
+        return found
+
+    def _functools(self) -> dict[str, Any]:
+        call = self.evaluator.call
+
+        def partial(function: Any, *first: Any, **fixed: Any) -> Any:
+            made = Native(
+                "functools.partial", lambda *rest, **named: call(function, (*first, *rest), {**fixed, **named})
+            )
+            made.attributes = {"func": function, "args": first, "keywords": fixed}
+            return made
+
+        def cached(function: Any) -> Any:
+            known: dict[Any, Any] = {}
+            calls = [0]
+
+            def look(*arguments: Any, **named: Any) -> Any:
+                calls[0] += 1
+                key = (arguments, tuple(named.items()))
+                if key not in known:
+                    known[key] = call(function, arguments, named)
+                return known[key]
+
+            kind = named_tuple(self.evaluator, "CacheInfo", "hits misses maxsize currsize")
+            info = lambda: create(self.evaluator, kind, (calls[0] - len(known), len(known), None, len(known)), {})
+            made = Native(getattr(function, "name", "cached"), look)
+            made.attributes = {
+                "is_method": True, "cache_clear": Native("cache_clear", known.clear),
+                "cache_info": Native("cache_info", info), "__wrapped__": function,
+            }  # fmt: skip
+            return made
+
+        def lru_cache(maxsize: Any = 128, typed: bool = False) -> Any:
+            is_function = type(maxsize) not in (int, type(None))
+            return cached(maxsize) if is_function else Native("functools.lru_cache", cached)
+
+        def wraps(wrapped: Any, *_: Any, **__: Any) -> Any:
+            def mark(function: Any) -> Any:
+                if type(function) is PythonFunction:
+                    function.name = getattr(wrapped, "name", function.name)
+                    function.attributes |= {**getattr(wrapped, "attributes", {}), "__wrapped__": wrapped}
+                return function
+
+            return Native("functools.wraps", mark)
+
+        def partial_method(function: Any, *first: Any, **fixed: Any) -> Any:
+            bound = lambda value, *rest, **named: call(function, (value, *first, *rest), {**fixed, **named})
+            return Native("functools.partialmethod", bound, attributes={"is_method": True})
+
+        def single(function: Any, place: int = 0) -> Any:
+            kinds: list[tuple[Any, Any]] = []
+
+            def dispatch(*values: Any, **named: Any) -> Any:
+                value = values[place]
+                fitting = [(kind, each) for kind, each in kinds if self.evaluator.is_instance(value, kind)]
+                best = max(fitting, key=lambda pair: _specificity(pair[0], value), default=(None, function))
+                return call(best[1], values, named)
+
+            def register(kind: Any, target: Any = None) -> Any:
+                if type(kind) is PythonFunction:  # by the annotation of the first parameter
+                    first = kind.node.args.args[place].annotation
+                    kinds.append((self.evaluator.eval(first, kind.outer), kind))  # type: ignore[arg-type]
+                    return kind
+                if target is not None:
+                    kinds.append((kind, target))
+                    return target
+
+                def add(each: Any) -> Any:
+                    kinds.append((kind, each))
+                    return each
+
+                return Native("register", add)
+
+            made = Native(getattr(function, "name", ""), dispatch)
+            made.attributes = {"register": Native("register", register), "is_method": True}
+            return made
+
+        return {
+            "partial": Native("functools.partial", partial), "reduce": Native("functools.reduce", functools.reduce),
+            "lru_cache": Native("functools.lru_cache", lru_cache), "cache": Native("functools.cache", cached),
+            "wraps": Native("functools.wraps", wraps), "total_ordering": Native("functools.total_ordering", _total),
+            "cached_property": Native("functools.cached_property", lambda f: Property(f, is_cached=True)),
+            "singledispatch": Native("functools.singledispatch", single),
+            "singledispatchmethod": Native("functools.singledispatchmethod", lambda function: single(function, 1)),
+            "partialmethod": Native("functools.partialmethod", partial_method),
+            "cmp_to_key": Native("functools.cmp_to_key", functools.cmp_to_key),
+        }  # fmt: skip
+
+    def _enum(self) -> dict[str, Any]:
+        found: dict[str, Any] = {name: Native(f"enum.{name}", _no_call, object) for name in _ENUMS}
+        found["auto"] = Native("enum.auto", lambda: PythonObject(AUTO))
+        found["unique"] = Native("enum.unique", lambda cls: cls)
+        return found
+
+    def _dataclasses(self) -> dict[str, Any]:
+        evaluator = self.evaluator
+
+        def dataclass(cls: Any = None, **options: Any) -> Any:
+            if cls is not None:
+                return make_dataclass(evaluator, cls, options)
+            return Native("dataclass", lambda each: make_dataclass(evaluator, each, options))
+
+        def field(
+            default: Any = MISSING, default_factory: Any = MISSING, init: bool = True, repr: bool = True,
+            compare: bool = True, kw_only: bool = False, **_: Any,
+        ) -> DataField:  # fmt: skip
+            return DataField("", default, default_factory, init, repr, compare, kw_only)
+
+        def replace(value: Any, **new: Any) -> Any:
+            own = {each.name: value.fields[each.name] for each in value.cls.data if each.in_init}
+            return create(evaluator, value.cls, (), {**own, **new})
+
+        def as_dict(value: Any) -> Any:
+            return _plain(value, lambda each: {f.name: as_dict(each.fields[f.name]) for f in each.cls.data})
+
+        def as_tuple(value: Any) -> Any:
+            return _plain(value, lambda each: tuple(as_tuple(each.fields[f.name]) for f in each.cls.data))
+
+        def fields(value: Any) -> Any:
+            cls = value if type(value) is PythonClass else value.cls
+            kind = PythonClass("Field", {}, (object,), evaluator)
+            kind.order = (kind, object)
+            return tuple(PythonObject(kind, {"name": each.name, "default": each.default}) for each in cls.data or ())
+
+        functions: dict[str, Callable[..., Any]] = {
+            "dataclass": dataclass, "field": field, "replace": replace, "asdict": as_dict, "astuple": as_tuple,
+            "fields": fields, "is_dataclass": _is_dataclass,
+        }  # fmt: skip
+        found: dict[str, Any] = {name: Native(f"dataclasses.{name}", function) for name, function in functions.items()}
+        found |= {name: Native(f"dataclasses.{name}", _no_call, object) for name in ("InitVar", "KW_ONLY")}
+        found["FrozenInstanceError"] = Native("FrozenInstanceError", AttributeError, AttributeError)
+        return found
+
+    def _typing(self) -> dict[str, Any]:
+        import collections.abc as abstract
+
+        found: dict[str, Any] = {}
+        for name in _TYPING:
+            kind = getattr(abstract, name, None)
+            found[name] = Native(f"typing.{name}", _no_call, kind if isinstance(kind, type) else object)
+        found["Callable"] = Native("typing.Callable", _no_call, Callable)
+        found |= {name: Native(f"typing.{name}", _no_call, kind) for name, kind in _GENERIC.items()}
+        for name in ("overload", "final", "runtime_checkable", "no_type_check", "override"):
+            found[name] = Native(f"typing.{name}", lambda each: each)
+        found["cast"] = Native("typing.cast", lambda kind, value: value)
+        for name in ("TypeVar", "NewType", "ParamSpec"):
+            found[name] = Native(
+                f"typing.{name}", lambda *rest, **named: Native("typing.Any", lambda value: value, object)
+            )
+        found["TYPE_CHECKING"] = False
+        found["get_args"] = Native("typing.get_args", lambda kind: ())
+        return found
+
+    def _abc(self) -> dict[str, Any]:
+        def abstract(function: Any) -> Any:
+            inner = function.get if type(function) is Property else getattr(function, "function", function)
+            if type(inner) is PythonFunction:
+                inner.attributes["is_abstract"] = True
+            return function
+
+        return {
+            "ABC": Native("abc.ABC", _no_call, object), "ABCMeta": Native("abc.ABCMeta", _no_call, object),
+            "abstractmethod": Native("abc.abstractmethod", abstract),
+            "abstractproperty": Native("abc.abstractproperty", lambda function: Property(abstract(function))),
+        }  # fmt: skip
+
+    def _contextlib(self) -> dict[str, Any]:
+        evaluator = self.evaluator
+
+        def manager(function: Any) -> Any:
+            def make(*arguments: Any, **named: Any) -> Any:
+                generator: PythonGenerator = evaluator.call(function, arguments, named)
+
+                def leave(kind: Any, value: Any, trace: Any) -> bool:
+                    if value is None:
+                        next(generator, None)
+                        return False
+                    error = Raised(value) if type(value) is PythonObject else value
+                    try:
+                        generator.steps.throw(error)
+                    except StopIteration:
+                        return True
+                    except Exception as raised:
+                        if raised is not error:
+                            raise
+                    return False
+
+                return _manager(evaluator, lambda: next(generator), leave)
+
+            return Native(getattr(function, "name", "manager"), make, attributes={"is_method": True})
+
+        def suppress(*kinds: Any) -> Any:
+            def leave(kind: Any, value: Any, trace: Any) -> bool:
+                return value is not None and evaluator.is_instance(value, kinds)
+
+            return _manager(evaluator, lambda: None, leave)
+
+        return {
+            "contextmanager": Native("contextlib.contextmanager", manager),
+            "suppress": Native("contextlib.suppress", suppress),
+            "ExitStack": Native("contextlib.ExitStack", self._exit_stack),
+            "nullcontext": Native(
+                "contextlib.nullcontext", lambda v=None: _manager(evaluator, lambda: v, lambda *_: False)
+            ),
+        }
+
+    def _exit_stack(self) -> PythonObject:
+        evaluator = self.evaluator
+        leaves: list[Callable[..., Any]] = []
+
+        def enter(manager: Any) -> Any:
+            value = evaluator.call(attribute_of(evaluator, manager, "__enter__", UnsupportedPython), (), {})
+            leave = attribute_of(evaluator, manager, "__exit__", UnsupportedPython)
+            leaves.append(lambda *error: evaluator.call(leave, error, {}))
+            return value
+
+        def add(function: Any, *rest: Any, **named: Any) -> None:
+            leaves.append(lambda *error: evaluator.call(function, rest, named) and False)
+
+        def leave(*error: Any) -> bool:
+            found = [bool(each(*error)) for each in reversed(leaves)]
+            return any(found)
+
+        stack = _manager(evaluator, lambda: stack, leave)
+        stack.fields |= {"enter_context": Native("enter_context", enter), "callback": Native("callback", add)}
+        stack.fields["close"] = Native("close", lambda: leave(None, None, None))
+        return stack
+
+    def _copy(self) -> dict[str, Any]:
+        return {"copy": Native("copy.copy", shallow_copy), "deepcopy": Native("copy.deepcopy", deep_copy)}
+
+    def _types(self) -> dict[str, Any]:
+        def namespace(**fields: Any) -> PythonObject:
+            cls = PythonClass("SimpleNamespace", {}, (object,), self.evaluator)
+            cls.order = (cls, object)
+            return PythonObject(cls, fields)
+
+        return {
+            "SimpleNamespace": Native("types.SimpleNamespace", namespace),
+            "MappingProxyType": Native("types.MappingProxyType", dict),
+        }
+
+
+_ENUMS = ("Enum", "IntEnum", "StrEnum", "Flag", "IntFlag")
+_TYPING = words(
+    "Any Union Optional Literal Final ClassVar Annotated Generic Protocol NamedTuple TypedDict Iterable Iterator "
+    "Generator Sequence Mapping MutableMapping MutableSequence Hashable Sized Container Collection Self Never "
+    "NoReturn TypeAlias Concatenate Required NotRequired SupportsFloat SupportsInt Reversible Text AnyStr Number"
+)
+_GENERIC: dict[str, Any] = {
+    "List": list, "Tuple": tuple, "Dict": dict, "Set": set, "FrozenSet": frozenset, "Type": type,
+    "Deque": collections.deque, "DefaultDict": collections.defaultdict, "Counter": collections.Counter,
+    "OrderedDict": collections.OrderedDict,
+}  # fmt: skip
+
+
+def _kind(path: str, kind: Any, is_numeric: bool = False) -> Native:
+    return Native(path, kind, kind, is_numeric)
+
+
+def _no_call(*arguments: Any, **named: Any) -> Any:
+    raise UnsupportedPython("this type cannot be called")
+
+
+def _public(path: str, module: Any, numeric: bool = False) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, value in vars(module).items():
+        if not name.startswith("_"):
+            is_function = callable(value)
+            found[name] = Native(f"{path}.{name}", value, None, numeric) if is_function else value
+    if path == "math":
+        for name in ("factorial", "comb", "perm"):
+            found[name] = Native(f"math.{name}", _small(getattr(math, name)), None)
+    return {
+        name: value
+        for name, value in found.items()
+        if type(value) is Native or isinstance(value, (int, float, complex))
+    }
+
+
+def _small(function: Callable[..., Any]) -> Callable[..., Any]:
+    def limited(*numbers: Any) -> Any:
+        if any(isinstance(each, int) and each > 2_000 for each in numbers):
+            raise UnsupportedPython("this number has too many digits")
+        return function(*numbers)
+
+    return limited
+
+
+def _only(path: str, module: Any, names: str) -> dict[str, Any]:
+    return {name: Native(f"{path}.{name}", getattr(module, name)) for name in names.split()}
+
+
+def _batched(items: Iterable[Any], count: int) -> Iterator[tuple[Any, ...]]:
+    iterator = iter(items)
+    while group := tuple(itertools.islice(iterator, count)):
+        yield group
+
+
+def _list(items: Any = ()) -> list[Any]:
+    return [items] if type(items) is Residual and items.kind == "shape" else list(items)
+
+
+def _sum(items: Any, start: Any = 0) -> Any:
+    """Add values; lists of shapes may contain shapes that are added to lists."""
+    total = start
+    for item in items:
+        total = total + ([item] if isinstance(total, list) and type(item) is Residual else item)
+    return total
+
+
+def _is_callable(value: Any) -> bool:
+    if type(value) is PythonObject:
+        return value.method("__call__") is not None
+    return isinstance(value, (PythonFunction, BoundMethod, Native, PythonClass))
+
+
+def _specificity(kind: Any, value: Any) -> int:
+    order = value.cls.order if hasattr(value, "cls") else type(value).__mro__
+    target = kind if type(kind) is PythonClass else kind.type
+    return -next((i for i, each in enumerate(order) if each is target), len(order))
+
+
+def _is_dataclass(value: Any) -> bool:
+    return getattr(getattr(value, "cls", value), "data", None) is not None
+
+
+def _total(cls: PythonClass) -> PythonClass:
+    cls.is_total = True
+    return cls
+
+
+def _plain(value: Any, convert: Callable[[Any], Any]) -> Any:
+    """Convert the instances of dataclasses inside a value."""
+    if type(value) is PythonObject and value.cls.data is not None:
+        return convert(value)
+    if type(value) in (list, tuple):
+        return type(value)(_plain(each, convert) for each in value)
+    if type(value) is dict:
+        return {key: _plain(each, convert) for key, each in value.items()}
+    return value
+
+
+def _manager(evaluator: PythonEvaluator, enter: Callable[[], Any], leave: Callable[..., bool]) -> PythonObject:
+    """Create a context manager."""
+    cls = PythonClass("ContextManager", {}, (object,), evaluator)
+    cls.order = (cls, object)
+    return PythonObject(cls, {"__enter__": Native("__enter__", enter), "__exit__": Native("__exit__", leave)})
+
+
+def _operators(evaluator: PythonEvaluator) -> dict[str, Any]:
+    found = _public("operator", operator)
+
+    def get(value: Any, path: str) -> Any:
+        for name in path.split("."):
+            value = attribute_of(evaluator, value, name, UnsupportedPython)
+        return value
+
+    def attrgetter(*names: str) -> Native:
+        def read(value: Any) -> Any:
+            values = tuple(get(value, name) for name in names)
+            return values[0] if len(names) == 1 else values
+
+        return Native("operator.attrgetter", read)
+
+    def methodcaller(name: str, *arguments: Any, **named: Any) -> Native:
+        return Native("operator.methodcaller", lambda value: evaluator.call(get(value, name), arguments, named))
+
+    def itemgetter(*indices: Any) -> Native:
+        return Native("operator.itemgetter", operator.itemgetter(*indices))
+
+    found["attrgetter"], found["methodcaller"] = Native("operator.attrgetter", attrgetter), Native("", methodcaller)
+    found["itemgetter"] = Native("operator.itemgetter", itemgetter)
+    for name in ("pow", "ipow", "mul", "imul", "lshift", "ilshift", "repeat", "call"):
+        found.pop(name, None)
+    for name, node in (("mul", ast.Mult()), ("pow", ast.Pow()), ("lshift", ast.LShift()), ("mod", ast.Mod())):
+        found[name] = Native(f"operator.{name}", _limited(evaluator, node, getattr(operator, name)))
+    return found
+
+
+def _limited(evaluator: PythonEvaluator, node: ast.operator, function: Callable[[Any, Any], Any]) -> Callable[..., Any]:
+    return lambda left, right: evaluator.operate(node, function, left, right)
+
+
+_MAX_PATTERN, _MAX_SEARCHED = 200, 20_000
+_NESTED = re.compile(r"[*+}]\)*[*+{]|\([^()]*[*+][^()]*\)[*+{]")  # patterns that may backtrack without end
+
+
+def _patterns() -> dict[str, Any]:
+    def checked(function: Callable[..., Any]) -> Callable[..., Any]:
+        def search(pattern: Any, *rest: Any, **named: Any) -> Any:
+            text = pattern.pattern if isinstance(pattern, re.Pattern) else pattern
+            if len(text) > _MAX_PATTERN or _NESTED.search(text):
+                raise UnsupportedPython("this pattern may take too long to match", "use a simpler pattern")
+            if any(isinstance(each, str) and len(each) > _MAX_SEARCHED for each in rest):
+                raise UnsupportedPython("this text is too long to be searched")
+            return function(pattern, *rest, **named)
+
+        return search
+
+    names = "compile escape findall finditer fullmatch match search split sub"
+    found: dict[str, Any] = {name: Native(f"re.{name}", checked(getattr(re, name))) for name in names.split()}
+    found |= {name: getattr(re, name) for name in ("IGNORECASE", "I", "MULTILINE", "M", "VERBOSE", "X", "DOTALL", "S")}
+    found["Match"], found["Pattern"] = (
+        Native("re.Match", _no_call, re.Match),
+        Native("re.Pattern", _no_call, re.Pattern),
+    )
+    return found
+
+
+def _strings() -> dict[str, Any]:
+    found: dict[str, Any] = {
+        name: value for name, value in vars(string).items() if type(value) is str and name[0] != "_"
+    }
+    found["Template"] = _kind("string.Template", string.Template)
+    found["capwords"] = Native("string.capwords", string.capwords)
+    return found
+
+
+# numpy.
+
+
+_NUMPY = words(
+    "abs absolute add all allclose any append arange arccos arccosh arcsin arcsinh arctan arctan2 arctanh argmax "
+    "argmin argsort argwhere around array array_equal array_split asarray atleast_1d atleast_2d average bincount "
+    "broadcast_arrays broadcast_to ceil clip column_stack concatenate copy copysign corrcoef cos cosh "
+    "count_nonzero cov cross cumprod cumsum deg2rad degrees delete diag diagonal diff digitize divide dot dstack "
+    "ediff1d einsum empty empty_like equal exp exp2 expand_dims expm1 eye fabs flatnonzero flip fliplr flipud "
+    "float_power floor floor_divide fmax fmin fmod full full_like gcd geomspace gradient greater greater_equal "
+    "histogram hsplit hstack hypot identity in1d indices inner insert interp intersect1d invert isclose isfinite "
+    "isin isinf isnan ix_ kron lcm less less_equal lexsort linspace log log10 log1p log2 logical_and logical_not "
+    "logical_or logical_xor logspace matmul max maximum mean median meshgrid min minimum mod moveaxis multiply "
+    "nan_to_num nanmax nanmean nanmin nansum ndenumerate ndindex ndim negative nonzero not_equal ones ones_like "
+    "outer pad percentile piecewise poly1d polyfit polyval power prod ptp quantile rad2deg radians ravel "
+    "reciprocal repeat reshape resize rint roll rollaxis rot90 round searchsorted select setdiff1d sign sin sinc "
+    "sinh size sort split sqrt square squeeze stack std subtract sum swapaxes take tan tanh tensordot tile trace "
+    "transpose trapz tri tril triu true_divide trunc union1d unique unravel_index var vdot vectorize vsplit "
+    "vstack where zeros zeros_like apply_along_axis tril_indices triu_indices diag_indices unwrap shape fromiter "
+    "fromfunction fill_diagonal put_along_axis take_along_axis full_like copyto block convolve "
+    "triu_indices_from nancumsum nanstd cbrt array_repr isscalar vander ravel_multi_index"
+)
+_LINALG = words("cond det eig eigh eigvals eigvalsh inv lstsq matrix_power matrix_rank norm pinv qr solve svd")
+_TYPES = words("bool_ float16 float32 float64 int8 int16 int32 int64 uint8 uint16 uint32 uint64 intp")
+_CREATORS = ("arange", "empty", "eye", "full", "identity", "indices", "linspace", "ones", "tri", "zeros", "logspace")
+
+
+def numpy_names(evaluator: PythonEvaluator) -> dict[str, Any]:
+    """Return the names of numpy that programs may use."""
+    found: dict[str, Any] = {}
+    for name in _NUMPY:
+        function = getattr(np, name, None)
+        if function is not None:
+            found[name] = Native(f"np.{name}", _array_function(name, function), None, True)
+    found |= {name: _kind(f"np.{name}", getattr(np, name)) for name in _TYPES}
+    found["ndarray"], found["float_"] = Native("np.ndarray", _no_call, np.ndarray), _kind("np.float64", np.float64)
+    found["integer"], found["floating"] = Native("np.integer", _no_call, np.integer), Native("", _no_call, np.floating)
+    found["number"], found["bool"] = Native("np.number", _no_call, np.number), _kind("np.bool_", np.bool_)
+    found |= {name: _Grid(getattr(np, name)) for name in ("c_", "mgrid", "ogrid", "r_")}
+    found["array"] = Native("np.array", _array_function("array", np.array))
+    found["asarray"] = Native("np.asarray", _array_function("asarray", np.asarray))
+    found["vectorize"] = Native("np.vectorize", _vectorized)
+    found |= {"pi": np.pi, "e": np.e, "inf": np.inf, "nan": np.nan, "newaxis": None}
+    linalg: dict[str, Any] = {
+        name: Native(f"np.linalg.{name}", _array_function(name, getattr(np.linalg, name)), None, True)
+        for name in _LINALG
+    }
+    linalg["LinAlgError"] = Native("LinAlgError", np.linalg.LinAlgError, np.linalg.LinAlgError)
+    found["linalg"] = Module("np.linalg", linalg)
+    found["random"] = Module(
+        "np.random",
+        {
+            "default_rng": Native("np.random.default_rng", _seeded("default_rng", np.random.default_rng)),
+            "RandomState": Native("np.random.RandomState", _seeded("RandomState", np.random.RandomState)),
+            "Generator": Native("np.random.Generator", _no_call, np.random.Generator),
+        },
+    )
+    return found
+
+
+def _vectorized(function: Any = None, otypes: Any = None, **options: Any) -> Native:
+    if function is None:
+        return Native("np.vectorize", lambda each: _vectorized(each, otypes, **options))
+    kinds = [host_type(each) for each in otypes] if isinstance(otypes, (list, tuple)) else otypes
+    return Native("np.vectorize", np.vectorize(function, otypes=kinds, **options))
+
+
+class _Grid:
+    """Object of numpy that makes an array of its indices, such as ``np.mgrid``."""
+
+    def __init__(self, maker: Any) -> None:
+        self._maker = maker
+
+    def __getitem__(self, index: Any) -> Any:
+        size = 1
+        for each in index if isinstance(index, tuple) else (index,):
+            if isinstance(each, slice):
+                step = abs(each.step or 1)
+                steps = step.real if isinstance(each.step, complex) else ((each.stop or 0) - (each.start or 0)) / step
+                size *= max(int(abs(steps)), 1)
+        if size > MAX_ITEMS:
+            raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
+        return self._maker[index]
+
+
+def _seeded(name: str, make: Callable[[Any], Any]) -> Callable[..., Any]:
+    def create_generator(seed: Any = None) -> Any:
+        if seed is None:
+            raise UnsupportedPython(f"`{name}()` without a seed gives other numbers in every run", f"write `{name}(0)`")
+        return make(seed)
+
+    return create_generator
+
+
+def _array_function(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    def call(*arguments: Any, **named: Any) -> Any:
+        if name in _CREATORS or name in (
+            "tile",
+            "repeat",
+            "broadcast_to",
+            "pad",
+            "resize",
+            "kron",
+            "outer",
+            "meshgrid",
+        ):
+            _check_size(name, arguments, named)
+        for key in ("dtype", "otypes"):
+            if key in named:
+                kind = named[key]
+                named[key] = [host_type(each) for each in kind] if isinstance(kind, list) else host_type(kind)
+        return function(*(host_type(each) for each in arguments), **named)
+
+    return call
+
+
+def _check_size(name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
+    """Raise an error for arguments that make a large array; they are checked before it exists."""
+    size = 1.0
+    for value in (*arguments, *named.values()):
+        for each in value if isinstance(value, (tuple, list)) and name not in ("outer", "meshgrid", "kron") else ():
+            size *= max(abs(each), 1) if isinstance(each, (int, float)) else 1
+        if isinstance(value, (int, float)) and name != "full":
+            size *= max(abs(value), 1)
+        elif isinstance(value, np.ndarray) or (
+            isinstance(value, (tuple, list)) and name in ("outer", "meshgrid", "kron")
+        ):
+            size *= max(np.size(value), 1)
+    if size > MAX_ITEMS * (1_000 if name in ("arange", "linspace") else 1):
+        raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
+    if (
+        name == "arange"
+        and len(arguments) < 3
+        and any(abs(each) > MAX_ITEMS for each in arguments if isinstance(each, int))
+    ):
+        raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
+
+
+_ = (NamedTuple, set_attribute)

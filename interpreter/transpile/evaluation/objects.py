@@ -1,0 +1,832 @@
+"""Values of the evaluator of Python: functions, classes and instances of the program, and residual values.
+
+Numbers, texts, containers and arrays are Python's and numpy's own. Instances of the program's classes implement the
+protocols of Python by calling the program's methods, so that functions such as ``sorted`` treat them as Python does.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+
+def words(text: str) -> tuple[str, ...]:
+    """Return the words of a text; long lists of names are easier to read so."""
+    return tuple(text.split())
+
+
+class UnsupportedPython(Exception):
+    """Raised for Python that cannot be evaluated; ``node`` is its place once it is known."""
+
+    def __init__(self, message: str, hint: str | None = None, name: str = "python-unsupported") -> None:
+        super().__init__(message)
+        self.message, self.hint, self.name = message, hint, name
+        self.node: ast.AST | None = None
+
+
+class Raised(Exception):
+    """Exception of the program whose class the program defines."""
+
+    def __init__(self, value: PythonObject) -> None:
+        super().__init__(*value.fields.get("args", ()))
+        self.value = value
+
+
+class Exhausted(Exception):
+    """``StopIteration`` of the program, which may not pass through the host's generators."""
+
+    def __init__(self, value: Any = None) -> None:
+        super().__init__()
+        self.value = StopIteration(value)
+
+
+class Caller(Protocol):
+    """What values need of the evaluator."""
+
+    def call(self, function: Any, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        """Call a value."""
+        ...
+
+
+class Holder(Protocol):
+    """What residual values need of the function that is being written."""
+
+    def hold(self, value: Residual) -> Residual:
+        """Return a residual value that is computed once."""
+        ...
+
+
+# --- scopes and functions ------------------------------------------------------------------------------------------
+
+
+@dataclass(slots=True, eq=False)
+class Frame:
+    """Variables of a call, a class body, a comprehension or the module (``outer`` is None).
+
+    ``local`` names are assigned in it, ``shared`` ones are declared global (True) or nonlocal (False).
+    """
+
+    names: dict[str, Any]
+    outer: Frame | None
+    local: frozenset[str] = frozenset()
+    shared: dict[str, bool] = field(default_factory=dict)
+    is_comprehension: bool = False
+    is_class: bool = False
+    function: PythonFunction | None = None
+    first: Any = None  # the first argument, for `super()`
+
+
+@dataclass(slots=True, eq=False)
+class PythonFunction:
+    """Function or lambda expression of the program."""
+
+    node: ast.FunctionDef | ast.Lambda
+    name: str
+    outer: Frame
+    caller: Caller
+    defaults: tuple[Any, ...] = ()
+    keyword_defaults: dict[str, Any] = field(default_factory=dict)
+    owner: PythonClass | None = None
+    attributes: dict[str, Any] = field(default_factory=dict)
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        return self.caller.call(self, arguments, named)
+
+
+@dataclass(slots=True, eq=False)
+class BoundMethod:
+    """Method of a value."""
+
+    function: Any
+    value: Any
+    caller: Caller
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        return self.caller.call(self.function, (self.value, *arguments), named)
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is BoundMethod and other.function is self.function and other.value is self.value
+
+    def __hash__(self) -> int:
+        return hash((id(self.function), id(self.value)))
+
+
+@dataclass(slots=True, eq=False)
+class Native:
+    """Function or type of Python or a library.
+
+    Attributes
+    ----------
+    path
+        Dotted name.
+    function
+        Function that is called.
+    type
+        Type for ``isinstance``, if it is one.
+    is_numeric
+        Whether a call with residual arguments can be left to the program.
+    """
+
+    path: str
+    function: Callable[..., Any]
+    type: Any = None
+    is_numeric: bool = False
+    attributes: dict[str, Any] = field(default_factory=dict)
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        return self.function(*arguments, **named)
+
+
+@dataclass(slots=True, eq=False)
+class Module:
+    """Module of a library, with the names that may be used."""
+
+    path: str
+    names: dict[str, Any]
+
+
+@dataclass(slots=True, eq=False)
+class Property:
+    """Property of a class; ``is_cached`` for ``cached_property``."""
+
+    get: Any
+    set: Any = None
+    delete: Any = None
+    is_cached: bool = False
+
+
+@dataclass(slots=True, eq=False)
+class StaticMethod:
+    """Function of a class without a bound argument."""
+
+    function: Any
+
+
+@dataclass(slots=True, eq=False)
+class ClassMethod:
+    """Function of a class that is bound to the class."""
+
+    function: Any
+
+
+@dataclass(slots=True, eq=False)
+class Super:
+    """Result of ``super()``: the classes after ``cls``, for a value."""
+
+    cls: PythonClass
+    value: Any
+
+
+@dataclass(slots=True, eq=False)
+class PythonGenerator:
+    """Generator of the program."""
+
+    steps: Generator[Any, Any, Any]
+    name: str
+
+    def __iter__(self) -> PythonGenerator:
+        return self
+
+    def __next__(self) -> Any:
+        return next(self.steps)
+
+
+# --- classes and instances -----------------------------------------------------------------------------------------
+
+
+MISSING: Any = type("Missing", (), {"__repr__": lambda self: "MISSING"})()
+
+
+@dataclass(slots=True, eq=False)
+class DataField:
+    """Field of a dataclass."""
+
+    name: str
+    default: Any = MISSING
+    factory: Any = MISSING
+    in_init: bool = True
+    in_repr: bool = True
+    in_compare: bool = True
+    is_keyword: bool = False
+    is_init_only: bool = False
+
+
+@dataclass(slots=True, eq=False)
+class PythonClass:
+    """Class of the program.
+
+    Attributes
+    ----------
+    order
+        Method resolution order: classes of the program, then Python's.
+    members
+        Members of an enumeration by name.
+    data
+        Fields of a dataclass, None for another class.
+    tuple_fields
+        Fields of a named tuple with their defaults, None for another class.
+    """
+
+    name: str
+    names: dict[str, Any]
+    bases: tuple[Any, ...]
+    caller: Caller
+    order: tuple[Any, ...] = ()
+    members: dict[str, Any] | None = None
+    data: tuple[DataField, ...] | None = None
+    options: dict[str, Any] = field(default_factory=dict)
+    tuple_fields: dict[str, Any] | None = None
+    is_total: bool = False
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        return self.caller.call(self, arguments, named)
+
+    def __iter__(self) -> Iterator[Any]:
+        if self.members is None:
+            raise TypeError("'type' object is not iterable")
+        return iter(dict.fromkeys(self.members.values()))
+
+    def __len__(self) -> int:
+        if self.members is None:
+            raise TypeError("object of type 'type' has no len()")
+        return len(dict.fromkeys(self.members.values()))
+
+    def __bool__(self) -> bool:
+        return True
+
+    def __contains__(self, value: Any) -> bool:
+        return any(value is member for member in self)
+
+    def __getitem__(self, name: Any) -> Any:
+        return self if self.members is None else self.members[name]  # a generic class is itself
+
+    def find(self, name: str) -> Any:
+        """Return an attribute of the class or its bases, else MISSING."""
+        for cls in self.order:
+            if type(cls) is PythonClass and name in cls.names:
+                return cls.names[name]
+        return MISSING
+
+    def is_subclass(self, other: Any) -> bool:
+        """Return whether it is another class or derived from it."""
+        if isinstance(other, type):
+            return any(isinstance(cls, type) and issubclass(cls, other) for cls in self.order)
+        return any(cls is other for cls in self.order)
+
+
+def linearized(cls: PythonClass) -> tuple[Any, ...]:
+    """Return the method resolution order of a class (C3, as Python's)."""
+    orders = [list(base.order) if type(base) is PythonClass else list(base.__mro__) for base in cls.bases]
+    pending = [*orders, list(cls.bases)]
+    order: list[Any] = [cls]
+    while any(pending):
+        pending = [each for each in pending if each]
+        for each in pending:
+            if not any(any(item is each[0] for item in other[1:]) for other in pending):
+                break
+        else:
+            raise TypeError("Cannot create a consistent method resolution order (MRO)")
+        head = each[0]
+        order.append(head)
+        pending = [other[1:] if other[0] is head else other for other in pending]
+    return tuple(order) if order[-1] is object else (*order, object)
+
+
+@dataclass(slots=True, eq=False)
+class PythonObject:
+    """Instance of a class of the program."""
+
+    cls: PythonClass
+    fields: dict[str, Any] = field(default_factory=dict)
+
+    def method(self, name: str) -> Any:
+        """Return a bound method, else None."""
+        function = self.cls.find(name)
+        return None if function is MISSING or function is None else BoundMethod(function, self, self.cls.caller)
+
+    def compared(self) -> tuple[Any, ...] | None:
+        """Return the values of a dataclass that are compared, else None."""
+        if self.cls.data is None or not self.cls.options.get("eq", True):
+            return None
+        return tuple(self.fields[each.name] for each in self.cls.data if each.in_compare and not each.is_init_only)
+
+    def __eq__(self, other: object) -> Any:
+        method = self.method("__eq__")
+        if method is not None:
+            return method(other)
+        values = self.compared()
+        if values is not None and type(other) is PythonObject and other.cls is self.cls:
+            return values == other.compared()
+        return True if self is other else NotImplemented
+
+    def __ne__(self, other: object) -> Any:
+        method = self.method("__ne__")
+        if method is not None:
+            return method(other)
+        found = self.__eq__(other)
+        return found if found is NotImplemented else not found
+
+    def __hash__(self) -> int:
+        method = self.method("__hash__")
+        if method is not None:
+            return int(method())
+        if self.cls.find("__eq__") is not MISSING:
+            raise TypeError(f"unhashable type: '{self.cls.name}'")
+        values = self.compared()
+        if values is None:
+            return id(self) >> 4
+        if not self.cls.options.get("frozen") and not self.cls.options.get("unsafe_hash"):
+            raise TypeError(f"unhashable type: '{self.cls.name}'")
+        return hash(values)
+
+    def __bool__(self) -> bool:
+        for name in ("__bool__", "__len__"):
+            method = self.method(name)
+            if method is not None:
+                return bool(method())
+        return True
+
+    def __len__(self) -> int:
+        return int(self._required("__len__", f"object of type '{self.cls.name}' has no len()")())
+
+    def __iter__(self) -> Iterator[Any]:
+        method = self.method("__iter__")
+        if method is not None:
+            found = method()
+            return found if type(found) is PythonObject else iter(found)
+        return self._items(self._required("__getitem__", f"'{self.cls.name}' object is not iterable"))
+
+    @staticmethod
+    def _items(get: Callable[[int], Any]) -> Iterator[Any]:
+        index = 0
+        while True:
+            try:
+                yield get(index)
+            except IndexError:
+                return
+            index += 1
+
+    def __next__(self) -> Any:
+        method = self._required("__next__", f"'{self.cls.name}' object is not an iterator")
+        try:
+            return method()
+        except Exhausted:
+            raise StopIteration from None
+
+    def __reversed__(self) -> Iterator[Any]:
+        method = self.method("__reversed__")
+        return iter(method()) if method is not None else iter([self[i] for i in reversed(range(len(self)))])
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._required("__getitem__", f"'{self.cls.name}' object is not subscriptable")(index)
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        message = f"'{self.cls.name}' object does not support item assignment"
+        self._required("__setitem__", message)(index, value)
+
+    def __delitem__(self, index: Any) -> None:
+        self._required("__delitem__", f"'{self.cls.name}' object doesn't support item deletion")(index)
+
+    def __contains__(self, value: Any) -> bool:
+        method = self.method("__contains__")
+        return bool(method(value)) if method is not None else any(value is item or value == item for item in self)
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        return self._required("__call__", f"'{self.cls.name}' object is not callable")(*arguments, **named)
+
+    def __index__(self) -> int:
+        message = f"'{self.cls.name}' object cannot be interpreted as an integer"
+        return int(self._required("__index__", message)())
+
+    def __int__(self) -> int:
+        method = self.method("__int__") or self._required("__index__", f"not a number: '{self.cls.name}'")
+        return int(method())
+
+    def __float__(self) -> float:
+        message = f"float() argument must be a string or a real number, not '{self.cls.name}'"
+        return float(self._required("__float__", message)())
+
+    def __str__(self) -> str:
+        method = self.method("__str__")
+        if method is not None:
+            return str(method())
+        if "args" in self.fields and self.cls.is_subclass(BaseException):
+            args = self.fields["args"]
+            return str(args[0]) if len(args) == 1 else str(args) if args else ""
+        return repr(self)
+
+    def __repr__(self) -> str:
+        method = self.method("__repr__")
+        if method is not None:
+            return str(method())
+        if self.cls.data is not None:
+            shown = (f"{each.name}={self.fields[each.name]!r}" for each in self.cls.data if each.in_repr)
+            return f"{self.cls.name}({', '.join(shown)})"
+        if self.cls.members is not None:
+            return f"<{self.cls.name}.{self.fields['name']}: {self.fields['value']!r}>"
+        if "args" in self.fields:
+            return f"{self.cls.name}({', '.join(map(repr, self.fields['args']))})"
+        raise UnsupportedPython(f"the text of an instance of `{self.cls.name}` contains its address in memory")
+
+    def __format__(self, specification: str) -> str:
+        method = self.method("__format__")
+        return str(method(specification)) if method is not None else format(str(self), specification)
+
+    def _required(self, name: str, message: str) -> BoundMethod:
+        method: BoundMethod | None = self.method(name)
+        if method is None:
+            raise TypeError(message)
+        return method
+
+
+def _binary(name: str) -> Callable[[PythonObject, Any], Any]:
+    def operation(self: PythonObject, other: Any) -> Any:
+        method = self.method(f"__{name}__")
+        return NotImplemented if method is None else method(other)
+
+    return operation
+
+
+def _unary(name: str) -> Callable[..., Any]:
+    def operation(self: PythonObject, *arguments: Any) -> Any:
+        return self._required(f"__{name}__", f"bad operand type: '{self.cls.name}'")(*arguments)
+
+    return operation
+
+
+_COMPARISONS = {"lt": operator.lt, "le": operator.le, "gt": operator.gt, "ge": operator.ge}
+
+
+def _comparison(name: str) -> Callable[[PythonObject, Any], Any]:
+    def operation(self: PythonObject, other: Any) -> Any:
+        method = self.method(f"__{name}__")
+        if method is not None:
+            return method(other)
+        is_same = type(other) is PythonObject and other.cls is self.cls
+        if is_same and self.cls.data is not None and self.cls.options.get("order"):
+            return _COMPARISONS[name](self.compared() or (), other.compared() or ())
+        is_total = any(type(cls) is PythonClass and cls.is_total for cls in self.cls.order)
+        return _by_total_order(self, name, other) if is_total else NotImplemented
+
+    return operation
+
+
+def _by_total_order(value: PythonObject, name: str, other: Any) -> Any:
+    """Compare as ``functools.total_ordering`` does, by the first comparison that the class defines."""
+    for given in ("lt", "le", "gt", "ge"):
+        method = value.method(f"__{given}__")
+        if method is None:
+            continue
+        found = method(other)
+        if found is NotImplemented:
+            return found
+        is_strict, wants_strict = given in ("lt", "gt"), name in ("lt", "gt")
+        if given[0] == name[0]:
+            return found and value != other if wants_strict else found or value == other
+        return (
+            (not found and (value != other if is_strict else True))
+            if wants_strict
+            else (not found if is_strict else not found or value == other)
+        )
+    return NotImplemented
+
+
+_BINARY = words(
+    "add sub mul truediv floordiv mod pow matmul and or xor lshift rshift radd rsub rmul rtruediv rfloordiv rmod "
+    "rpow rmatmul rand ror rxor rlshift rrshift iadd isub imul itruediv ifloordiv imod ipow imatmul iand ior ixor"
+)
+for _name in _BINARY:
+    setattr(PythonObject, f"__{_name}__", _binary(_name))
+for _name in ("neg", "pos", "invert", "abs", "round", "floor", "ceil", "trunc"):
+    setattr(PythonObject, f"__{_name}__", _unary(_name))
+for _name in _COMPARISONS:
+    setattr(PythonObject, f"__{_name}__", _comparison(_name))
+PythonObject.__array_ufunc__ = None  # type: ignore[attr-defined]  # numpy leaves operations to the methods above
+
+
+class NamedTuple(tuple[Any, ...]):
+    """Instance of a named tuple of the program."""
+
+    cls: PythonClass
+
+    def __repr__(self) -> str:
+        method = self.cls.find("__repr__")
+        if method is not MISSING:
+            return str(self.cls.caller.call(method, (self,), {}))
+        shown = (f"{name}={value!r}" for name, value in zip(self.cls.tuple_fields or (), self))
+        return f"{self.cls.name}({', '.join(shown)})"
+
+    def __str__(self) -> str:
+        method = self.cls.find("__str__")
+        return repr(self) if method is MISSING else str(self.cls.caller.call(method, (self,), {}))
+
+
+def _tuple_operation(name: str) -> Callable[[NamedTuple, Any], Any]:
+    inherited = getattr(tuple, f"__{name}__", None)
+
+    def operation(self: NamedTuple, other: Any) -> Any:
+        method = self.cls.find(f"__{name}__")
+        if method is not MISSING:
+            return self.cls.caller.call(method, (self, other), {})
+        return NotImplemented if inherited is None else inherited(self, other)
+
+    return operation
+
+
+for _name in [*_BINARY, "eq", "ne", "lt", "le", "gt", "ge"]:
+    if not _name.startswith("i"):
+        setattr(NamedTuple, f"__{_name}__", _tuple_operation(_name))
+NamedTuple.__hash__ = tuple.__hash__  # type: ignore[method-assign]
+
+
+def _negated(self: NamedTuple) -> Any:
+    method = self.cls.find("__neg__")
+    if method is MISSING:
+        raise TypeError(f"bad operand type for unary -: '{self.cls.name}'")
+    return self.cls.caller.call(method, (self,), {})
+
+
+setattr(NamedTuple, "__neg__", _negated)  # noqa: B010
+
+
+class _Container:
+    """What instances of the program's classes derived from containers share."""
+
+    cls: PythonClass
+    fields: dict[str, Any]
+
+    def own(self, name: str) -> Any:
+        """Return a bound method of the program's class, else None."""
+        function = self.cls.find(name)
+        return None if function is MISSING else BoundMethod(function, self, self.cls.caller)
+
+
+class DictObject(_Container, dict[Any, Any]):
+    """Instance of a class of the program that is derived from ``dict``."""
+
+    def __missing__(self, key: Any) -> Any:
+        method = self.own("__missing__")
+        if method is None:
+            raise KeyError(key)
+        return method(key)
+
+
+class ListObject(_Container, list[Any]):
+    """Instance of a class of the program that is derived from ``list``."""
+
+
+def _container_operation(kind: type, name: str) -> Callable[..., Any]:
+    inherited = getattr(kind, name)
+
+    def operation(self: Any, *arguments: Any) -> Any:
+        method = self.own(name)
+        return inherited(self, *arguments) if method is None else method(*arguments)
+
+    return operation
+
+
+for _kind in (DictObject, ListObject):
+    for _name in ("getitem", "setitem", "delitem", "contains", "iter", "len", "eq", "repr", "add", "mul"):
+        if hasattr(_kind, f"__{_name}__"):
+            setattr(_kind, f"__{_name}__", _container_operation(_kind.__mro__[2], f"__{_name}__"))
+
+
+class IntMember(int):
+    """Member of an enumeration that is an integer, or of flags."""
+
+    cls: PythonClass
+    name: str | None
+    is_flag: bool
+
+    def __repr__(self) -> str:
+        return f"<{self.cls.name}.{self.name}: {int(self)}>"
+
+    def __str__(self) -> str:
+        return f"{self.cls.name}.{self.name}" if self.is_flag else str(int(self))
+
+    def __format__(self, specification: str) -> str:
+        return format(int(self), specification)
+
+    def _combined(self, value: int) -> IntMember:
+        for member in (self.cls.members or {}).values():
+            if int(member) == value:
+                found: IntMember = member
+                return found
+        named = [m.name for m in self.cls if m.name and int(m) and int(m) & value == int(m)]
+        return int_member(self.cls, "|".join(named) or None, value, True)
+
+
+def _flag_operation(name: str) -> Callable[[IntMember, Any], Any]:
+    inherited = getattr(int, f"__{name}__")
+
+    def operation(self: IntMember, other: Any) -> Any:
+        found = inherited(int(self), int(other)) if isinstance(other, int) else NotImplemented
+        return self._combined(found) if self.is_flag and found is not NotImplemented else found
+
+    return operation
+
+
+for _name in ("and", "or", "xor", "rand", "ror", "rxor"):
+    setattr(IntMember, f"__{_name}__", _flag_operation(_name))
+
+
+def _inverted(self: IntMember) -> Any:
+    everything = 0
+    for member in self.cls:
+        everything |= int(member)
+    return self._combined(everything & ~int(self)) if self.is_flag else ~int(self)
+
+
+def _contains(self: IntMember, other: Any) -> bool:
+    return int(other) & int(self) == int(other)
+
+
+def _parts(self: IntMember) -> Iterator[Any]:
+    return iter([m for m in self.cls if int(m) and int(m) & int(self) == int(m)])
+
+
+for _name, _method in (("invert", _inverted), ("contains", _contains), ("iter", _parts)):
+    setattr(IntMember, f"__{_name}__", _method)
+
+
+def int_member(cls: PythonClass, name: str | None, value: int, is_flag: bool) -> IntMember:
+    """Create a member of an enumeration of integers."""
+    member = IntMember(value)
+    member.cls, member.name, member.is_flag = cls, name, is_flag
+    return member
+
+
+class TextMember(str):
+    """Member of an enumeration that is a text; ``is_plain`` for ``StrEnum``, which is shown as its value."""
+
+    cls: PythonClass
+    name: str
+    is_plain: bool
+
+    def __repr__(self) -> str:
+        return f"<{self.cls.name}.{self.name}: {str.__str__(self)!r}>"
+
+    def __str__(self) -> str:
+        return str.__str__(self) if self.is_plain else f"{self.cls.name}.{self.name}"
+
+    def __format__(self, specification: str) -> str:
+        return format(str.__str__(self) if self.is_plain else f"{self.cls.name}.{self.name}", specification)
+
+    def __hash__(self) -> int:
+        return str.__hash__(self)
+
+
+# --- residual values -----------------------------------------------------------------------------------------------
+
+
+@dataclass(slots=True, eq=False)
+class Residual:
+    """Value that is known when the translated program runs: an expression of Python.
+
+    ``kind`` is "shape", "pose", "array", "number", "bool" or "any"; ``name`` stands for it in what remains.
+    ``primitives`` returns those of a shape, if they are known.
+    """
+
+    node: ast.expr
+    kind: str
+    holder: Holder
+    name: str = ""
+    primitives: Callable[[], list[Residual]] | None = None
+
+    def __bool__(self) -> bool:
+        if self.kind == "shape":
+            return self.primitives is None or bool(self.primitives())
+        what = "a random number" if self.kind in ("number", "bool", "any") else "a value of the finished scene"
+        raise UnsupportedPython(
+            f"{what} decides here which part of the program runs",
+            "write this part with plain functions, loops and lists",
+        )
+
+    def __getitem__(self, index: Any) -> Residual:
+        return self.parts()[index] if self.kind == "shape" else residual(self.holder, "item", (self, index))
+
+    def __iter__(self) -> Iterator[Residual]:
+        if self.kind != "shape":
+            raise UnsupportedPython("the length of a random value is not known here")
+        return iter(self.parts())
+
+    def parts(self) -> list[Residual]:
+        """Return the primitives of a shape."""
+        if self.primitives is None:
+            raise UnsupportedPython("the primitives of this shape cannot be taken apart here")
+        return self.primitives()
+
+    def __hash__(self) -> int:
+        return id(self) >> 4
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(name)
+
+
+Residual.__array_ufunc__ = None  # type: ignore[attr-defined]
+_OPERATORS: dict[str, type[ast.operator]] = {
+    "add": ast.Add, "sub": ast.Sub, "mul": ast.Mult, "truediv": ast.Div, "floordiv": ast.FloorDiv, "mod": ast.Mod,
+    "pow": ast.Pow, "matmul": ast.MatMult,
+}  # fmt: skip
+_COMPARED: dict[str, type[ast.cmpop]] = {"lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE}
+
+
+def residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Residual:
+    """Return the residual result of an operation: an operator's name, "item", "neg" or "abs"."""
+    nodes = [node_of(each) for each in operands]
+    kinds = [each.kind for each in operands if type(each) is Residual]
+    if operation == "item":
+        return Residual(ast.Subscript(nodes[0], nodes[1], ast.Load()), "number", holder)
+    if operation == "neg":
+        return Residual(ast.UnaryOp(ast.USub(), nodes[0]), kinds[0], holder)
+    if operation == "abs":
+        return Residual(call_node("abs", nodes), kinds[0], holder)
+    if operation in _COMPARED:
+        return Residual(ast.Compare(nodes[0], [_COMPARED[operation]()], [nodes[1]]), "bool", holder)
+    kind = "pose" if "pose" in kinds and operation == "matmul" else "array" if _has_array(operands) else "number"
+    return Residual(ast.BinOp(nodes[0], _OPERATORS[operation](), nodes[1]), kind, holder)
+
+
+def _has_array(operands: tuple[Any, ...]) -> bool:
+    return any(
+        isinstance(each, np.ndarray) or (type(each) is Residual and each.kind in ("array", "pose")) for each in operands
+    )
+
+
+def _residual_operation(name: str, is_reflected: bool) -> Callable[[Residual, Any], Any]:
+    def operation(self: Residual, other: Any) -> Any:
+        if self.kind == "shape":
+            if name != "add" or not (type(other) is list or (type(other) is Residual and other.kind == "shape")):
+                return NotImplemented
+            return [other, self] if is_reflected else [self, other]
+        if isinstance(other, (PythonObject, list, str)) or (isinstance(other, tuple) and name != "matmul"):
+            return NotImplemented
+        return residual(self.holder, name, (other, self) if is_reflected else (self, other))
+
+    return operation
+
+
+for _name in _OPERATORS:
+    setattr(Residual, f"__{_name}__", _residual_operation(_name, False))
+    setattr(Residual, f"__r{_name}__", _residual_operation(_name, True))
+for _name in _COMPARED:
+    setattr(Residual, f"__{_name}__", lambda self, other, _name=_name: residual(self.holder, _name, (self, other)))
+for _name in ("neg", "abs"):
+    setattr(Residual, f"__{_name}__", lambda self, _name=_name: residual(self.holder, _name, (self,)))
+
+
+def call_node(path: str, arguments: list[ast.expr], named: dict[str, ast.expr] | None = None) -> ast.Call:
+    """Return a call of a function by its dotted name."""
+    first, *rest = path.split(".")
+    function: ast.expr = ast.Name(first, ast.Load())
+    for name in rest:
+        function = ast.Attribute(function, name, ast.Load())
+    return ast.Call(function, arguments, [ast.keyword(name, node) for name, node in (named or {}).items()])
+
+
+def node_of(value: Any) -> ast.expr:
+    """Return an expression of a value. Raises UnsupportedPython for a value that has none."""
+    if type(value) is Residual:
+        return value.holder.hold(value).node
+    if isinstance(value, (np.generic, IntMember)):
+        value = value.item() if isinstance(value, np.generic) else int(value)
+    if isinstance(value, TextMember):
+        value = str.__str__(value)
+    if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):
+        return call_node("float", [ast.Constant(repr(value))])
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and (value < 0 or str(value).startswith("-")):
+        return ast.UnaryOp(ast.USub(), ast.Constant(-value))
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return ast.Constant(value)
+    if isinstance(value, np.ndarray):
+        return call_node("np.array", [node_of(value.tolist())])
+    if isinstance(value, tuple):
+        return ast.Tuple([node_of(item) for item in value], ast.Load())
+    if isinstance(value, list):
+        return ast.List([node_of(item) for item in value], ast.Load())
+    if isinstance(value, dict):
+        return ast.Dict([node_of(key) for key in value], [node_of(item) for item in value.values()])
+    if isinstance(value, slice):
+        bounds = [node_of(each) if each is not None else None for each in (value.start, value.stop, value.step)]
+        return ast.Slice(*bounds)
+    if hasattr(type(value), "__float__") and not isinstance(value, PythonObject):  # such as a fraction
+        return node_of(float(value))
+    if isinstance(value, PythonObject) and value.cls.members is not None:
+        return ast.Constant(value.fields["name"])
+    raise UnsupportedPython(f"a value of the type `{type_name(value)}` cannot be written as a literal")
+
+
+def type_name(value: Any) -> str:
+    """Return the name of the type of a value, as Python calls it."""
+    if isinstance(value, (PythonObject, NamedTuple, IntMember, TextMember, DictObject, ListObject)):
+        return value.cls.name
+    names: dict[type, str] = {
+        PythonFunction: "function", BoundMethod: "method", Native: "builtin_function_or_method", PythonClass: "type",
+        Module: "module", PythonGenerator: "generator", Residual: "list",
+    }  # fmt: skip
+    return names.get(type(value), type(value).__name__)
