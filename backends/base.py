@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.grammar.settings import Setting, setting, whole
-from scenelang.interpreter.plugins import entry_points_of
+from scenelang.interpreter.loading import entry_points_of
 from scenelang.interpreter.scene.primitives import geometric_words
 
 if TYPE_CHECKING:

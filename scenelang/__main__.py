@@ -23,7 +23,7 @@ def entry() -> NoReturn:
     _open_streams()
     gc.set_threshold(50_000, 20, 50)  # what is imported stays
     if "_ARGCOMPLETE" in os.environ:  # called by the shell's completion
-        from scenelang.cli.commands import build_parser
+        from scenelang.cli.main import build_parser
         from scenelang.shell_completion import complete
 
         complete(build_parser)

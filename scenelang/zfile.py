@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from scenelang.backends.files import atomic_write, lock_folder, read_regular
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.lazy import np
+from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
 
 if TYPE_CHECKING:

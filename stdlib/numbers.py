@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import number_text
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.lazy import np
+from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry, vector_of
 from scenelang.interpreter.runtime.values import NIL, MutableList, Pair, Vector, make_list

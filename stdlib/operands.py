@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.lazy import np
+from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime import values
 from scenelang.interpreter.runtime.procedures import array_rows, warn_set_order
 from scenelang.interpreter.runtime.show import from_numpy as from_numpy

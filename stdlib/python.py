@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.lazy import np
+from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime import values
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry, type_name, vector_of

@@ -19,8 +19,7 @@ from searching import many
 from support import interruptible, wait_for_work
 
 from scenelang import Limits, Options, Session, Source
-from scenelang.cli.commands import COMMANDS
-from scenelang.cli.main import main
+from scenelang.cli.main import COMMANDS, main
 from scenelang.grammar.diagnostics import render_text, to_json
 
 TABLE = """; a table with four legs

@@ -12,8 +12,7 @@ from pathlib import Path
 import copies
 import pytest
 
-from scenelang.cli.commands import COMMANDS
-from scenelang.cli.main import main
+from scenelang.cli.main import COMMANDS, main
 from scenelang.cli.servers import SHELLS
 
 SCENE = '(bind "light house" (lambda () (call "cube")))\n(bind "boat" (lambda () (call "sphere")))\n'
@@ -126,7 +125,7 @@ def test_commands_are_described(folder: Path) -> None:
 def test_a_parser_imports_nothing_heavy() -> None:
     """A shell waits, and so does everybody who starts a command."""
     code = (
-        "import sys, scenelang.shell_completion; from scenelang.cli.commands import build_parser\n"
+        "import sys, scenelang.shell_completion; from scenelang.cli.main import build_parser\n"
         "build_parser('check'); first = {'numpy', 'lark'} & set(sys.modules)\n"
         "build_parser(); print(sorted(first | {'torch', 'diffusers', 'open_clip', 'mitsuba', 'PIL'} & set(sys.modules)))"
     )

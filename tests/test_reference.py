@@ -18,7 +18,7 @@ from test_docs import blocks
 
 from scenelang import Options, Session, Source
 from scenelang.cli import main as cli
-from scenelang.cli.commands import build_parser
+from scenelang.cli.main import build_parser
 from scenelang.grammar.diagnostics import CODES, REMEDIES, render_text
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import FORM_EXAMPLES, FORMS

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from generator.markdown import NOTICE, anchor, table
-from scenelang.cli.commands import build_parser
+from scenelang.cli.main import build_parser
 from scenelang.shell_completion import subcommands
 
 Options = tuple[tuple[str, str], ...]

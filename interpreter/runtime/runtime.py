@@ -19,7 +19,7 @@ from typing import Any
 
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
-from scenelang.interpreter.lazy import np
+from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime import procedures
 from scenelang.interpreter.runtime.limits import Limits, Meter
 from scenelang.interpreter.runtime.procedures import (

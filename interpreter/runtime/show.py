@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import atom_text, number_text, string_text
 from scenelang.grammar.diagnostics import CODES, SceneError
-from scenelang.interpreter.lazy import np
+from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.types import TypeReader, numbers_of, type_name
 from scenelang.interpreter.runtime.values import (
     NIL,

@@ -9,7 +9,7 @@ from itertools import islice
 from typing import Any, Protocol
 
 from scenelang.grammar.datum import dataclass, field
-from scenelang.interpreter.lazy import np
+from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.values import (
     NIL,
     Array,

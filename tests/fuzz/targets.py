@@ -260,7 +260,7 @@ VALUES = ("", "0", "1", "-1", "1e999", "nan", "9" * 30, "x", "a=1", "a=", "=", "
 
 @cache
 def _options() -> dict[str, tuple[str, ...]]:
-    from scenelang.cli.commands import build_parser
+    from scenelang.cli.main import build_parser
 
     action = next(a for a in build_parser()._actions if isinstance(a, argparse._SubParsersAction))
     return {

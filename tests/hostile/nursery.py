@@ -9,8 +9,7 @@ import os
 import sys
 import time
 
-from scenelang.cli.commands import build_parser
-from scenelang.cli.main import main
+from scenelang.cli.main import build_parser, main
 from scenelang.shell_completion import complete
 
 

@@ -14,7 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter import plugins
+from scenelang.interpreter import loading
 from scenelang.interpreter.scene.primitives.base import (
     COLOR,
     MATERIALS,
@@ -197,7 +197,7 @@ def _loaded(module: str, name: str) -> type[Primitive]:
 
 def _entry_points() -> Mapping[str, EntryPoint]:
     """Return the entry points of other packages, by word."""
-    return {word: point for word, point in plugins.entry_points_of(GROUP).items() if word not in _BUILTIN}
+    return {word: point for word, point in loading.entry_points_of(GROUP).items() if word not in _BUILTIN}
 
 
 @cache
@@ -214,7 +214,7 @@ def _from_package(word: str) -> type[Primitive]:
 
 def clear_package_cache() -> None:
     """Discover packages again, for tests and after installing one in a running process."""
-    plugins.forget()
+    loading.forget()
     _from_package.cache_clear()
 
 

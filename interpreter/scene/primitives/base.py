@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from scenelang.grammar.datum import dataclass, fields, replace
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.lazy import np
+from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.values import Array, MutableArray, MutableList, Pair, Vector, list_items
 
 if TYPE_CHECKING:

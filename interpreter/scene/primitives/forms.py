@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from scenelang.interpreter.lazy import np
+from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.primitives.mesh import Mesh, joined
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from scenelang.interpreter.lazy import np
+from scenelang.interpreter.loading import np
 
 if TYPE_CHECKING:
     import numpy.typing as npt

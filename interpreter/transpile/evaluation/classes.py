@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
     ClassMethod,
     DataField,
     DictObject,
+    Evaluating,
     Frame,
     IntMember,
     ListObject,
@@ -39,6 +39,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     Super,
     TextMember,
     UnsupportedPython,
+    formatted,
     int_member,
     linearized,
     type_name,
@@ -50,7 +51,7 @@ ENUMERATIONS = ("Enum", "IntEnum", "StrEnum", "Flag", "IntFlag")
 _MARKERS = (*ENUMERATIONS, "NamedTuple", "Protocol", "ABC", "Generic", "TypedDict")
 
 
-def define(evaluator: PythonEvaluator, node: ast.ClassDef, frame: Frame) -> PythonClass:
+def define(evaluator: Evaluating, node: ast.ClassDef, frame: Frame) -> PythonClass:
     """Evaluate a class definition."""
     bases: list[Any] = []
     markers: set[str] = set()
@@ -241,7 +242,7 @@ class UserList(MutableSequence):
 """  # the mixin methods of `collections.abc`, and what builds on them
 
 
-def _mixin(evaluator: PythonEvaluator, name: str) -> Any:
+def _mixin(evaluator: Evaluating, name: str) -> Any:
     """Return a class of ``collections.abc`` with its methods; those without are Python's own."""
     if name not in evaluator.mixins:
         frame = Frame(dict(evaluator.modules["typing"].names), None)
@@ -305,7 +306,7 @@ class _EnumerationNames(dict[str, Any]):
         return max(numbers, default=0) + 1
 
 
-def _make_members(evaluator: PythonEvaluator, cls: PythonClass, node: ast.ClassDef, kinds: set[str]) -> None:
+def _make_members(evaluator: Evaluating, cls: PythonClass, node: ast.ClassDef, kinds: set[str]) -> None:
     cls.options["kinds"] = kinds
     cls.members = {}
     assigned = {
@@ -323,7 +324,7 @@ def _make_members(evaluator: PythonEvaluator, cls: PythonClass, node: ast.ClassD
             dict.__setitem__(cls.names, name, cls.members[name])
 
 
-def _member(evaluator: PythonEvaluator, cls: PythonClass, name: str, value: Any, kinds: set[str]) -> Any:
+def _member(evaluator: Evaluating, cls: PythonClass, name: str, value: Any, kinds: set[str]) -> Any:
     for other in (cls.members or {}).values():
         if value_of_member(other) == value and type(value_of_member(other)) is type(value):
             return other
@@ -350,11 +351,11 @@ def value_of_member(member: Any) -> Any:
 AUTO = PythonClass("auto", {}, (object,), None)  # type: ignore[arg-type]
 
 
-def _make_named_tuple(evaluator: PythonEvaluator, cls: PythonClass, node: ast.ClassDef) -> None:
+def _make_named_tuple(evaluator: Evaluating, cls: PythonClass, node: ast.ClassDef) -> None:
     cls.tuple_fields = {name: cls.names.pop(name, MISSING) for name, _ in _annotations(node)}
 
 
-def named_tuple(evaluator: PythonEvaluator, name: str, fields: Any, defaults: Iterable[Any] = ()) -> PythonClass:
+def named_tuple(evaluator: Evaluating, name: str, fields: Any, defaults: Iterable[Any] = ()) -> PythonClass:
     """Create a class of named tuples, as ``collections.namedtuple`` does."""
     names = fields.replace(",", " ").split() if isinstance(fields, str) else list(fields)
     cls = PythonClass(name, {}, (object,), evaluator)
@@ -364,7 +365,7 @@ def named_tuple(evaluator: PythonEvaluator, name: str, fields: Any, defaults: It
     return cls
 
 
-def make_dataclass(evaluator: PythonEvaluator, cls: PythonClass, options: dict[str, Any]) -> PythonClass:
+def make_dataclass(evaluator: Evaluating, cls: PythonClass, options: dict[str, Any]) -> PythonClass:
     """Make a class a dataclass."""
     fields: dict[str, DataField] = {}
     for base in reversed(cls.order[1:]):
@@ -399,7 +400,7 @@ def make_dataclass(evaluator: PythonEvaluator, cls: PythonClass, options: dict[s
 # --- instances -----------------------------------------------------------------------------------------------------
 
 
-def create(evaluator: PythonEvaluator, cls: PythonClass, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+def create(evaluator: Evaluating, cls: PythonClass, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
     """Create an instance of a class."""
     if cls.members is not None:
         return _member_of_value(cls, *arguments, **named)
@@ -432,7 +433,7 @@ def create(evaluator: PythonEvaluator, cls: PythonClass, arguments: tuple[Any, .
 
 
 def _create_container(
-    evaluator: PythonEvaluator, cls: PythonClass, arguments: tuple[Any, ...], named: dict[str, Any]
+    evaluator: Evaluating, cls: PythonClass, arguments: tuple[Any, ...], named: dict[str, Any]
 ) -> DictObject | ListObject:
     made = DictObject() if dict in cls.order else ListObject()
     made.cls, made.fields = cls, {}
@@ -483,9 +484,7 @@ def _create_tuple(cls: PythonClass, arguments: tuple[Any, ...], named: dict[str,
     return made
 
 
-def _initialize(
-    evaluator: PythonEvaluator, made: PythonObject, arguments: tuple[Any, ...], named: dict[str, Any]
-) -> None:
+def _initialize(evaluator: Evaluating, made: PythonObject, arguments: tuple[Any, ...], named: dict[str, Any]) -> None:
     """Initialize an instance of a dataclass."""
     fields = [each for each in made.cls.data or () if each.in_init]
     positional = [each.name for each in fields if not each.is_keyword]
@@ -524,8 +523,8 @@ def _initialize(
 _METHODS: dict[type, str] = {
     str: "capitalize casefold center count endswith expandtabs find format index isalnum isalpha isascii isdecimal "
     "isdigit isidentifier islower isnumeric isprintable isspace istitle isupper join ljust lower lstrip maketrans "
-    "partition removeprefix removesuffix replace rfind rindex rjust rpartition rsplit rstrip split splitlines startswith strip "
-    "swapcase title translate upper zfill",
+    "partition removeprefix removesuffix replace rfind rindex rjust rpartition rsplit rstrip split splitlines "
+    "startswith strip swapcase title translate upper zfill",
     list: "append clear copy count extend index insert pop remove reverse sort",
     tuple: "count index",
     dict: "clear copy get items keys pop popitem setdefault update values",
@@ -565,7 +564,7 @@ _VIEWS: tuple[type, ...] = (type({}.keys()), type({}.items()), type({}.values())
 _UNSAFE = "interpreter internals are not available"
 
 
-def attribute_of(evaluator: PythonEvaluator, value: Any, name: str, default: Any) -> Any:
+def attribute_of(evaluator: Evaluating, value: Any, name: str, default: Any) -> Any:
     """Return an attribute of a value, or the default if there is none; without a default, raises AttributeError."""
     found = _found(evaluator, value, name)
     if found is not MISSING:
@@ -583,7 +582,7 @@ def attribute_of(evaluator: PythonEvaluator, value: Any, name: str, default: Any
     raise AttributeError(f"{what} has no attribute '{name}'")
 
 
-def _found(evaluator: PythonEvaluator, value: Any, name: str) -> Any:
+def _found(evaluator: Evaluating, value: Any, name: str) -> Any:
     kind = type(value)
     if kind is PythonObject:
         return _of_object(evaluator, value, name)
@@ -616,7 +615,7 @@ def _found(evaluator: PythonEvaluator, value: Any, name: str) -> Any:
     return MISSING
 
 
-def _own_attribute(evaluator: PythonEvaluator, value: Any, name: str) -> Any:
+def _own_attribute(evaluator: Evaluating, value: Any, name: str) -> Any:
     """Return an attribute of one of Python's own values; a method becomes a function of the evaluator."""
     if name == "format":
         return Native(name, lambda *rest, **named: format_text(evaluator, value, rest, named))
@@ -643,7 +642,7 @@ def _is_shape(value: Any) -> bool:
     return type(value) is Residual and value.kind == "shape"
 
 
-def _of_object(evaluator: PythonEvaluator, value: PythonObject, name: str) -> Any:
+def _of_object(evaluator: Evaluating, value: PythonObject, name: str) -> Any:
     found = value.cls.find(name)
     if type(found) is Property and not (found.is_cached and name in value.fields):
         result = evaluator.call(found.get, (value,), {})
@@ -679,7 +678,7 @@ def _protocol(value: Any, name: str) -> Any:
     return MISSING if function is None else Native(name, lambda *rest: function(value, *rest))  # type: ignore[operator]
 
 
-def _bound(evaluator: PythonEvaluator, found: Any, value: Any, cls: PythonClass) -> Any:
+def _bound(evaluator: Evaluating, found: Any, value: Any, cls: PythonClass) -> Any:
     if type(found) is PythonFunction:
         return BoundMethod(found, value, evaluator)
     if type(found) is Native and found.attributes.get("is_method"):
@@ -691,7 +690,7 @@ def _bound(evaluator: PythonEvaluator, found: Any, value: Any, cls: PythonClass)
     return found
 
 
-def _of_class(evaluator: PythonEvaluator, cls: PythonClass, name: str) -> Any:
+def _of_class(evaluator: Evaluating, cls: PythonClass, name: str) -> Any:
     found = cls.find(name)
     if found is not MISSING:
         if type(found) is ClassMethod:
@@ -714,7 +713,7 @@ def _of_class(evaluator: PythonEvaluator, cls: PythonClass, name: str) -> Any:
     return MISSING
 
 
-def _basic(evaluator: PythonEvaluator, name: str) -> Any:
+def _basic(evaluator: Evaluating, name: str) -> Any:
     """Return a method of ``object``."""
     if name == "__setattr__":
         return Native(name, lambda value, key, new: value.fields.__setitem__(key, new))
@@ -727,14 +726,14 @@ def _basic(evaluator: PythonEvaluator, name: str) -> Any:
     return MISSING
 
 
-def _initialize_basic(evaluator: PythonEvaluator, value: Any, rest: tuple[Any, ...], named: dict[str, Any]) -> None:
+def _initialize_basic(evaluator: Evaluating, value: Any, rest: tuple[Any, ...], named: dict[str, Any]) -> None:
     if type(value) is PythonObject and value.cls.is_subclass(BaseException):
         value.fields["args"] = rest
     elif type(value) is PythonObject and value.cls.data is not None and (rest or named):
         _initialize(evaluator, value, rest, named)
 
 
-def _of_super(evaluator: PythonEvaluator, value: Super, name: str) -> Any:
+def _of_super(evaluator: Evaluating, value: Super, name: str) -> Any:
     cls = value.value if type(value.value) is PythonClass else value.value.cls
     order = cls.order
     start = next((i for i, each in enumerate(order) if each is value.cls), -1)
@@ -772,13 +771,13 @@ _CONTAINER = (
 )
 
 
-def _initialize_as(evaluator: PythonEvaluator, value: PythonObject, cls: PythonClass, *rest: Any, **named: Any) -> None:
+def _initialize_as(evaluator: Evaluating, value: PythonObject, cls: PythonClass, *rest: Any, **named: Any) -> None:
     """Initialize the fields that a base class declares."""
     part = PythonObject(cls, value.fields)
     _initialize(evaluator, part, rest, named)
 
 
-def _of_member(evaluator: PythonEvaluator, value: Any, name: str) -> Any:
+def _of_member(evaluator: Evaluating, value: Any, name: str) -> Any:
     if type(value) is NamedTuple:
         fields = list(value.cls.tuple_fields or ())
         if name in fields:
@@ -802,7 +801,7 @@ def _of_member(evaluator: PythonEvaluator, value: Any, name: str) -> Any:
     return MISSING if found is MISSING else _bound(evaluator, found, value, value.cls)
 
 
-def _of_function(evaluator: PythonEvaluator, value: Any, name: str) -> Any:
+def _of_function(evaluator: Evaluating, value: Any, name: str) -> Any:
     if type(value) is BoundMethod:
         return value.value if name == "__self__" else _of_function(evaluator, value.function, name)
     if name in ("__name__", "__qualname__"):
@@ -828,7 +827,7 @@ def _of_function(evaluator: PythonEvaluator, value: Any, name: str) -> Any:
     return MISSING
 
 
-def _of_residual(evaluator: PythonEvaluator, value: Residual, name: str) -> Any:
+def _of_residual(evaluator: Evaluating, value: Residual, name: str) -> Any:
     from scenelang.interpreter.transpile.evaluation.objects import node_of
 
     if value.kind == "shape":
@@ -870,7 +869,7 @@ def _special(value: Any, name: str) -> Any:
     return MISSING
 
 
-def set_attribute(evaluator: PythonEvaluator, value: Any, name: str, new: Any) -> None:
+def set_attribute(evaluator: Evaluating, value: Any, name: str, new: Any) -> None:
     """Assign an attribute of a value."""
     if type(value) is PythonObject:
         found = value.cls.find(name)
@@ -903,11 +902,9 @@ def set_attribute(evaluator: PythonEvaluator, value: Any, name: str, new: Any) -
 # --- texts ---------------------------------------------------------------------------------------------------------
 
 
-def format_text(evaluator: PythonEvaluator, text: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> str:
+def format_text(evaluator: Evaluating, text: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> str:
     """Format a text as ``str.format`` does; attributes are those of the evaluator."""
     from string import Formatter
-
-    from scenelang.interpreter.transpile.evaluation.evaluator import formatted
 
     class Safe(Formatter):
         def get_field(self, field_name: str, args: Any, kwargs: Any) -> Any:

@@ -54,12 +54,13 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     StaticMethod,
     Super,
     UnsupportedPython,
+    formatted,
     type_name,
     words,
 )
 
 
-class Library:
+class PythonLibrary:
     """Builtins and modules for one evaluator, which calls functions of the program."""
 
     def __init__(self, evaluator: PythonEvaluator) -> None:
@@ -178,8 +179,6 @@ class Library:
         return value.fields
 
     def _format(self, value: Any, specification: str = "") -> str:
-        from scenelang.interpreter.transpile.evaluation.evaluator import formatted
-
         return formatted(value, specification)
 
     # --- modules -----------------------------------------------------------------------------------------------

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import ast
 import operator
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -50,6 +51,25 @@ class Caller(Protocol):
 
     def call(self, function: Any, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
         """Call a value."""
+        ...
+
+
+class Evaluating(Caller, Protocol):
+    """What the classes of the program need of the evaluator."""
+
+    modules: Mapping[str, Module]
+    mixins: dict[str, Any]
+
+    def eval(self, node: ast.expr, frame: Frame) -> Any:
+        """Evaluate an expression."""
+        ...
+
+    def execute(self, body: list[ast.stmt], frame: Frame) -> Generator[Any, Any, Any]:
+        """Evaluate statements; iterate over what they yield."""
+        ...
+
+    def attribute(self, value: Any, name: str) -> Any:
+        """Return an attribute of a value."""
         ...
 
 
@@ -830,3 +850,86 @@ def type_name(value: Any) -> str:
         Module: "module", PythonGenerator: "generator", Residual: "list",
     }  # fmt: skip
     return names.get(type(value), type(value).__name__)
+
+
+# --- calls and texts ---------------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=10_000)
+def scope_of(node: ast.FunctionDef | ast.Lambda) -> tuple[frozenset[str], dict[str, bool], bool]:
+    """Return the names that a function assigns, those that it declares global or nonlocal, and whether it yields."""
+    given = node.args
+    arguments = [*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg]
+    local = {each.arg for each in arguments if each is not None}
+    shared: dict[str, bool] = {}
+    is_generator = False
+    pending: list[ast.AST] = list(node.body) if isinstance(node, ast.FunctionDef) else [node.body]
+    while pending:
+        each = pending.pop()
+        if isinstance(each, (ast.FunctionDef, ast.ClassDef)):
+            local.add(each.name)
+            pending += each.decorator_list
+            continue
+        if isinstance(each, ast.Lambda):
+            continue
+        if isinstance(each, (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)):
+            local |= {n.target.id for n in ast.walk(each) if isinstance(n, ast.NamedExpr)}
+            continue
+        if isinstance(each, (ast.Global, ast.Nonlocal)):
+            shared |= dict.fromkeys(each.names, isinstance(each, ast.Global))
+        elif isinstance(each, (ast.Yield, ast.YieldFrom)):
+            is_generator = True
+        elif isinstance(each, ast.Name) and not isinstance(each.ctx, ast.Load):
+            local.add(each.id)
+        elif isinstance(each, (ast.ExceptHandler, ast.MatchAs, ast.MatchStar)) and each.name:
+            local.add(each.name)
+        elif isinstance(each, ast.MatchMapping) and each.rest:
+            local.add(each.rest)
+        elif isinstance(each, (ast.Import, ast.ImportFrom)):
+            local |= {(alias.asname or alias.name).partition(".")[0] for alias in each.names}
+        pending += ast.iter_child_nodes(each)
+    return frozenset(local), shared, is_generator
+
+
+def bound_arguments(function: PythonFunction, arguments: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
+    """Return the values of the parameters for a call, as Python binds them. Raises TypeError."""
+    given, name = function.node.args, function.name
+    positional = [each.arg for each in (*given.posonlyargs, *given.args)]
+    by_name = {each.arg for each in (*given.args, *given.kwonlyargs)}
+    values: dict[str, Any] = dict(zip(positional, arguments))
+    rest = arguments[len(positional) :]
+    if rest and given.vararg is None:
+        raise TypeError(f"{name}() takes {len(positional)} positional arguments but {len(arguments)} were given")
+    extra: dict[str, Any] = {}
+    for key, value in named.items():
+        if key in by_name:
+            if key in values:
+                raise TypeError(f"{name}() got multiple values for argument '{key}'")
+            values[key] = value
+        elif given.kwarg is not None:
+            extra[key] = value
+        else:
+            raise TypeError(f"{name}() got an unexpected keyword argument '{key}'")
+    for key, value in zip(positional[len(positional) - len(function.defaults) :], function.defaults):
+        values.setdefault(key, value)
+    for key, value in function.keyword_defaults.items():
+        values.setdefault(key, value)
+    missing = [key for key in (*positional, *(each.arg for each in given.kwonlyargs)) if key not in values]
+    if missing:
+        plural = "s" if len(missing) > 1 else ""
+        listed = " and ".join(f"'{key}'" for key in missing)
+        raise TypeError(f"{name}() missing {len(missing)} required positional argument{plural}: {listed}")
+    if given.vararg is not None:
+        values[given.vararg.arg] = rest
+    if given.kwarg is not None:
+        values[given.kwarg.arg] = extra
+    return values
+
+
+def formatted(value: Any, specification: str) -> str:
+    """Format a value. Raises UnsupportedPython for a residual value or a width that is too large."""
+    if type(value) is Residual:
+        raise UnsupportedPython("a random value cannot be part of a text here")
+    if any(len(digits) > 4 for digits in "".join(c if c.isdigit() else " " for c in specification).split()):
+        raise UnsupportedPython("this width of a text is too large")
+    return format(value, specification)

@@ -20,8 +20,14 @@ from scenelang.interpreter.transpile.writing.code import (
     number,
     quote,
 )
-from scenelang.interpreter.transpile.writing.conversions import is_constant, numeric, write_iterable, write_pattern
-from scenelang.interpreter.transpile.writing.operators import axes, is_mask
+from scenelang.interpreter.transpile.writing.operators import (
+    axes,
+    is_constant,
+    is_mask,
+    numeric,
+    write_iterable,
+    write_pattern,
+)
 from scenelang.interpreter.transpile.writing.user_calls import set_field
 from scenelang.interpreter.transpile.writing.writer import Writer
 

@@ -24,7 +24,7 @@ from scenelang.interpreter.transpile.writing.code import (
     none,
     quote,
 )
-from scenelang.interpreter.transpile.writing.conversions import write_test
+from scenelang.interpreter.transpile.writing.operators import write_test
 from scenelang.interpreter.transpile.writing.writer import (
     Exits,
     Finish,

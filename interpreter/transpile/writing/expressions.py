@@ -39,21 +39,19 @@ from scenelang.interpreter.transpile.writing.code import (
     none,
     quote,
 )
-from scenelang.interpreter.transpile.writing.conversions import (
-    is_constant,
-    loop_head,
-    write_iterable,
-    write_pattern,
-    write_test,
-)
 from scenelang.interpreter.transpile.writing.methods import call_method
 from scenelang.interpreter.transpile.writing.operators import (
     binary,
     boolean,
     comparison,
     interpolated,
+    is_constant,
+    loop_head,
     subscript,
     unary,
+    write_iterable,
+    write_pattern,
+    write_test,
 )
 from scenelang.interpreter.transpile.writing.user_calls import (
     as_positional,

@@ -26,7 +26,7 @@ from scenelang.interpreter.transpile.writing.code import (
     number,
     returns_parts,
 )
-from scenelang.interpreter.transpile.writing.conversions import write_test, write_vector
+from scenelang.interpreter.transpile.writing.operators import write_test, write_vector
 from scenelang.interpreter.transpile.writing.user_calls import (
     arguments_of,
     expand_starred,

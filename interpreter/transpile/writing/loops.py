@@ -31,7 +31,7 @@ from scenelang.interpreter.transpile.writing.code import (
     none,
     quote,
 )
-from scenelang.interpreter.transpile.writing.conversions import (
+from scenelang.interpreter.transpile.writing.operators import (
     condition_clause,
     loop_clauses,
     loop_head,

@@ -20,7 +20,6 @@ from scenelang.interpreter.transpile.analysis.inference import (
     TUPLE,
 )
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
-from scenelang.interpreter.transpile.writing.builtin_calls import sort_options
 from scenelang.interpreter.transpile.writing.code import (
     Code,
     FormCode,
@@ -32,9 +31,14 @@ from scenelang.interpreter.transpile.writing.code import (
     none,
     number,
 )
-from scenelang.interpreter.transpile.writing.conversions import write_array, write_iterable
-from scenelang.interpreter.transpile.writing.numpy_calls import DRAWS, draw
-from scenelang.interpreter.transpile.writing.operators import after_effects, format_method, never_contains
+from scenelang.interpreter.transpile.writing.numpy_calls import DRAWS, draw, sort_options
+from scenelang.interpreter.transpile.writing.operators import (
+    after_effects,
+    format_method,
+    never_contains,
+    write_array,
+    write_iterable,
+)
 from scenelang.interpreter.transpile.writing.user_calls import arguments_of, call_record_method
 from scenelang.interpreter.transpile.writing.writer import Writer
 

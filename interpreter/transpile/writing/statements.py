@@ -44,7 +44,6 @@ from scenelang.interpreter.transpile.writing.code import (
     none,
     quote,
 )
-from scenelang.interpreter.transpile.writing.conversions import write_test
 from scenelang.interpreter.transpile.writing.expressions import check_path
 from scenelang.interpreter.transpile.writing.helpers import possible_words
 from scenelang.interpreter.transpile.writing.loops import (
@@ -55,6 +54,7 @@ from scenelang.interpreter.transpile.writing.loops import (
     write_for,
     write_while,
 )
+from scenelang.interpreter.transpile.writing.operators import write_test
 from scenelang.interpreter.transpile.writing.user_calls import is_constant_default, write_parameters
 from scenelang.interpreter.transpile.writing.writer import Writer, comment_lines, docstring_lines, text_of
 

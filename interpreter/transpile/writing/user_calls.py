@@ -20,7 +20,7 @@ from scenelang.interpreter.transpile.writing.code import (
     form,
     kebab,
 )
-from scenelang.interpreter.transpile.writing.conversions import numeric, write_iterable, write_vector
+from scenelang.interpreter.transpile.writing.operators import numeric, write_iterable, write_vector
 from scenelang.interpreter.transpile.writing.writer import Writer, is_used_as_vector
 
 # Parameters.

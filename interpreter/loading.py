@@ -1,4 +1,4 @@
-"""Discovery of plugins: entry points through which installed packages add primitives, backends and providers."""
+"""What is loaded when it is needed: numpy, and the entry points through which installed packages add parts."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
+
+from typing import TYPE_CHECKING, Any
 
 
 def entry_points_of(group: str) -> Mapping[str, EntryPoint]:
@@ -63,3 +65,25 @@ def forget() -> None:
     _is_named.cache_clear()
     _entry_point_files.cache_clear()
     _points.cache_clear()
+
+
+# Numpy, which the check of a program does not need.
+
+
+__all__ = ["np"]
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+
+    class _Numpy:
+        """Proxy of the numpy module that caches names on first use."""
+
+        def __getattr__(self, name: str) -> Any:
+            import numpy
+
+            value = getattr(numpy, name)
+            setattr(self, name, value)
+            return value
+
+    np = _Numpy()

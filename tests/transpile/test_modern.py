@@ -1,0 +1,33 @@
+"""Modern Python: classes, enumerations, `match`, generators, decorators, numpy, give the geometry that CPython gives."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from pathlib import Path
+
+import pytest
+
+from scenelang.grammar.datum import Source
+from scenelang.session import Session
+from transpile.cases import first_difference, flattened, told
+from transpile.reference_model import flatten
+
+PROGRAMS = sorted(Path(__file__).with_name("modern").glob("*.py"))
+REFUSED = {"random-06-flower-meadow-species": "E802"}  # it asks a class for its subclasses
+SESSION = Session()
+
+
+@pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.stem)
+def test_the_geometry_of_cpython(path: Path) -> None:
+    code = path.read_text("utf-8")
+    translation = SESSION.transpile(Source(str(path), code))
+    if path.stem in REFUSED:
+        assert REFUSED[path.stem] in told(translation.diagnostics)
+        return
+    assert translation.ok, told(translation.diagnostics)
+    evaluated = SESSION.evaluate(Source("modern.scene", translation.text))
+    assert evaluated.scene is not None, told(evaluated.diagnostics)
+    with contextlib.redirect_stdout(io.StringIO()):
+        expected = flatten(code)
+    assert first_difference(flattened(evaluated.scene), expected) is None
