@@ -28,6 +28,7 @@ from scenelang.interpreter.transpile.writing.statements import header_texts, wri
 from scenelang.interpreter.transpile.writing.writer import Analysed, Writer
 
 _MAX_ROUNDS = 3
+_MISTAKES = ("python-name", "python-call", "python-forbidden")  # these errors say more than where the evaluation ends
 _MAX_PROSE = 1200  # characters of the response's text that become comments
 
 
@@ -96,7 +97,8 @@ def _with_evaluated_parts(
     for _ in range(_MAX_ROUNDS):  # what remains may have errors in other parts
         folded = fold(text, root, errors)
         if isinstance(folded, Diagnostic):
-            return Translation((), "", (folded,))
+            mistakes = tuple(d for d in found if d.name in _MISTAKES)
+            return Translation((), "", mistakes, translation.partial) if mistakes else Translation((), "", (folded,))
         if folded is None:
             break
         second = _translation(folded, analyse(folded), with_text)

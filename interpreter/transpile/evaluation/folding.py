@@ -187,7 +187,7 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic]) -> Py
     except (Raised, Exhausted, RecursionError, *_ERRORS) as error:
         fixed = _with_fixed_draws(text, items, reached, str(root)) if folding.draws else None
         return fixed or _exception(text, folding, error)
-    return _rewritten(text, items, reached - evaluated, definitions)
+    return _rewritten(text, items, reached - evaluated, definitions, folding.printed)
 
 
 def _with_fixed_draws(text: PythonText, items: Sequence[Item], reached: set[int], root: str) -> PythonText | None:
@@ -200,7 +200,7 @@ def _with_fixed_draws(text: PythonText, items: Sequence[Item], reached: set[int]
     span = text.span(next(items[n].node for n in reached if root in items[n].names))
     message = "random numbers decide what this program builds, and are those of the seed 0"
     warning = Diagnostic("fixed-draws", message, Span(span.source, span.start, span.start + 1))
-    rewritten = _rewritten(text, items, set(), definitions)
+    rewritten = _rewritten(text, items, set(), definitions, folding.printed)
     return replace(rewritten, diagnostics=[*text.diagnostics, warning]) if rewritten is not None else None
 
 
@@ -235,7 +235,11 @@ def _exception(text: PythonText, folding: Folding, error: Exception) -> Diagnost
 
 
 def _rewritten(
-    text: PythonText, items: Sequence[Item], kept: set[int], definitions: Mapping[str, ast.FunctionDef]
+    text: PythonText,
+    items: Sequence[Item],
+    kept: set[int],
+    definitions: Mapping[str, ast.FunctionDef],
+    printed: Sequence[ast.stmt] = (),
 ) -> PythonText | None:
     """Return the program with evaluated functions replaced by what remains of them."""
     used = {n.id for d in definitions.values() for n in ast.walk(d) if isinstance(n, ast.Name)}
@@ -261,6 +265,7 @@ def _rewritten(
             body.append(item.node)
         elif name in definitions:
             body.append(definitions[name])
+    body += [_located(statement, 1) for statement in printed]
     body += [made for name, made in definitions.items() if not any(made is each for each in body)]
     lines = [(items[n].first_line, items[n].node.end_lineno or 0) for n in range(len(items)) if n not in kept]
     comments = [c for c in text.comments if not any(first <= c.line <= last for first, last in lines)]
@@ -334,6 +339,7 @@ class Folding:
         self.evaluator.modules = library.modules
         self.evaluator.builtins = {**library.builtins, **self._helpers(), **library.modules["typing"].names}
         self.evaluator.builtins |= {name: library.modules[name] for name in ("math", "np", "random")}
+        self.evaluator.builtins["print"] = Native("print", self._print)
         self.evaluator.builtins |= {"numpy": library.modules["np"], "Shape": library.builtins["list"]}
         self.evaluator.builtins |= dict.fromkeys(("P", "T"), library.builtins["object"])
         self._streams = random.Random(0), np.random.RandomState(0)
@@ -345,6 +351,7 @@ class Folding:
         self._animations: set[str] = set()
         self._parts: list[Part] = []
         self._variants: dict[str, dict[Any, dict[str, Variant]]] = {}
+        self.printed: list[ast.stmt] = []  # by the statements at the top level
         self._objects: dict[str, dict[str, int]] = {}  # numbers of arguments by their states
         self._failed: dict[str, UnsupportedPython] = {}
         self.draws = "random" in text.source.text and not has_fixed_draws
@@ -355,8 +362,9 @@ class Folding:
             try:
                 self._parts.append(Part())
                 self.evaluator.run(item.node)
-                if self._parts[-1].statements and not isinstance(item.node, ast.FunctionDef):
+                if any(name for name, _ in self._parts[-1].statements):
                     raise UnsupportedPython("random numbers at the top level cannot be evaluated here")
+                self.printed += [ast.Expr(node) for _, node in self._parts[-1].statements]
             except UnsupportedPython as error:
                 error.node = error.node or item.node
                 self._failed |= dict.fromkeys(item.names, error)
@@ -402,6 +410,12 @@ class Folding:
     def _residual(self, name: str, arguments: Sequence[Any], named: Mapping[str, Any], kind: str) -> Residual:
         nodes = {key: node_of(value) for key, value in named.items()}
         return Residual(call_node(name, [node_of(each) for each in arguments], nodes), kind, self)
+
+    def _print(self, *values: Any, sep: Any = " ", end: Any = "\n", **_: Any) -> None:
+        """Leave a ``print`` to the program, of one text if its values are known."""
+        is_known = not any(type(each) is Residual for each in values)
+        text = [str(sep).join(map(str, values)) + str(end).removesuffix("\n")] if is_known else values
+        self._parts[-1].statements.append(("", call_node("print", [node_of(each) for each in text])))
 
     def _loop(self, n: int, fn: Any) -> Residual:
         return self._union([self.evaluator.call(fn, (i,), {}) for i in self.evaluator.iterate(range(n))])
