@@ -43,7 +43,14 @@ from scenelang.interpreter.program.program import (
     snapshot_of,
     top_forms,
 )
-from scenelang.interpreter.runtime.evaluate import ProgramRun, SessionCalls, SessionForm, is_plain, is_same
+from scenelang.interpreter.runtime.evaluate import (
+    ProgramRun,
+    SessionCalls,
+    SessionForm,
+    is_plain,
+    is_same,
+    uses_what_follows,
+)
 from scenelang.interpreter.runtime.procedures import UNDEFINED, Cell
 from scenelang.interpreter.runtime.runtime import JournaledRuntime, raised_value
 from scenelang.interpreter.runtime.types import Library
@@ -549,6 +556,8 @@ class TopLevel:
             raise
         defined = {name for form in group for name in names_of(form)}
         wrong = [form for form in kept or () if self._is_stale(form) or not names_of(form).isdisjoint(defined)]
+        if kept and not wrong and not any(d.is_error for d in problems):
+            wrong = list(kept) if self._uses_what_follows(group, kept) else []
         if wrong:
             self._roll_back(before)
             raise _NotKept(wrong)
@@ -566,20 +575,31 @@ class TopLevel:
         finally:
             self._settle(())
 
+    def _uses_what_follows(self, group: Sequence[TopForm], kept: Sequence[TopForm]) -> bool:
+        """Return whether code of a file uses what a kept form below it defines."""
+        trees = _trees(sorted((*group, *kept), key=self._start))
+        return uses_what_follows(list(map(self._calls.reach, trees)), set(map(id, _trees(kept))))
+
     @contextmanager
     def _undefined(self, group: Sequence[TopForm]) -> Iterator[Mapping[Variable, Any]]:
-        """Take the values that forms are about to compute, so that no form above them uses those of an earlier version;
-        yield them. Variables that are not defined then have them back."""
-        cells = {each: self.run.globals.get(each) for form in group if runs_code(form) for each in _variables(form)}
+        """Take the values and functions that forms are about to define, so that no form above them uses those of an
+        earlier version; yield the values. What is not defined then has them back."""
+        cells = {each: self.run.globals.get(each) for form in group for each in _variables(form)}
         values = {each: cell.value for each, cell in cells.items() if cell is not None}
+        words = [self.rt.words[word] for form in group for word, _ in form.words if word in self.rt.words]
+        functions = [(cell, cell.function) for cell in words]
         try:
             for each in values:
                 self.run.globals[each].value = UNDEFINED
+            for cell in words:
+                cell.function = None
             yield values
         finally:
             for each, value in values.items():
                 if self.run.globals[each].value is UNDEFINED:
                     self.run.globals[each].value = value
+            for cell, function in functions:
+                cell.function = function if cell.function is None else cell.function
 
     def _run_group(
         self,

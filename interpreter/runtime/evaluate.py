@@ -45,9 +45,10 @@ class Globals(dict[Variable, Cell]):
     def get(self, variable: Variable, default: Any = None) -> Any:
         cell = super().get(variable)
         if cell is None and variable in self._prelude.definitions:
-            cell = self[variable] = Cell(UNDEFINED, 0)
+            cell = self[variable] = Cell(UNDEFINED, NEVER)  # its definition is no effect of the call that needs it
             (run,) = compile_forms(self._rt, self, [self._prelude.definitions[variable]])
             run([])
+            cell.birth = 0
         return cell
 
 
@@ -351,7 +352,7 @@ class IncrementalRun:
         rt = self.rt
         again = self._changed(run, reaches, previous)
         kept = {id(reach.form) for reach in reaches if reach.is_static} - again
-        if _uses_what_follows(reaches, kept):
+        if uses_what_follows(reaches, kept):
             raise _Restart
         values = self._clean(run, reaches, kept, seed, started)
         rt.keep_calls(self._functions, self._bindings)  # until the words of other forms are bound again
@@ -471,7 +472,7 @@ def with_dependents(
     return found
 
 
-def _uses_what_follows(reaches: Sequence[FormReach], kept: set[int]) -> bool:
+def uses_what_follows(reaches: Sequence[FormReach], kept: set[int]) -> bool:
     """Return whether a form that runs code at top level can reach a function that is kept and defined behind it."""
     places: dict[Any, int] = {}
     for index, reach in enumerate(reaches):
@@ -501,22 +502,24 @@ def _uses_what_follows(reaches: Sequence[FormReach], kept: set[int]) -> bool:
 
 def is_plain(value: Any) -> bool:
     """Return whether a value is immutable data that can be compared."""
-    if type(value) is Pair:
-        items = list_items(value)
-        return len(items) <= 1000 and all(map(is_plain, items))
+    count = 0
+    while type(value) is Pair:
+        count += 1
+        if count > 1000 or not is_plain(value.car):
+            return False
+        value = value.cdr
     return value is None or value is NIL or type(value) in (int, float, bool, str, Vector, Matrix)
 
 
 def is_same(old: Any, new: Any) -> bool:
-    """Return whether two plain values are equal and of the same types."""
+    """Return whether nothing tells two plain values apart; 0.0 and -0.0 are two values."""
+    while type(old) is type(new) is Pair:
+        if not is_same(old.car, new.car):
+            return False
+        old, new = old.cdr, new.cdr
     if type(old) is not type(new):
         return False
-    if type(old) is Pair:
-        olds, news = list_items(old), list_items(new)
-        return len(olds) == len(news) and all(map(is_same, olds, news))
-    if type(old) in (Vector, Matrix):
-        return repr(old) == repr(new)
-    return bool(old == new) or (old != old and new != new)
+    return repr(old) == repr(new) if type(old) in (float, Vector, Matrix) else bool(old == new)
 
 
 # Calls of a REPL session: those that a definition does not reach are used again.
@@ -574,6 +577,10 @@ class SessionCalls:
         """The current epochs of words and of values."""
         return self._run.rt.bindings, self._run.rt.epoch
 
+    def reach(self, tree: Any) -> FormReach:
+        """Return what a core form defines and can read."""
+        return reach_of(tree, self._reaches)
+
     def note(self, trees: Sequence[Any], epochs: tuple[int, int]) -> None:
         """Record that the core forms of a definition ran, which began in these epochs."""
         self._changed += trees
@@ -600,7 +607,7 @@ class SessionCalls:
             raise
         rt.keep_calls(_functions(rt, list(self._reaches.values())), *before)
         for tree in (*changed, *again):
-            reach = reach_of(tree, self._reaches)
+            reach = self.reach(tree)
             self._observe(reach.variables)
             for word in reach.words:
                 rt.word_cell(word)
@@ -614,7 +621,7 @@ class SessionCalls:
     def _reached(self, forms: Sequence[SessionForm], changed: Sequence[Any]) -> list[Any] | None:
         """Return the core forms whose functions must be created again, or None if this is not certain."""
         self._reaches = {id(tree): reach_of(tree, self._reaches) for form in forms for tree in form.trees}
-        new = [reach_of(tree, self._reaches) for tree in changed]
+        new = list(map(self.reach, changed))
         ids = {id(tree) for tree in changed}
         words = {each for reach in new for each in reach.words}
         variables = {each for reach in new for each in reach.variables} | self._volatile
@@ -629,5 +636,5 @@ class SessionCalls:
 
     def _is_defined(self, tree: Any) -> bool:
         """Return whether the variables that a core form defines have values."""
-        cells = map(self._run.globals.get, reach_of(tree, self._reaches).variables)
+        cells = map(self._run.globals.get, self.reach(tree).variables)
         return all(cell is not None and cell.value is not UNDEFINED for cell in cells)

@@ -105,7 +105,8 @@ class PythonEvaluator:
         self._depth = 0
         self._handled: list[BaseException] = []  # by the `except` clauses that are evaluated
         self._expressions: dict[type[ast.expr], Callable[[Any, Frame], Any]] = {
-            ast.Constant: lambda node, frame: self.checked(node.value), ast.Name: self._name, ast.Attribute: self._attribute,
+            ast.Constant: lambda node, frame: self.checked(node.value), ast.Name: self._name,
+            ast.Attribute: self._attribute,
             ast.Call: self._call, ast.BinOp: self._binary, ast.UnaryOp: self._unary, ast.BoolOp: self._boolean,
             ast.Compare: self._compare, ast.IfExp: self._conditional, ast.Subscript: self._subscript,
             ast.Slice: self._slice, ast.Tuple: lambda node, frame: tuple(self._items(node.elts, frame)),
