@@ -848,7 +848,7 @@ class Editing:
             return VersionAnalysis(source, None, (_in_source(problem, source),))
         try:
             with _rare_collection():
-                return run_with_room(lambda: self._check(source), EXPANSION_DEPTH)
+                return run_with_room(lambda: self._check(source), EXPANSION_DEPTH, folders=self.session.folders(source))
         except RecursionError:
             self._versions = self._no_versions()
             problem = Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1))

@@ -17,6 +17,7 @@ from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.interpreter.scene.primitives import is_word
 
+_MAX_EXPLAINED = 300  # errors; more are not shown
 MAX_TEXT = 200_000  # characters of a program that is searched for habits
 _MAX_SHOWN = 60
 
@@ -260,7 +261,7 @@ FORMS: Sequence[Idiom] = (
       for op, name in (("+", "+"), ("*", "*"))),
 )  # fmt: skip
 
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
+_NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d+)"
 _WORD = r"[A-Za-z_][\w-]*"
 _SYMBOL = r"[A-Za-z_*+][^\s\"']*"
 _QUOTED_FUNCTION = r"(?<![\w])#'(?=\w)"
@@ -403,6 +404,7 @@ def explain(source: Source, diagnostics: Sequence[Diagnostic]) -> list[Diagnosti
     own = [d for d in diagnostics if d.name in _EXPLAINED and d.span is not None and d.span.source.name == source.name]
     if not own or len(source.text) > MAX_TEXT:
         return list(diagnostics)
+    own = own[:_MAX_EXPLAINED]
     found = [each for each in _foreign_pieces(source) if any(_explains(each, d) for d in own)]
     rest: list[Habit] = []
     unbound = frozenset(d.span.start for d in own if d.name == "unbound" and d.span is not None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -171,14 +172,18 @@ def is_followed(form: Any, span: Span) -> bool:
     return isinstance(following, ListDatum) or type(getattr(following, "value", "")) is not str
 
 
+@lru_cache(maxsize=1)  # findings in one form come one after the other
+def _forms_of(text: str) -> tuple[Datum, ...]:
+    try:
+        return tuple(read(Source("<form>", text)).forms)
+    except SceneError:
+        return ()
+
+
 def _enclosing_list(outer: Span, inner: Span) -> ListDatum | None:
     """Return the list that has a direct item at the start of ``inner``, or None."""
-    try:
-        forms = read(Source("<form>", outer.text)).forms
-    except SceneError:
-        return None
     start = inner.start - outer.start
-    stack: list[Datum] = list(forms)
+    stack: list[Datum] = list(_forms_of(outer.text))
     while stack:
         datum = stack.pop()
         if isinstance(datum, ListDatum) and any(item.span.start == start for item in datum.items[1:]):

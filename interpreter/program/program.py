@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, lru_cache
+from itertools import accumulate
 from typing import Any
 
 from scenelang.grammar import ast
@@ -587,9 +589,12 @@ class SourceFile:
     def broken(self) -> Iterator[Any]:
         """Iterate over the core AST of the forms that have errors."""
         unread = [d.span for form in self.forms for d in form.read if d.is_error and d.span is not None]
+        places = sorted((span.start, span.end) for span in unread if span.source is self.source)
+        reach = list(accumulate((end for _, end in places), max))  # how far the places up to one reach
         for form in self.forms:
             steps = (step for step in (form.scan, form.expansion) if step is not None)
-            is_unread = any(datum.span.overlaps(span) for span in unread for datum in form.datums)
+            spans = (datum.span for datum in form.datums if places)
+            is_unread = any(reach[bisect_left(places, (s.end, 0)) - 1] > s.start for s in spans if places[0][0] < s.end)
             if is_unread or any(d.is_error for step in steps for d in step.problems):
                 yield from form.asts
 

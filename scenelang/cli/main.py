@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 
 from scenelang.cli.options import ReportedError, add_common, add_file, add_output, report
 from scenelang.grammar.diagnostics import SceneError, UsageError, printable, suggest
+from scenelang.interpreter.runtime.limits import Limits
 from scenelang.reports import Parser
-from scenelang.sandbox.supervision import INTERRUPTED, is_bounded, is_supported, supervise, was_interrupted
+from scenelang.sandbox.supervision import INTERRUPTED, alarmed, is_bounded, is_supported, supervise, was_interrupted
 
 
 def main(argv: Sequence[str] | None = None, supervised: bool = False) -> int:
@@ -37,11 +38,14 @@ def main(argv: Sequence[str] | None = None, supervised: bool = False) -> int:
         print(f"scenelang: error: unknown command `{printable(words[0])[:60]}`; {near}", file=sys.stderr)
         return 2
     arguments = build_parser(words[0] if words else "").parse_args(words)
-    evaluates = COMMANDS[arguments.command].kind.evaluates and not _is_bounded(arguments)
-    if supervised and evaluates and is_supported():
-        stream = sys.stdout if arguments.command == "check" and arguments.json else None
-        return supervise(lambda: _run(arguments), lambda problem: report(arguments, [problem], stream))
-    return _run(arguments)
+    if not (supervised and COMMANDS[arguments.command].kind.evaluates and is_supported()):
+        return _run(arguments)
+    stream = sys.stdout if arguments.command == "check" and arguments.json else None
+    tell = lambda problem: report(arguments, [problem], stream)
+    if _is_bounded(arguments):
+        with alarmed(Limits().seconds, tell):
+            return _run(arguments)
+    return supervise(lambda: _run(arguments), tell)
 
 
 def _is_bounded(arguments: argparse.Namespace) -> bool:

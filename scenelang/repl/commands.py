@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 
 from scenelang.backends.files import check_folder
 from scenelang.grammar.datum import Source
-from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.interpreter.runtime.types import STD, Builtin
 from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
 from scenelang.repl.display import clean, signature_of
 from scenelang.repl.evaluation import LiveView, checked_program, description, function_of, known_names
 from scenelang.repl.loop import Command, ModelRequest, Quit, Repl, find
-from scenelang.viewer.workspace import FileWatch, stamps_of, with_missing
+from scenelang.viewer.workspace import FileWatch, Stamps, stamps_of, with_missing
 
 if TYPE_CHECKING:
     from scenelang.inference.conductor import Inference, Result
@@ -402,16 +402,16 @@ _COMPARED = 50_000  # primitives; for larger scenes only counts are compared
 class Watch:
     """Evaluates a file whenever it or an import changes, until ``stop``."""
 
-    def __init__(self, repl: Repl, path: str) -> None:
+    def __init__(self, repl: Repl, path: str, stamps: Stamps | None = None) -> None:
         self.path = path
         self._repl = repl
-        self._scene = self._root()
-        self._stamps = stamps_of(self._names())
+        self._scene, _ = self._root()
+        self._stamps = stamps_of(self._names()) if stamps is None else stamps
         self._watch = FileWatch(lambda: self._stamps.folders, self._look)
 
     def again(self) -> Watch:
         """Create a new watch in place of one whose thread did not survive a fork."""
-        return Watch(self._repl, self.path)
+        return Watch(self._repl, self.path, self._stamps)  # the file may have changed in the meantime
 
     def stop(self) -> None:
         """Stop watching."""
@@ -436,15 +436,21 @@ class Watch:
         repl.show(outcome)
         if not outcome.ok:
             return
-        old, self._scene = self._scene, self._root()
+        old = self._scene
+        self._scene, problem = self._root()
+        if problem is not None:
+            repl.screen.report([problem])
         repl.screen.write(clean(f"{Path(self.path).name} changed: {', '.join(what_changed(old, self._scene))}"))
         repl.changed()
 
-    def _root(self) -> Scene | None:
+    def _root(self) -> tuple[Scene | None, Diagnostic | None]:
+        """Return the scene, or the error that its evaluation ends with; a file without a root has neither."""
+        evaluation = self._repl.evaluation
         try:
-            return self._repl.evaluation.root()
-        except (SceneError, RecursionError, MemoryError):
-            return None
+            return evaluation.root(), None
+        except (SceneError, RecursionError, MemoryError) as error:
+            problem = evaluation.session.problem_of(error)
+            return None, problem if problem is not None and problem.name != "no-root" else None
 
 
 def what_changed(old: Scene | None, new: Scene | None) -> Iterator[str]:

@@ -431,7 +431,8 @@ def _passed_on(monitor: Monitor) -> Iterator[Monitor]:
 # Programs whose check runs no code of theirs, and does not need a monitor.
 
 
-_SMALL = 100_000  # characters, with imports; a check of hostile texts of this size takes seconds
+_SMALL = 40_000  # characters, with imports
+_COMMENT = re.compile(r"^[ \t]*;.*$", re.M)
 _IMPORT = re.compile(r'\(\s*import\s+"([^"\\]*)"')
 _UNCERTAIN = re.compile(r"define-macro|\|")  # bars, in which a symbol may be written differently
 
@@ -443,6 +444,7 @@ def is_bounded(paths: Sequence[str]) -> bool:
     while pending:
         path = pending.pop()
         text = _program_text(path, left) if path not in seen else ""
+        text = _COMMENT.sub("", text) if text is not None and '"' not in "".join(_COMMENT.findall(text)) else text
         names = _IMPORT.findall(text or "")
         if text is None or _UNCERTAIN.search(text) or text.count("import") != len(names):
             return False
@@ -450,6 +452,29 @@ def is_bounded(paths: Sequence[str]) -> bool:
         seen.add(path)
         pending += [os.path.join(os.path.dirname(path), name) for name in names if not name.startswith(STD)]
     return True
+
+
+@contextmanager
+def alarmed(seconds: float, report: Callable[[Diagnostic], None]) -> Iterator[None]:
+    """End the process after some seconds, or at Ctrl-C, without a monitor: a thread that works cannot be stopped."""
+
+    def end(number: int, _: FrameType | None) -> None:
+        if number == signal.SIGALRM:
+            report(excess_of_time(seconds, ()))
+        else:
+            print("interrupted", file=sys.stderr)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(1 if number == signal.SIGALRM else INTERRUPTED)
+
+    before = {number: signal.signal(number, end) for number in (signal.SIGALRM, signal.SIGINT)}
+    signal.setitimer(signal.ITIMER_REAL, seconds + GRACE)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _program_text(path: str, most: int) -> str | None:

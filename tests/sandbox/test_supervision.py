@@ -86,8 +86,10 @@ BOUNDED = {
     "a procedural macro of an import": ({"b.scene": "(define-macro (m) 1)"}, '(import "b.scene")', False),
     "a symbol in bars": ({}, "(|define\\x2d;macro| (m) 1)", False),
     "a path with an escape": ({"b.scene": "(define-macro (m) 1)"}, '(import "\\x62;.scene")', False),
-    "an import in a comment": ({}, '(import #;"c" "b.scene")', False),
-    "a long program": ({}, "; long\n" * 20_000, False),
+    "an import that is not understood": ({}, '(import #;"c" "b.scene")', False),
+    "a comment about an import": ({}, "; import and | are words\n(define b 1)", True),
+    "a comment in a text": ({}, '(define b "\n; " (define-macro (m) 1))', False),
+    "a long program": ({}, "(f)\n" * 20_000, False),
     "a missing import": ({}, '(import "b.scene")', False),
 }
 
@@ -106,6 +108,25 @@ def test_only_programs_without_procedural_macros_are_checked_without_a_monitor(
     assert forked == ([] if expected else [True])
     main(["check", "--run", str(tmp_path / "a.scene")], supervised=True)
     assert len(forked) == (1 if expected else 2)
+
+
+@pytest.mark.parametrize("ending", ["time", "Ctrl-C"])
+def test_a_check_without_a_monitor_ends(tmp_path: Path, ending: str) -> None:
+    (tmp_path / "prog.scene").write_text("(define b 1)")
+    program = (
+        "import time, sys, scenelang.session as s; from scenelang.interpreter.runtime import limits\n"
+        "import scenelang.cli.main as m\n"
+        "s.Session.check = lambda *_: time.sleep(60)\n"
+        "m.alarmed.__wrapped__.__globals__['GRACE'] = -59.5\n"
+        "sys.exit(m.main(['check', 'prog.scene'], supervised=True))"
+    )
+    with interruptible([sys.executable, "-c", program], tmp_path) as running:
+        if ending == "Ctrl-C":
+            time.sleep(0.3)
+            running.send_signal(signal.SIGINT)
+        _, err = running.communicate(timeout=20)
+    assert running.returncode == (1 if ending == "time" else 130), err
+    assert ("E507" if ending == "time" else "interrupted") in err.decode()
 
 
 def test_the_use_of_a_macro_is_in_the_chain(tmp_path: Path) -> None:
@@ -208,6 +229,31 @@ def test_a_repl_keeps_its_session_when_a_watched_file_is_killed(tmp_path: Path, 
         assert "prog.scene changed: 1 -> 2 primitives" in running.stdout.readline()
         out, _ = running.communicate("(+ x y)\n", timeout=20)
     assert out == "14\n"
+
+
+def test_a_watched_file_that_changes_during_a_killed_evaluation_is_read_again(tmp_path: Path) -> None:
+    program = tmp_path / "prog.scene"
+    program.write_text('(bind "a" (lambda () (call "cube")))\n')
+    with subprocess.Popen(
+        command("repl", "--plain", "--max-seconds", "1", "prog.scene"), cwd=tmp_path, text=True, stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    ) as running:  # fmt: skip
+        assert running.stdin is not None
+        assert running.stdout is not None
+        running.stdin.write(",watch\n")
+        running.stdin.flush()
+        assert "stop with `,watch`" in running.stdout.readline()
+        time.sleep(0.5)  # until the thread watches
+        program.write_text('(bind "a" (lambda () (rogue "hold") (call "cube")))\n')
+        time.sleep(0.5)
+        program.write_text('(bind "a" (lambda () (union (call "cube") (call "cube"))))\n')
+        said = [running.stdout.readline()]
+        while "2 primitives" not in said[-1]:
+            assert said[-1], said
+            said.append(running.stdout.readline())
+        assert "E507" in said[0]
+        assert any("no scene" in line for line in said)
+        running.communicate(",quit\n", timeout=20)
 
 
 @pytest.mark.slow
