@@ -498,7 +498,7 @@ class Compiler:
         parameters = tuple([
             CodeParameter(
                 p.name, p.kind, slot, p.type,
-                self.compile(p.default, inner) if p.default is not None else None,
+                self._default(p.default, inner, len(slots)) if p.default is not None else None,
                 p.target is not None and self.in_cell(p.target),
             )
             for p, slot in zip(node.parameters, slots)
@@ -509,6 +509,12 @@ class Compiler:
         self.codes[id(node)] = code
         self.layouts[id(node)] = layout
         return lambda f: Closure(code, f)
+
+    def _default(self, node: Any, context: Context, parameters: int) -> Node:
+        """Compile the default of a parameter; its local variables are those of a copy of the frame."""
+        body = self.compile(node, context)
+        room = (None,) * (context.layout.size - 1 - parameters)
+        return (lambda f: body([*f, *room])) if room else body
 
     def _at_first_call(self, node: ast.Lambda, code: ClosureCode, layout: FrameLayout) -> Node:
         """Return a body that compiles the function when it is first called, and again when it becomes hot."""

@@ -10,6 +10,12 @@ CALLS = {
     # definition -> {call: value}
     "(define (f a (b 2)) (list a b))": {"(f 1)": "(1 2)", "(f 1 5)": "(1 5)"},
     "(define (f a (b (* 2 a)) (c (+ a b))) (list a b c))": {"(f 1)": "(1 2 3)", "(f 1 1)": "(1 1 2)"},
+    "(define (f x (y (let ((c 1)) (+ c x))) (z (for/sum ((i y)) i))) (let ((w 5)) (list x y z w)))": {
+        "(f 1)": "(1 2 1 5)",
+        "(f 1 4)": "(1 4 6 5)",
+        "(f 1 4 0)": "(1 4 0 5)",
+    },
+    "(define (f (:n (let ((c 1)) (set! c 2) (lambda () c)))) (n))": {"(f)": "2"},
     "(define (f a . more) (list a more))": {"(f 1)": "(1 ())", "(f 1 2 3)": "(1 (2 3))"},
     "(define (f a (b 2) . more) (list a b more))": {"(f 1)": "(1 2 ())", "(f 1 3 4 5)": "(1 3 (4 5))"},
     "(define (f :n) n)": {"(f :n 3)": "3"},
