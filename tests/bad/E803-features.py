@@ -1,14 +1,13 @@
 class Base:
-    pass
+    height = 1
 
 
 class Leg(Base):
-    height = 1
+    def build(self):
+        wave = np.fft.fft([1, self.height])
+        return primitive_call('cube', shape_kwargs={'scale': wave})
 
 
 @register()
 def scene() -> Shape:
-    with lock:
-        pass
-    async_part = np.fft.fft([1, 2])
-    return primitive_call('cube', shape_kwargs={'scale': np.array([1, 2]) > 1})
+    return Leg().build()

@@ -1,3 +1,0 @@
-@register()
-def scene() -> Shape:
-    return primitive_call('cube', shape_kwargs={'scale': 1})
