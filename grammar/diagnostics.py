@@ -6,11 +6,11 @@ Every mistake in a user's program is reported as a diagnostic, never as a Python
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-from scenelang.grammar.datum import Span, dataclass, field
+from scenelang.grammar.datum import Expansion, Source, Span, dataclass, field, replace
 
 # The table of diagnostic codes. Programs test errors by name, ``(error-is? e "index")``; people quote the code.
 
@@ -783,3 +783,32 @@ def explained(names: Sequence[str]) -> str:
     if not names:
         return "\n".join(f"{CODES[name].code} {name}: {CODES[name].why}" for name in by_code())
     return "\n\n".join("\n".join(explanation(name)) for name in names)
+
+
+# Diagnostics of a text that has been moved.
+
+
+def moved_span(span: Span, move: Callable[[Span], tuple[Source, int]]) -> Span:
+    """Convert a span, and those of the expansion that it comes from; ``move`` returns the source and the offset."""
+    expansion = span.expansion
+    if expansion is not None:
+        definition = expansion.definition
+        outer = Span(span.source, span.start, span.end, expansion.outer)
+        moved = None if definition is None else moved_span(definition, move)
+        expansion = Expansion(expansion.macro, moved, moved_span(outer, move).expansion)
+    source, offset = move(span)
+    return Span(source, span.start + offset, span.end + offset, expansion)
+
+
+def moved_diagnostic(diagnostic: Diagnostic, place: Callable[[Span], Span]) -> Diagnostic:
+    """Convert the spans of a diagnostic."""
+    if diagnostic.span is None and not diagnostic.notes:
+        return diagnostic
+    notes = tuple(Note(note.message, note.span and place(note.span)) for note in diagnostic.notes)
+    chain = tuple((name, span and place(span)) for name, span in diagnostic.chain)
+    fixes = tuple(
+        replace(fix, edits=tuple(replace(edit, span=place(edit.span)) for edit in fix.edits))
+        for fix in diagnostic.fixes
+    )
+    span = diagnostic.span and place(diagnostic.span)
+    return replace(diagnostic, span=span, notes=notes, chain=chain, fixes=fixes)

@@ -12,13 +12,13 @@ from bisect import bisect_right
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Atom, Datum, Expansion, ListDatum, Source, Span, Symbol, comment_above
-from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, error_of
+from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, comment_above
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, error_of, moved_diagnostic, moved_span
 from scenelang.grammar.reader import Chunk, read, split_again
 from scenelang.interpreter.compile.analyse import pattern_variables
 from scenelang.interpreter.expand.expand import RunMacro
@@ -64,32 +64,6 @@ from scenelang.interpreter.scene.entity import Scene
 # therefore relative to it; ``Version.place`` converts them to the whole text. The result equals a full analysis.
 
 
-def _moved_span(span: Span, move: Callable[[Span], tuple[Source, int]]) -> Span:
-    """Convert a span, and those of the expansion that it comes from; ``move`` returns the source and the offset."""
-    expansion = span.expansion
-    if expansion is not None:
-        definition = expansion.definition
-        outer = Span(span.source, span.start, span.end, expansion.outer)
-        moved = None if definition is None else _moved_span(definition, move)
-        expansion = Expansion(expansion.macro, moved, _moved_span(outer, move).expansion)
-    source, offset = move(span)
-    return Span(source, span.start + offset, span.end + offset, expansion)
-
-
-def moved_diagnostic(diagnostic: Diagnostic, place: Callable[[Span], Span]) -> Diagnostic:
-    """Convert the spans of a diagnostic."""
-    if diagnostic.span is None and not diagnostic.notes:
-        return diagnostic
-    notes = tuple(Note(note.message, note.span and place(note.span)) for note in diagnostic.notes)
-    chain = tuple((name, span and place(span)) for name, span in diagnostic.chain)
-    fixes = tuple(
-        replace(fix, edits=tuple(replace(edit, span=place(edit.span)) for edit in fix.edits))
-        for fix in diagnostic.fixes
-    )
-    span = diagnostic.span and place(diagnostic.span)
-    return replace(diagnostic, span=span, notes=notes, chain=chain, fixes=fixes)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Piece:
     """Top-level piece of the text with its form.
@@ -114,7 +88,7 @@ class Version:
 
     def place(self, span: Span) -> Span:
         """Convert a span of a piece to the whole text; spans of other files are unchanged."""
-        return _moved_span(span, self._move)
+        return moved_span(span, self._move)
 
     def _move(self, span: Span) -> tuple[Source, int]:
         offset = self.offsets.get(id(span.source))
@@ -179,17 +153,12 @@ class Versions:
         """Return the pieces of a text, reusing those with the same text and column in the previous version."""
         known: defaultdict[str, list[Piece]] = defaultdict(list)
         for _, piece in reversed(self._pieces):
-            scan = piece.form.scan
-            if scan is None or not any(d.name in _OF_FILES for d in scan.problems):  # the file may be there by now
-                known[piece.text].append(piece)
+            known[piece.text].append(piece)
         found = []
         for chunk in chunks:
             text = " " * chunk.column + chunk.text
             found.append((chunk.start - chunk.column, known[text].pop() if known[text] else _piece(source.name, text)))
         return tuple(found)
-
-
-_OF_FILES = ("file", "import-outside", "import-cycle", "encoding")
 
 
 def _piece(name: str, text: str) -> Piece:
@@ -487,6 +456,8 @@ class TopLevel:
             else:
                 for form in group:
                     self._evaluate_group([fresh(form)], None, on_result, warn)
+        if any(form.imports for form in self.forms) and "import" in source.text:
+            self._forget((), has_imported=True)
 
     def reload(
         self, source: Source, on_result: Callable[[FormResult], None], warn: Callable[[Diagnostic], None]
@@ -860,7 +831,7 @@ class TopLevel:
 
     def place(self, span: Span) -> Span:
         """Convert a span in a form of an earlier version of a file to the version that was loaded last."""
-        return _moved_span(span, self._move)
+        return moved_span(span, self._move)
 
     def place_error(self, error: SceneError) -> None:
         """Convert the spans of an error as ``place`` does."""
@@ -899,32 +870,34 @@ class TopLevel:
         self._list_forms()
         return old
 
-    def _forget(self, old: Sequence[TopForm]) -> None:
+    def _forget(self, old: Sequence[TopForm], has_imported: bool = False) -> None:
         """Remove the definitions of forms that were removed, unless others define the same, and words of imports that
-        are gone."""
+        are gone. If files were imported again, their words are bound anew, as another file may bind them now."""
         remaining = {name for form in self.forms for name in names_of(form)}
         for form in old:
             for symbol in list(form.scan.record.bound if form.scan is not None else ()):
                 if base_name(symbol) not in remaining:
                     dict.pop(self.file.names, symbol, None)
-        imported = {bound_word(tree): tree for tree in self._imported_trees()}
+        trees, current = self._imported_trees()
+        imported = {bound_word(tree): tree for tree in trees}
+        earlier = {word for file in self._imported_files if id(file) not in current for word in file.words}
         own = {word for form in old for word, _ in form.words}
         gone = own.union(*(file.words for file in self._imported_files)) - self.file.words.keys()
         for word in gone & self.rt.words.keys():
             if word not in imported:
                 self.rt.words[word].function = None
-            elif word in own:
+            elif word in own or (has_imported and word in earlier):
                 self.run.run_form(imported[word])
         if any(form.imports or not names_of(form) <= remaining for form in old) or gone - imported.keys():
             self.rt.invalidate_calls()
 
-    def _imported_trees(self) -> list[Any]:
-        """Return the core forms of the files that the session imports, directly or through others."""
+    def _imported_trees(self) -> tuple[list[Any], set[int]]:
+        """Return the core forms of the files that the session imports, directly or through others, and their ids."""
         trees: list[Any] = []
         done: set[int] = set()
         for file in self.file.imports:
             collect(file, frozenset(), trees, done)
-        return trees
+        return trees, done
 
     def _list_forms(self) -> None:
         """Update what the file knows of the forms of the session."""

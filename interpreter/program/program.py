@@ -298,6 +298,7 @@ class ProgramState:
 
 _MAX_MISFITS = 20  # forms with a wrong structure in one top-level form that are reported
 _MISSING = ("file", "import-cycle", "import-outside")
+_OF_FILES = (*_MISSING, "encoding")  # errors that may be gone though the text is the same
 _UNREADABLE = ("unclosed", "extra-close", "nesting", "bad-dot", "syntax")
 
 
@@ -379,7 +380,7 @@ class SourceFile:
 
     def _is_valid(self, step: Step | None) -> bool:
         """Return whether the result of a step can be reused."""
-        if step is None or not self.names.agrees(step.record):
+        if step is None or not self.names.agrees(step.record) or any(d.name in _OF_FILES for d in step.problems):
             return False
         expander = self.expander
         return (

@@ -28,7 +28,7 @@ from scenelang.interpreter.transpile.writing.statements import header_texts, wri
 from scenelang.interpreter.transpile.writing.writer import Analysed, Writer
 
 _MAX_ROUNDS = 3
-_MISTAKES = ("python-name", "python-call", "python-forbidden")  # these errors say more than where the evaluation ends
+_MISTAKES = ("python-name", "python-call")  # these errors say more than where the evaluation ends
 _MAX_PROSE = 1200  # characters of the response's text that become comments
 
 

@@ -17,11 +17,11 @@ from typing import Any, TypeVar
 from scenelang import primer
 from scenelang.formatting import formatted
 from scenelang.grammar.datum import Source, Span
-from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, moved_diagnostic
 from scenelang.interpreter.compile.generated import forget
 from scenelang.interpreter.expand.scope import Macro
 from scenelang.interpreter.lint.lint import find_root
-from scenelang.interpreter.program.interactive import FormResult, TopLevel, is_assignment, moved_diagnostic, names_of
+from scenelang.interpreter.program.interactive import FormResult, TopLevel, is_assignment, names_of
 from scenelang.interpreter.program.program import TopForm
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.procedures import TAIL, Closure, Frame

@@ -16,6 +16,7 @@ from scenelang.grammar.diagnostics import SceneError, render_text
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.repl.evaluation import ReplEvaluation
+from scenelang.session import Editing
 
 
 class PureHistory(History):
@@ -262,6 +263,34 @@ def test_an_import_is_edited(tmp_path: Path) -> None:
         other.write_text(f'(bind "w" (lambda () (call "{primitive}")))' if primitive else "", "utf-8")
         assert evaluation.reload(str(path)).ok
         assert [row[0] for row in geometry(evaluation.root())[0]] == [primitive or "w"]
+
+
+def test_an_import_takes_the_file_as_it_is_now(tmp_path: Path) -> None:
+    other, main = tmp_path / "i.scene", tmp_path / "a.scene"
+    (tmp_path / "j.scene").write_text('(bind "w" (lambda () (call "torus")))', "utf-8")
+    main.write_text('(import "j.scene")\n(bind "r" (lambda () (call "w")))\n(scene "r")', "utf-8")
+    evaluation = ReplEvaluation(Session(Options()), str(main))
+    evaluation.load(str(main))
+    for text, word in [
+        ('(bind "w" (lambda () (call "cone")))', "cone"),
+        ("(define k 1)", "torus"),
+        ('(import "j.scene")(bind "v" (lambda () (call "w")))', "torus"),
+    ]:
+        other.write_text(text, "utf-8")
+        assert evaluation.evaluate(evaluation.source('(import "i.scene")')).ok
+        assert [row[0] for row in geometry(evaluation.root())[0]] == [word]
+
+
+def test_a_missing_import_of_an_import_is_found_later(tmp_path: Path) -> None:
+    text = '(import "i.scene")\n(bind "r" (lambda () (call "w")))\n(scene "r")'
+    source = Source(str(tmp_path / "a.scene"), text)
+    (tmp_path / "i.scene").write_text('(import "j.scene")', "utf-8")
+    editing = Editing(Session(Options()))
+    assert editing.evaluate(source).scene is None
+    (tmp_path / "j.scene").write_text('(bind "w" (lambda () (call "torus")))', "utf-8")
+    scene = editing.evaluate(source).scene
+    assert scene is not None
+    assert [row[0] for row in geometry(scene)[0]] == ["torus"]
 
 
 def test_a_replaced_function_does_not_come_back(tmp_path: Path) -> None:

@@ -66,9 +66,12 @@ def define(evaluator: Evaluating, node: ast.ClassDef, frame: Frame) -> PythonCla
             bases.append(_mixin(evaluator, name))
         elif type(value) is Native and isinstance(value.type, type):
             bases.append(value.type)
-        elif type(value) is not Native:
+        else:
             raise UnsupportedPython("this base class is not supported")
     _check_bases(bases, markers)
+    for keyword in node.keywords:
+        if keyword.arg == "metaclass" and ast.unparse(keyword.value).rpartition(".")[2] not in ("ABCMeta", "EnumMeta"):
+            raise UnsupportedPython("metaclasses are not supported", "use a function that makes the class")
     parent = next((base for base in bases if type(base) is PythonClass and base.members is not None), None)
     kinds = (
         markers | {b.__name__ for b in bases if isinstance(b, type)} | (parent.options["kinds"] if parent else set())
@@ -625,12 +628,34 @@ def _own_attribute(evaluator: Evaluating, value: Any, name: str) -> Any:
     if name == "extend" and isinstance(value, list):
         return Native("extend", lambda items: value.extend([items] if _is_shape(items) else items))
     if name == "join":
-        return Native("join", lambda items: value.join(list(items)))
-    if name in ("center", "ljust", "rjust", "zfill"):
-        return Native(name, lambda width, *rest: found(min(width, 10_000), *rest))
+        return Native("join", partial(_joined, value))
+    if name in ("center", "expandtabs", "ljust", "replace", "rjust", "zfill"):
+        return Native(name, partial(_padded, value, name))
     if name == "astype":
         return Native(name, lambda kind: found(host_type(kind)))
     return Native(name, found)
+
+
+_MAX_TEXT = 2_000_000
+
+
+def _padded(text: str, name: str, *arguments: Any, **named: Any) -> str:
+    """Call a method whose result may be much longer than the text."""
+    size = len(text) + sum(each for each in arguments if isinstance(each, int))
+    if name == "replace":
+        size = len(text) + (len(text) + 1) * len(arguments[1])
+    elif name == "expandtabs":
+        size = len(text) * max(1, *(each for each in arguments if isinstance(each, int)))
+    if size > _MAX_TEXT:
+        raise UnsupportedPython(f"this text has more than {_MAX_TEXT:,} characters")
+    return str(getattr(text, name)(*arguments, **named))
+
+
+def _joined(separator: Any, items: Iterable[Any]) -> Any:
+    parts = list(items)
+    if len(separator) * len(parts) + sum(map(len, parts)) > _MAX_TEXT:
+        raise UnsupportedPython(f"this text has more than {_MAX_TEXT:,} characters")
+    return separator.join(parts)
 
 
 def host_type(kind: Any) -> Any:

@@ -623,6 +623,9 @@ class PythonEvaluator:
             right = [right]
         elif kind is ast.BitOr and isinstance(left, (Native, PythonClass)):
             return left  # a union of types
+        if isinstance(left, np.ndarray) and isinstance(right, np.ndarray) and left.size * right.size > MAX_ITEMS:
+            if kind is not ast.MatMult and int(np.prod(np.broadcast_shapes(left.shape, right.shape))) > MAX_ITEMS:
+                raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
         return self.checked(function(left, right))
 
     def _check_product(self, left: Any, right: Any) -> None:

@@ -424,9 +424,13 @@ class Folding:
         inner = self._whole(shape)
         found = self._residual("transform_shape", (inner, pose), {}, "shape")
         if inner.primitives is not None:
-            parts = inner.primitives
-            found.primitives = lambda: [found] if parts() == [inner] else [self._transform(p, pose) for p in parts()]
+            found.primitives = lambda: self._moved(found, inner, pose)
         return found
+
+    def _moved(self, found: Residual, inner: Residual, pose: Any) -> list[Residual]:
+        """Return the primitives of a shape that has been moved."""
+        parts = inner.parts()
+        return [found] if len(parts) == 1 and parts[0] is inner else [self._transform(each, pose) for each in parts]
 
     def _primitive(self, *arguments: Any, **named: Any) -> Residual:
         found = self._residual("primitive_call", arguments, named, "shape")

@@ -636,7 +636,11 @@ _NUMPY = words(
 )
 _LINALG = words("cond det eig eigh eigvals eigvalsh inv lstsq matrix_power matrix_rank norm pinv qr solve svd")
 _TYPES = words("bool_ float16 float32 float64 int8 int16 int32 int64 uint8 uint16 uint32 uint64 intp")
-_CREATORS = ("arange", "empty", "eye", "full", "identity", "indices", "linspace", "ones", "tri", "zeros", "logspace")
+_PRODUCTS = ("einsum", "ix_", "kron", "meshgrid", "outer", "tensordot")
+_CREATORS = words(
+    "arange broadcast_to empty eye full geomspace identity indices linspace logspace ones pad repeat resize tile tri "
+    "zeros"
+)
 
 
 def numpy_names(evaluator: PythonEvaluator) -> dict[str, Any]:
@@ -730,23 +734,23 @@ def _array_function(name: str, function: Callable[..., Any]) -> Callable[..., An
 
 def _check_size(name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
     """Raise an error for arguments that make a large array; they are checked before it exists."""
-    size = 1.0
-    for value in (*arguments, *named.values()):
-        for each in value if isinstance(value, (tuple, list)) and name not in ("outer", "meshgrid", "kron") else ():
-            size *= max(abs(each), 1) if isinstance(each, (int, float)) else 1
-        if isinstance(value, (int, float)) and name != "full":
-            size *= max(abs(value), 1)
-        elif isinstance(value, np.ndarray) or (
-            isinstance(value, (tuple, list)) and name in ("outer", "meshgrid", "kron")
-        ):
-            size *= max(np.size(value), 1)
-    if size > MAX_ITEMS * (1_000 if name in ("arange", "linspace") else 1):
-        raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
-    if (
-        name == "arange"
-        and len(arguments) < 3
-        and any(abs(each) > MAX_ITEMS for each in arguments if isinstance(each, int))
-    ):
+    if name in ("linspace", "logspace", "geomspace"):
+        size = float(named.get("num", arguments[2] if len(arguments) > 2 else 50))
+    elif name == "arange":
+        start, stop, step = (0, *arguments, 1) if len(arguments) == 1 else (*arguments, 1)[:3]
+        size = abs((stop - start) / (step or 1))
+    else:
+        size = 1.0
+        for value in (*arguments, *named.values()):
+            if name in _PRODUCTS:
+                size *= max(np.size(value), 1) if isinstance(value, (tuple, list, np.ndarray)) else 1
+            elif isinstance(value, np.ndarray):
+                size *= max(value.size, 1)
+            else:
+                numbers = value if isinstance(value, (tuple, list)) else [value] if name != "full" else []
+                for each in numbers:
+                    size *= max(abs(each), 1) if isinstance(each, (int, float)) else 1
+    if size > MAX_ITEMS:
         raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
 
 

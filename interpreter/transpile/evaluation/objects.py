@@ -744,6 +744,22 @@ class Residual:
     def __hash__(self) -> int:
         return id(self) >> 4
 
+    def __eq__(self, other: object) -> Any:
+        if self is other or other is None or isinstance(other, str):
+            return self is other
+        if self.kind == "shape":
+            raise UnsupportedPython("shapes cannot be compared here")
+        return residual(self.holder, "eq", (self, other))
+
+    def __ne__(self, other: object) -> Any:
+        found = self.__eq__(other)
+        return not found if isinstance(found, bool) else residual(self.holder, "ne", (self, other))
+
+    def __str__(self) -> str:
+        raise UnsupportedPython("a value of the finished scene cannot be part of a text here")
+
+    __repr__ = __str__
+
     def __getattr__(self, name: str) -> Any:
         raise AttributeError(name)
 
@@ -753,7 +769,9 @@ _OPERATORS: dict[str, type[ast.operator]] = {
     "add": ast.Add, "sub": ast.Sub, "mul": ast.Mult, "truediv": ast.Div, "floordiv": ast.FloorDiv, "mod": ast.Mod,
     "pow": ast.Pow, "matmul": ast.MatMult,
 }  # fmt: skip
-_COMPARED: dict[str, type[ast.cmpop]] = {"lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE}
+_COMPARED: dict[str, type[ast.cmpop]] = {
+    "lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE, "eq": ast.Eq, "ne": ast.NotEq,
+}  # fmt: skip
 
 
 def residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Residual:
@@ -794,7 +812,7 @@ def _residual_operation(name: str, is_reflected: bool) -> Callable[[Residual, An
 for _name in _OPERATORS:
     setattr(Residual, f"__{_name}__", _residual_operation(_name, False))
     setattr(Residual, f"__r{_name}__", _residual_operation(_name, True))
-for _name in _COMPARED:
+for _name in ("lt", "le", "gt", "ge"):
     setattr(Residual, f"__{_name}__", lambda self, other, _name=_name: residual(self.holder, _name, (self, other)))
 for _name in ("neg", "abs"):
     setattr(Residual, f"__{_name}__", lambda self, _name=_name: residual(self.holder, _name, (self,)))
