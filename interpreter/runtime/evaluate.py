@@ -635,6 +635,9 @@ class SessionCalls:
         return again
 
     def _is_defined(self, tree: Any) -> bool:
-        """Return whether the variables that a core form defines have values."""
-        cells = map(self._run.globals.get, self.reach(tree).variables)
-        return all(cell is not None and cell.value is not UNDEFINED for cell in cells)
+        """Return whether what a core form defines has values at present."""
+        reach = self.reach(tree)
+        cells = [self._run.globals.get(each) for each in reach.variables]
+        words = [self._run.rt.words.get(each) for each in reach.words]
+        is_bound = all(word is not None and word.function is not None for word in words)
+        return is_bound and all(cell is not None and cell.value is not UNDEFINED for cell in cells)
