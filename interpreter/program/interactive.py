@@ -487,10 +487,13 @@ class TopLevel:
 
     def _imported(self, name: str) -> set[int]:
         """Return the identities of the files that a file imports, directly or through others."""
+        return self._closure([file for form in self.forms if source_of(form).name == name for file in form.imports])
+
+    @staticmethod
+    def _closure(files: Sequence[SourceFile]) -> set[int]:
         found: set[int] = set()
-        for form in self.forms:
-            for file in form.imports if source_of(form).name == name else ():
-                collect(file, frozenset(), [], found)
+        for file in files:
+            collect(file, frozenset(), [], found)
         return found
 
     def _latest_forms(self) -> list[TopForm]:
@@ -541,7 +544,7 @@ class TopLevel:
         for diagnostic in self._warnings(group, problems, kept):
             warn(diagnostic)
         try:
-            with self._undefined(group if kept is not None else ()) as values:
+            with self._undefined([*group, *self._late_imports(group)] if kept is not None else ()) as values:
                 self._run_group(group, before, on_result, kept or (), values)
         finally:
             self._settle(())
@@ -550,6 +553,13 @@ class TopLevel:
         """Return whether code of a file uses what a kept form below it defines."""
         trees = _trees(sorted((*group, *kept), key=self._start))
         return uses_what_follows(list(map(self._calls.reach, trees)), set(map(id, _trees(kept))))
+
+    def _late_imports(self, group: Sequence[TopForm]) -> list[TopForm]:
+        """Return the forms of files that are imported below code, and have them run again."""
+        code = next((number for number, form in enumerate(group) if runs_code(form) and not form.imports), len(group))
+        late = self._closure([file for form in group[code:] for file in form.imports])
+        self._ran -= late
+        return [form for file in self._imported_files if id(file) in late for form in file.forms]
 
     @contextmanager
     def _undefined(self, group: Sequence[TopForm]) -> Iterator[Mapping[Variable, Any]]:

@@ -219,6 +219,10 @@ RELOADS = {
         '(bind "r" (lambda () (call "cube" :scale size)))\n(scene "r")',
     )
     * 2,
+    "code above the import that it needs": (
+        '(import "i.scene")\n(define k (compute-shape-sizes (call "w")))\n' + A,
+        '(define k (compute-shape-sizes (call "w")))\n(import "i.scene")\n(print k)\n' + A,
+    ),
     "code above the function that it calls": (
         "(define (f) 1)\n(define k (f))\n" + A,
         "(define k (f))\n(define (f) 1)\n" + A,
