@@ -97,8 +97,8 @@ def _with_evaluated_parts(
     for _ in range(_MAX_ROUNDS):  # what remains may have errors in other parts
         folded = fold(text, root, errors)
         if isinstance(folded, Diagnostic):
-            mistakes = tuple(d for d in found if d.name in _MISTAKES)
-            return Translation((), "", mistakes, translation.partial) if mistakes else Translation((), "", (folded,))
+            mistakes = tuple(d for d in found if d.name in (*_MISTAKES, folded.name) and d.name != "python-unsupported")
+            return Translation((), "", mistakes or (folded,))
         if folded is None:
             break
         second = _translation(folded, analyse(folded), with_text)

@@ -840,11 +840,11 @@ def _of_function(evaluator: Evaluating, value: Any, name: str) -> Any:
     if type(value) is Native and value.path == "object":
         return _basic(evaluator, name)
     if type(value) is Native and isinstance(value.type, type) and not name.startswith("_"):
+        if value.type is str and name == "format":
+            return Native(name, lambda text, *rest, **named: format_text(evaluator, text, rest, named))
         names = next((_ALLOWED[each] for each in value.type.__mro__ if each in _ALLOWED), frozenset[str]())
         if name in names or (value.type, name) in ((dict, "fromkeys"), (chain, "from_iterable")):
             return Native(name, getattr(value.type, name))
-        if value.type is str and name == "format":
-            return Native(name, lambda text, *rest, **named: format_text(evaluator, text, rest, named))
     if type(value) is Native and isinstance(value.type, type) and issubclass(value.type, BaseException):
         return _basic(evaluator, name)
     if name.startswith("__") and name not in ("__doc__", "__wrapped__", "__module__"):

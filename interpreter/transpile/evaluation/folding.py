@@ -54,7 +54,6 @@ _MORE_DRAWS = words(
 )
 _ALIASES = {"np": "numpy_module", "math": "math_module", "random": "random_module"}
 _STATE = "state"  # parameter of a function that depends on more than its arguments
-_SHAPES = ("concat_shapes", "transform_shape", "primitive_call")
 _POSES = ("translation_matrix", "rotation_matrix", "scale_matrix", "reflection_matrix", "identity_matrix")
 _BOXES = ("compute_shape_center", "compute_shape_min", "compute_shape_max", "compute_shape_sizes")
 
@@ -766,9 +765,6 @@ def _unnested(nodes: Sequence[ast.expr]) -> Iterator[ast.expr]:
             yield from node.args
         else:
             yield node
-
-
-_ = _SHAPES
 
 
 # Loops from lists of similar expressions: `f(1, 2), f(1, 3)` becomes `*[f(1, x) for x in (2, 3)]`. The expressions are

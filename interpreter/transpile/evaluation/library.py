@@ -42,7 +42,6 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     ClassMethod,
     DataField,
     Module,
-    NamedTuple,
     Native,
     Property,
     PythonClass,
@@ -712,16 +711,7 @@ def _seeded(name: str, make: Callable[[Any], Any]) -> Callable[..., Any]:
 
 def _array_function(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     def call(*arguments: Any, **named: Any) -> Any:
-        if name in _CREATORS or name in (
-            "tile",
-            "repeat",
-            "broadcast_to",
-            "pad",
-            "resize",
-            "kron",
-            "outer",
-            "meshgrid",
-        ):
+        if name in _CREATORS or name in _PRODUCTS:
             _check_size(name, arguments, named)
         for key in ("dtype", "otypes"):
             if key in named:
@@ -732,10 +722,23 @@ def _array_function(name: str, function: Callable[..., Any]) -> Callable[..., An
     return call
 
 
+def _einsum_size(arguments: tuple[Any, ...]) -> float:
+    """Return the size of the result of ``einsum`` with subscripts as a text; others are products of all sizes."""
+    arrays = [np.asarray(each) for each in arguments if isinstance(each, (np.ndarray, list, tuple))]
+    if not isinstance(arguments[0], str) or "." in arguments[0]:
+        return float(np.prod([float(each.size) for each in arrays]))
+    inputs, arrow, output = arguments[0].replace(" ", "").partition("->")
+    letters = {c: n for text, each in zip(inputs.split(","), arrays) for c, n in zip(text, each.shape)}
+    kept = output if arrow else "".join(c for c in letters if inputs.count(c) == 1)
+    return float(np.prod([float(letters.get(c, 1)) for c in kept]))
+
+
 def _check_size(name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
     """Raise an error for arguments that make a large array; they are checked before it exists."""
     if name in ("linspace", "logspace", "geomspace"):
         size = float(named.get("num", arguments[2] if len(arguments) > 2 else 50))
+    elif name == "einsum":
+        size = _einsum_size(arguments)
     elif name == "arange":
         start, stop, step = (0, *arguments, 1) if len(arguments) == 1 else (*arguments, 1)[:3]
         size = abs((stop - start) / (step or 1))
@@ -752,6 +755,3 @@ def _check_size(name: str, arguments: tuple[Any, ...], named: Mapping[str, Any])
                     size *= max(abs(each), 1) if isinstance(each, (int, float)) else 1
     if size > MAX_ITEMS:
         raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
-
-
-_ = (NamedTuple, set_attribute)
