@@ -302,6 +302,25 @@ _OF_FILES = (*_MISSING, "encoding")  # errors that may be gone though the text i
 _UNREADABLE = ("unclosed", "extra-close", "nesting", "bad-dot", "syntax")
 
 
+class _Places:
+    """Spans of one source, of which it is asked whether another one overlaps them, without a comparison with each."""
+
+    def __init__(self) -> None:
+        self._spans: list[tuple[int, int]] = []
+        self._reach: list[int] = []  # how far the spans up to one reach
+
+    def add(self, span: Span) -> None:
+        self._spans.append((span.start, span.end))
+        self._reach = []
+
+    def meets(self, span: Span) -> bool:
+        if not self._reach:
+            self._spans.sort()
+            self._reach = list(accumulate((end for _, end in self._spans), max))
+        before = bisect_left(self._spans, (span.end, 0))
+        return before > 0 and self._reach[before - 1] > span.start
+
+
 class SourceFile:
     """Source file of a program.
 
@@ -589,13 +608,14 @@ class SourceFile:
 
     def broken(self) -> Iterator[Any]:
         """Iterate over the core AST of the forms that have errors."""
-        unread = [d.span for form in self.forms for d in form.read if d.is_error and d.span is not None]
-        places = sorted((span.start, span.end) for span in unread if span.source is self.source)
-        reach = list(accumulate((end for _, end in places), max))  # how far the places up to one reach
+        unread = {id(d.span.source): _Places() for form in self.forms for d in form.read if d.is_error and d.span}
+        for span in (d.span for form in self.forms for d in form.read if d.is_error):
+            if span is not None:
+                unread[id(span.source)].add(span)
         for form in self.forms:
             steps = (step for step in (form.scan, form.expansion) if step is not None)
-            spans = (datum.span for datum in form.datums if places)
-            is_unread = any(reach[bisect_left(places, (s.end, 0)) - 1] > s.start for s in spans if places[0][0] < s.end)
+            spans = (datum.span for datum in form.datums if id(datum.span.source) in unread)
+            is_unread = any(unread[id(span.source)].meets(span) for span in spans)
             if is_unread or any(d.is_error for step in steps for d in step.problems):
                 yield from form.asts
 

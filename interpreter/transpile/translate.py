@@ -98,7 +98,7 @@ def _with_evaluated_parts(
         folded = fold(text, root, errors)
         if isinstance(folded, Diagnostic):
             mistakes = tuple(d for d in found if d.name in (*_MISTAKES, folded.name) and d.name != "python-unsupported")
-            return Translation((), "", mistakes or (folded,))
+            return Translation((), "", mistakes or (folded,), translation.partial if mistakes else ())
         if folded is None:
             break
         second = _translation(folded, analyse(folded), with_text)

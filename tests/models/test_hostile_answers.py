@@ -20,6 +20,7 @@ from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, 
 from scenelang.inference.listing import program_of, rename_language, rename_python
 from scenelang.inference.steps import _ANSWER, AnswerReader, Verdict, program_text
 from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.transpile.evaluation.folding import fold
 from scenelang.session import Options, Session
 
 TIME = 20.0  # seconds that no answer may take, on a busy machine too
@@ -38,6 +39,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     def caught(*_: object, **__: object) -> None:
         pytest.fail("something was executed")
 
+    assert fold  # its module is loaded: numpy calls `eval` then
     for owner, name in ((os, "system"), (os, "popen"), (subprocess, "Popen"), (builtins, "eval"), (builtins, "input")):
         monkeypatch.setattr(owner, name, caught)
     return tmp_path
