@@ -75,7 +75,7 @@ class PythonLibrary:
             "textwrap": _only("textwrap", textwrap, "dedent fill indent shorten wrap"),
             "fractions": {"Fraction": _kind("fractions.Fraction", fractions.Fraction)},
             "json": _only("json", json, "dumps loads"), "numbers": {}, "types": self._types(), "__future__": {},
-            "time": self._refused("time", "time perf_counter monotonic", "the time is different in every run"),
+            "time": self._refused("time", "time perf_counter monotonic sleep", "a scene does not depend on time"),
         }  # fmt: skip
         modules["itertools"]["chain"] = _kind("itertools.chain", itertools.chain)
         modules["itertools"]["batched"] = Native("itertools.batched", _batched)
@@ -137,9 +137,7 @@ class PythonLibrary:
         def refuse(*arguments: Any, **named: Any) -> Any:
             raise UnsupportedPython(f"`{module}` cannot be used: {reason}")
 
-        return {name: Native(f"{module}.{name}", refuse) for name in names.split()} | {
-            "sleep": Native(f"{module}.sleep", lambda seconds: None)
-        }
+        return {name: Native(f"{module}.{name}", refuse) for name in names.split()}
 
     def _pow(self, base: Any, exponent: Any, modulus: Any = None) -> Any:
         if isinstance(base, int) and isinstance(exponent, int) and modulus is None:
