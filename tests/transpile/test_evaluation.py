@@ -99,6 +99,8 @@ HUGE = [
     "x = [0]\nwhile True:\n    x = x + x",
     "x = 2\nwhile True:\n    x = x * x",
     "x = np.ones(2)\nwhile True:\n    x = np.concatenate([x, x])",
+    "x = []\nwhile True:\n    x.append([0] * 1_000_000)",
+    "x = []\nwhile True:\n    x.append(np.ones(1_000_000))",
     "f = lambda n: f(n + 1)\nx = f(0)",
 ]
 

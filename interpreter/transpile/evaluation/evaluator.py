@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.runtime.limits import resident_bytes
 from scenelang.interpreter.transpile.evaluation.classes import attribute_of, create, define, set_attribute
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
@@ -44,6 +45,8 @@ from scenelang.interpreter.transpile.evaluation.objects import (
 
 MAX_STEPS, MAX_SECONDS, MAX_DEPTH = 20_000_000, 8.0, 300
 MAX_ITEMS, MAX_BITS = 2_000_000, 20_000  # of a container or text, of an integer
+MAX_BYTES = 1_000_000_000
+_SMALL = 20_000  # items
 _BINARY: dict[type[ast.operator], tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]] = {
     ast.Add: (operator.add, operator.iadd), ast.Sub: (operator.sub, operator.isub),
     ast.Mult: (operator.mul, operator.imul), ast.Div: (operator.truediv, operator.itruediv),
@@ -102,6 +105,7 @@ class PythonEvaluator:
         self._error: BaseException | None = None
         self._steps = 0
         self._deadline = time.monotonic() + MAX_SECONDS
+        self._most_bytes = resident_bytes() + MAX_BYTES
         self._depth = 0
         self._handled: list[BaseException] = []  # by the `except` clauses that are evaluated
         self._expressions: dict[type[ast.expr], Callable[[Any, Frame], Any]] = {
@@ -136,19 +140,27 @@ class PythonEvaluator:
     def tick(self, count: int = 1) -> None:
         """Count steps; raises UnsupportedPython beyond a limit."""
         self._steps += count
-        if self._steps > MAX_STEPS or (self._steps & 1023 < count and time.monotonic() > self._deadline):
-            raise UnsupportedPython("this part of the Python runs for too long to be evaluated")
+        if self._steps & 1023 < count:
+            if self._steps > MAX_STEPS or time.monotonic() > self._deadline:
+                raise UnsupportedPython("this part of the Python runs for too long to be evaluated")
+            if resident_bytes() > self._most_bytes:
+                raise UnsupportedPython("this part of the Python needs too much memory to be evaluated")
 
     def checked(self, value: Any) -> Any:
-        """Return a value whose size is within the limits."""
+        """Return a value whose size is within the limits; a large one counts as many steps."""
         kind = type(value)
+        size = 0
         if kind is int:
             if value.bit_length() > MAX_BITS:
                 raise UnsupportedPython("this number has too many digits")
-        elif kind in (str, list, tuple, dict, set, bytes) and len(value) > MAX_ITEMS:
-            raise UnsupportedPython(f"this {kind.__name__} has more than {MAX_ITEMS:,} items")
-        elif isinstance(value, np.ndarray) and value.size > MAX_ITEMS:
-            raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
+        elif kind in (str, list, tuple, dict, set, bytes):
+            size = len(value)
+        elif isinstance(value, np.ndarray):
+            size = value.size
+        if size > _SMALL:
+            if size > MAX_ITEMS:
+                raise UnsupportedPython(f"this {type_name(value)} has more than {MAX_ITEMS:,} items")
+            self.tick(size >> 4)
         return value
 
     def iterate(self, value: Any) -> Iterator[Any]:

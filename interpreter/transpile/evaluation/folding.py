@@ -16,6 +16,7 @@ import random
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
 from scenelang.interpreter.transpile.python_text import PythonText
 
 MAX_NODES = 60_000  # of a residual function
+_MOST_COLUMNS, _MOST_COLUMNS_OF_FRAMES = 24, 500
 _DRAWS = words(
     "betavariate choice choices expovariate gauss normalvariate randint random randrange sample shuffle "
     "triangular uniform"
@@ -72,7 +74,7 @@ def items_of(tree: ast.Module) -> list[Item]:
     """Return the statements of a module."""
     items = [_item(node) for node in tree.body]
     changed = {
-        name: frozenset[str]().union(*map(_changed, ast.walk(item.node)))
+        name: frozenset(_changed(item.node))
         for item in items
         if isinstance(item.node, (ast.FunctionDef, ast.ClassDef))
         for name in item.names
@@ -317,12 +319,22 @@ class Part:
     result: ast.expr | None = None
 
 
-@dataclass(eq=False, slots=True)
+@dataclass(eq=False)
 class Variant:
     """Residual function for some arguments: the test of the arguments, and the part."""
 
     test: dict[str, ast.expr]
     part: Part
+
+    @cached_property
+    def statements(self) -> list[ast.stmt]:
+        """The body of the function."""
+        return _written(self.part)
+
+    @cached_property
+    def text(self) -> str:
+        """The body as a text, to compare it."""
+        return "".join(map(ast.dump, self.statements))
 
 
 class Folding:
@@ -349,7 +361,7 @@ class Folding:
         self._functions: dict[str, tuple[Any, str]] = {}
         self._animations: set[str] = set()
         self._parts: list[Part] = []
-        self._variants: dict[str, dict[Any, dict[str, Variant]]] = {}
+        self._variants: dict[str, dict[Any, list[Variant]]] = {}
         self.printed: list[ast.stmt] = []  # by the statements at the top level
         self._objects: dict[str, dict[str, int]] = {}  # numbers of arguments by their states
         self._failed: dict[str, UnsupportedPython] = {}
@@ -595,11 +607,13 @@ class Folding:
         finally:
             self._parts.pop()
         given = tuple((each, ast.dump(node)) for each, node in test.items()), tuple(k for k in shown if k not in test)
-        text = "".join(map(ast.dump, _written(part)))
-        variants = self._variants.setdefault(name, {}).setdefault(given, {})
-        if text not in variants:
-            variants[text] = Variant(test, part)
-        number = list(variants).index(text)
+        variants = self._variants.setdefault(name, {}).setdefault(given, [])
+        made = Variant(test, part)
+        number = (
+            next((i for i, each in enumerate(variants) if each.text == made.text), len(variants)) if variants else 0
+        )
+        if number == len(variants):
+            variants.append(made)
         if number:  # the function depends on more than its arguments
             shown[_STATE] = ast.Constant(number)
         return shown
@@ -616,14 +630,15 @@ class Folding:
 
     def _result(self, name: str, value: Any) -> ast.expr:
         if name in self._animations:
-            return ast.List([node_of(self._whole(frame)) for frame in self.evaluator.iterate(value)], ast.Load())
+            frames = [node_of(self._whole(frame)) for frame in self.evaluator.iterate(value)]
+            return ast.List(frames, ast.Load())  # becomes a comprehension if the frames are similar
         if value is None:
             raise UnsupportedPython(f"`{name}` returns no shape", "return a shape from every path of the function")
         return node_of(self._whole(list(value) if type(value) is PythonGenerator else value))
 
     # --- what remains ------------------------------------------------------------------------------------------
 
-    def _definition(self, name: str, found: Mapping[Any, Mapping[str, Variant]]) -> ast.FunctionDef:
+    def _definition(self, name: str, found: Mapping[Any, Sequence[Variant]]) -> ast.FunctionDef:
         function, text = self._functions[name]
         node: Any = next((item.node for item in self._items if getattr(item.node, "name", "") == name), function.node)
         given = [each.arg for each in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
@@ -635,12 +650,12 @@ class Folding:
         arguments = ast.arguments([], parameters, None, [], [], None, defaults)
         body: list[ast.stmt] = []
         for variants in reversed(list(found.values())):
-            for number, variant in reversed(list(enumerate(variants.values()))):
+            for number, variant in reversed(list(enumerate(variants))):
                 test = {**variant.test, _STATE: ast.Constant(number)} if has_states else variant.test
                 tests: list[ast.expr] = [
                     ast.Compare(ast.Name(key, ast.Load()), [ast.Eq()], [value]) for key, value in test.items()
                 ]
-                statements = _written(variant.part)
+                statements = variant.statements
                 both = ast.BoolOp(ast.And(), tests) if len(tests) > 1 else tests[0] if tests else None
                 body = [ast.If(both, statements, body)] if body and both is not None else statements
         doc = ast.get_docstring(node) if isinstance(node, ast.FunctionDef) else None
@@ -721,7 +736,7 @@ def _written(part: Part) -> list[ast.stmt]:
         value = writer.visit(node)
         target: list[ast.expr] = [ast.Name(name, ast.Store())]
         writer.statements.append(ast.Assign(target, value) if name else ast.Expr(value))
-    result = writer.visit(part.result)
+    result = writer.frames(part.result) if isinstance(part.result, ast.List) else writer.visit(part.result)
     return [*writer.statements, ast.Return(result)]
 
 
@@ -753,9 +768,11 @@ class _Writer(ast.NodeTransformer):
             return ast.Call(node.func, rolled(_unnested(node.args)), [])
         return node
 
-    def visit_List(self, node: ast.List) -> ast.expr:
-        self.generic_visit(node)
-        return node
+    def frames(self, node: ast.List) -> ast.expr:
+        """Write the frames of an animation, as a comprehension if they are similar."""
+        found = rolled([self.visit(each) for each in node.elts], _MOST_COLUMNS_OF_FRAMES)
+        only = found[0] if len(found) == 1 else None
+        return only.value if isinstance(only, ast.Starred) else ast.List(found, ast.Load())
 
 
 def _unnested(nodes: Sequence[ast.expr]) -> Iterator[ast.expr]:
@@ -774,26 +791,40 @@ def _unnested(nodes: Sequence[ast.expr]) -> Iterator[ast.expr]:
 _FEWEST = 3  # expressions that become a loop
 
 
-def rolled(nodes: Iterable[ast.expr]) -> list[ast.expr]:
-    """Return expressions with loops in place of runs of similar ones."""
+def rolled(nodes: Iterable[ast.expr], most: int = _MOST_COLUMNS) -> list[ast.expr]:
+    """Return expressions with loops, over tables of at most ``most`` columns, in place of runs of similar ones."""
     found: list[ast.expr] = []
     run: list[ast.expr] = []
     shape = ""
     for node in nodes:
         own = _shape(node)
         if own != shape:
-            found += _loop(run)
+            found += _loop(run, most)
             run, shape = [], own
         run.append(node)
-    return found + _loop(run)
+    return found + _loop(run, most)
 
 
 def _shape(node: ast.expr) -> str:
     """Return the form of an expression without its numbers and texts."""
     if isinstance(node, ast.Starred):
         return f"*{id(node)}"  # a loop remains
-    general = _General()
-    return ast.dump(general.visit(copy.deepcopy(node)))
+    parts: list[str] = []
+    pending: list[Any] = [node]
+    while pending:
+        each = pending.pop()
+        if _is_number(each):
+            parts.append("0")
+        elif isinstance(each, ast.AST):
+            parts.append(type(each).__name__)
+            values = [getattr(each, name, None) for name in each._fields if name not in ("ctx", "kind")]
+            pending += values
+        elif isinstance(each, list):
+            parts.append(f"[{len(each)}")
+            pending += each
+        else:
+            parts.append(repr(each))
+    return " ".join(parts)
 
 
 def _is_number(node: ast.AST) -> bool:
@@ -802,14 +833,7 @@ def _is_number(node: ast.AST) -> bool:
     return isinstance(node, ast.Constant) and type(node.value) in (int, float)
 
 
-class _General(ast.NodeTransformer):
-    def visit(self, node: ast.AST) -> ast.AST:
-        if _is_number(node):
-            return ast.Constant(0)
-        return self.generic_visit(node)
-
-
-def _loop(run: Sequence[ast.expr]) -> list[ast.expr]:
+def _loop(run: Sequence[ast.expr], most: int) -> list[ast.expr]:
     if len(run) < _FEWEST or isinstance(run[0], ast.Starred):
         return list(run)
     rows = [_numbers(node) for node in run]
@@ -826,7 +850,7 @@ def _loop(run: Sequence[ast.expr]) -> list[ast.expr]:
             groups[text] = next(free)
             kept.append(i)
         names[i] = groups[text]
-    if not varying or len(kept) > 12:
+    if not varying or len(kept) > most:
         return list(run)
     template: Any = _Named(names).visit(copy.deepcopy(run[0]))
     table: list[ast.expr] = [
