@@ -866,7 +866,7 @@ def _loop(run: Sequence[ast.expr], most: int) -> list[ast.expr]:
 def _names() -> Iterator[str]:
     for number in itertools.count():
         for letter in "xyzwuvabcdefghijklmnopqrst":
-            yield f"{letter}{number or ''}_"
+            yield f"{letter}{number or ''}"
 
 
 def _numbers(node: ast.AST) -> list[ast.expr]:
