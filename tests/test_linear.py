@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -62,6 +63,28 @@ def test_twice_the_text_takes_twice_the_calls(step: str, text: str) -> None:
     action(make(300))  # what is made once
     few, many = (calls(lambda n=n: action(make(n))) for n in (300, 600))
     assert many < 2.3 * few
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda n: "(define (f) " + " ".join(f"(define a{i} 0)" for i in range(n)) + " a1)",
+        lambda n: "(defun f (x) (setq y 1))(if (x) else y)\n" * n,
+        lambda n: "for i in range(10): print(i)\n" * n,
+    ],
+    ids=["unused locals", "forms of another language", "statements of another language"],
+)  # fmt: skip
+def test_twice_the_mistakes_take_twice_the_calls(make: Callable[[int], str]) -> None:
+    check(make(400))
+    few, many = (calls(lambda n=n: check(make(n))) for n in (400, 800))
+    assert many < 2.6 * few
+
+
+def test_long_numbers_are_searched_in_one_pass() -> None:
+    """The expressions for numbers with units took quadratic time."""
+    started = time.process_time()
+    Session().check(Source("<test>", f"(print +{'9' * 40_000})"))
+    assert time.process_time() - started < 5  # was minutes
 
 
 def test_names_are_counted_in_one_pass() -> None:

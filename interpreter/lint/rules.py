@@ -172,24 +172,25 @@ def is_followed(form: Any, span: Span) -> bool:
     return isinstance(following, ListDatum) or type(getattr(following, "value", "")) is not str
 
 
-@lru_cache(maxsize=1)  # findings in one form come one after the other
-def _forms_of(text: str) -> tuple[Datum, ...]:
-    try:
-        return tuple(read(Source("<form>", text)).forms)
-    except SceneError:
-        return ()
-
-
 def _enclosing_list(outer: Span, inner: Span) -> ListDatum | None:
-    """Return the list that has a direct item at the start of ``inner``, or None."""
-    start = inner.start - outer.start
-    stack: list[Datum] = list(_forms_of(outer.text))
-    while stack:
-        datum = stack.pop()
-        if isinstance(datum, ListDatum) and any(item.span.start == start for item in datum.items[1:]):
-            return datum
-        stack.extend(part for part in subdatums(datum) if part.span.start <= start < part.span.end)
-    return None
+    """Return the list that has a direct item, other than its first, at the start of ``inner``, or None."""
+    return _lists_of(outer.text).get(inner.start - outer.start)
+
+
+@lru_cache(maxsize=1)  # findings in one form come one after the other
+def _lists_of(text: str) -> Mapping[int, ListDatum]:
+    """Return the lists in a text by the starts of their items."""
+    try:
+        pending: list[Datum] = list(read(Source("<form>", text)).forms)
+    except SceneError:
+        return {}
+    found: dict[int, ListDatum] = {}
+    for datum in pending:  # which grows: outer lists come first
+        if isinstance(datum, ListDatum):
+            for item in datum.items[1:]:
+                found.setdefault(item.span.start, datum)
+        pending += subdatums(datum)
+    return found
 
 
 def with_spacing(span: Span, text: str) -> str | None:

@@ -206,6 +206,14 @@ def test_a_repl_keeps_its_session(tmp_path: Path) -> None:
     assert done.returncode == 0
 
 
+def test_the_viewer_reads_what_a_program_imports(tmp_path: Path) -> None:
+    (tmp_path / "legs.scene").write_text('(bind "leg" (lambda () (call "cube")))')
+    (tmp_path / "prog.scene").write_text('(import "legs.scene")\n(bind "a" (lambda () (call "leg")))')
+    done = run("view", "prog.scene", "--html", "a.html", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "a.html").exists()
+
+
 @pytest.mark.parametrize("what", ["hold", "crash"])
 def test_a_repl_keeps_its_session_when_a_watched_file_is_killed(tmp_path: Path, what: str) -> None:
     program = tmp_path / "prog.scene"
