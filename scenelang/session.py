@@ -304,7 +304,7 @@ class Session:
             return Checked(None, self._read_scene(source).diagnostics)
         try:
             with limited(self.options.limits), _rare_collection():
-                check = lambda: self._check(source, self._translation(source))
+                check = lambda: self._translated(source, False)[1] if is_python(source) else self._check(source, None)
                 return run_with_room(check, EXPANSION_DEPTH, folders=self.folders(source))
         except RecursionError:
             return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
@@ -352,16 +352,10 @@ class Session:
 
     def transpile(self, source: Source) -> Translation:
         """Translate a language model's response, or its Python, and check the program; errors are never raised."""
-        from scenelang.interpreter.transpile.translate import Translation, translate, with_evaluated_parts
+        from scenelang.interpreter.transpile.translate import Translation
 
         def work() -> Translation:
-            translation = translate(source)
-            checked = self._check(source, translation)
-            wrong = [d for d in checked.diagnostics if d.is_error]
-            if wrong and translation.ok:
-                evaluated = with_evaluated_parts(source, translation, wrong)
-                if evaluated is not translation:
-                    return evaluated.with_diagnostics(self._check(source, evaluated).diagnostics)
+            translation, checked = self._translated(source, True)
             return translation.with_diagnostics(checked.diagnostics)
 
         try:
@@ -371,14 +365,20 @@ class Session:
             problem = Diagnostic("nesting", "the Python is nested too deeply", Span(source, 0, 1))
             return Translation((), "", (problem,))
 
-    @staticmethod
-    def _translation(source: Source) -> Translation | None:
-        """Translate a language model's Python to forms; returns None for a program of the language."""
-        if not is_python(source):
-            return None
-        from scenelang.interpreter.transpile.translate import translate
+    def _translated(self, source: Source, with_text: bool) -> tuple[Translation, Checked]:
+        """Translate a language model's Python and check the program; parts in which the checker finds errors are
+        evaluated if that leaves none."""
+        from scenelang.interpreter.transpile.translate import translate, with_evaluated_parts
 
-        return translate(source, with_text=False)
+        translation = translate(source, with_text)
+        checked = self._check(source, translation)
+        wrong = [d for d in checked.diagnostics if d.is_error]
+        if wrong and translation.ok:
+            evaluated = with_evaluated_parts(source, translation, wrong, with_text)
+            again = self._check(source, evaluated) if evaluated.ok and evaluated is not translation else checked
+            if not any(d.is_error for d in again.diagnostics):
+                return evaluated, again
+        return translation, checked
 
     def _check(self, source: Source, translation: Translation | None) -> Checked:
         try:

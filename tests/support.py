@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import pytest
 
@@ -148,3 +148,20 @@ def shape(datum: Datum) -> Any:
     if isinstance(datum, ArrayDatum):
         return "array", items
     return "list", items, shape(datum.tail) if datum.tail is not None else None
+
+
+@contextmanager
+def watching(
+    command: list[str], folder: Path, inputs: str = ""
+) -> Iterator[tuple[subprocess.Popen[str], IO[str], IO[str]]]:
+    """A plain REPL that watches its file, with its streams."""
+    with subprocess.Popen(
+        command, cwd=folder, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    ) as running:
+        assert running.stdin is not None
+        assert running.stdout is not None
+        running.stdin.write(f"{inputs},watch\n")
+        running.stdin.flush()
+        assert "stop with `,watch`" in running.stdout.readline()
+        time.sleep(0.5)  # until the thread watches
+        yield running, running.stdin, running.stdout

@@ -298,6 +298,15 @@ def _text(form: TopForm) -> str:
     return " ".join(datum.span.text for datum in form.datums)
 
 
+def _collected(files: Sequence[SourceFile]) -> tuple[list[Any], set[int]]:
+    """Return the core forms of files and of those that they import, and the identities of the files."""
+    trees: list[Any] = []
+    done: set[int] = set()
+    for file in files:
+        collect(file, frozenset(), trees, done)
+    return trees, done
+
+
 def makes_function(tree: Any) -> bool:
     value = tree.value if type(tree) is ast.Define else tree.function if type(tree) is ast.Bind else None
     return type(value) is ast.Lambda
@@ -456,8 +465,6 @@ class TopLevel:
             else:
                 for form in group:
                     self._evaluate_group([fresh(form)], None, on_result, warn)
-        if any(form.imports for form in self.forms) and "import" in source.text:
-            self._forget((), has_imported=True)
 
     def reload(
         self, source: Source, on_result: Callable[[FormResult], None], warn: Callable[[Diagnostic], None]
@@ -487,13 +494,7 @@ class TopLevel:
 
     def _imported(self, name: str) -> set[int]:
         """Return the identities of the files that a file imports, directly or through others."""
-        return self._closure([file for form in self.forms if source_of(form).name == name for file in form.imports])
-
-    @staticmethod
-    def _closure(files: Sequence[SourceFile]) -> set[int]:
-        found: set[int] = set()
-        for file in files:
-            collect(file, frozenset(), [], found)
+        _, found = _collected([file for form in self.forms if source_of(form).name == name for file in form.imports])
         return found
 
     def _latest_forms(self) -> list[TopForm]:
@@ -548,6 +549,8 @@ class TopLevel:
                 self._run_group(group, before, on_result, kept or (), values)
         finally:
             self._settle(())
+        if kept is None and any(form.imports for form in group):
+            self._forget((), has_imported=True)
 
     def _uses_what_follows(self, group: Sequence[TopForm], kept: Sequence[TopForm]) -> bool:
         """Return whether code of a file uses what a kept form below it defines."""
@@ -557,7 +560,7 @@ class TopLevel:
     def _late_imports(self, group: Sequence[TopForm]) -> list[TopForm]:
         """Return the forms of files that are imported below code, and have them run again."""
         code = next((number for number, form in enumerate(group) if runs_code(form) and not form.imports), len(group))
-        late = self._closure([file for form in group[code:] for file in form.imports])
+        _, late = _collected([file for form in group[code:] for file in form.imports])
         self._ran -= late
         return [form for file in self._imported_files if id(file) in late for form in file.forms]
 
@@ -888,7 +891,7 @@ class TopLevel:
             for symbol in list(form.scan.record.bound if form.scan is not None else ()):
                 if base_name(symbol) not in remaining:
                     dict.pop(self.file.names, symbol, None)
-        trees, current = self._imported_trees()
+        trees, current = _collected(self.file.imports)
         imported = {bound_word(tree): tree for tree in trees}
         earlier = {word for file in self._imported_files if id(file) not in current for word in file.words}
         own = {word for form in old for word, _ in form.words}
@@ -900,14 +903,6 @@ class TopLevel:
                 self.run.run_form(imported[word])
         if any(form.imports or not names_of(form) <= remaining for form in old) or gone - imported.keys():
             self.rt.invalidate_calls()
-
-    def _imported_trees(self) -> tuple[list[Any], set[int]]:
-        """Return the core forms of the files that the session imports, directly or through others, and their ids."""
-        trees: list[Any] = []
-        done: set[int] = set()
-        for file in self.file.imports:
-            collect(file, frozenset(), trees, done)
-        return trees, done
 
     def _list_forms(self) -> None:
         """Update what the file knows of the forms of the session."""

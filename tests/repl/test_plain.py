@@ -14,6 +14,7 @@ import copies
 import pytest
 from PIL import Image
 from sampling import one_in, only
+from support import watching
 
 from scenelang.cli.main import main as cli
 
@@ -267,48 +268,30 @@ def test_transpile(tmp_path: Path) -> None:
 
 
 def test_watch_says_what_changed(program: Path) -> None:
-    command = [sys.executable, "-m", "scenelang", "repl", str(program)]
-    with subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    ) as process:
-        assert process.stdin is not None
-        assert process.stdout is not None
-        process.stdin.write(",watch\n")
-        process.stdin.flush()
-        assert "stop with `,watch`" in process.stdout.readline()
-        time.sleep(0.3)
+    with watching([sys.executable, "-m", "scenelang", "repl", str(program)], program.parent) as (process, _, stdout):
         program.write_text(FILE.replace("union-loop 4", "union-loop 6"))
-        line = process.stdout.readline()
+        line = stdout.readline()
         assert "4 -> 6 primitives" in line
         assert "table.scene changed: 4 -> 6 primitives, sizes [16 2 1], 2 added" in line
         assert "sizes [16 2 1]" in line
         program.write_text(FILE.replace("(scene", "(scenee"))
-        assert "error" in process.stdout.readline()
+        assert "error" in stdout.readline()
         out, _ = process.communicate(",watch\n(twice 2)\n", timeout=20)
         assert out.endswith("is no longer watched\n4\n")
 
 
 @pytest.mark.parametrize("folder", ["", "parts/", "parts/wood/"])
 def test_watch_notices_an_import_that_is_created_later(program: Path, folder: str) -> None:
-    command = [sys.executable, "-m", "scenelang", "repl", str(program)]
-    with subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    ) as process:
-        assert process.stdin is not None
-        assert process.stdout is not None
-        process.stdin.write(",watch\n")
-        process.stdin.flush()
-        assert "stop with `,watch`" in process.stdout.readline()
-        time.sleep(0.3)
+    with watching([sys.executable, "-m", "scenelang", "repl", str(program)], program.parent) as (process, _, stdout):
         program.write_text(f'(import "{folder}legs.scene")\n(bind "table" (lambda () (call "leg")))')
-        assert "E701" in process.stdout.readline()
+        assert "E701" in stdout.readline()
         for parent in reversed(Path(folder).parents[:-1]):
             (program.parent / parent).mkdir()
             time.sleep(0.3)
         (program.parent / folder).mkdir(exist_ok=True)
         time.sleep(0.3)
         (program.parent / folder / "legs.scene").write_text('(bind "leg" (lambda () (call "cube")))')
-        while "primitive" not in (line := process.stdout.readline()):
+        while "primitive" not in (line := stdout.readline()):
             assert line
         assert "table.scene changed" in line
         process.communicate(",quit\n", timeout=20)

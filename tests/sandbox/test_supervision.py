@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 from sampling import one_in
-from support import interruptible, wait_for_work
+from support import interruptible, wait_for_work, watching
 
 from scenelang.cli.main import main
 from scenelang.sandbox.supervision import is_bounded, is_supported
@@ -214,27 +214,23 @@ def test_the_viewer_reads_what_a_program_imports(tmp_path: Path) -> None:
     assert (tmp_path / "a.html").exists()
 
 
+def watched(seconds: str) -> list[str]:
+    return command("repl", "--plain", "--max-seconds", seconds, "prog.scene")
+
+
 @pytest.mark.parametrize("what", ["hold", "crash"])
 def test_a_repl_keeps_its_session_when_a_watched_file_is_killed(tmp_path: Path, what: str) -> None:
     program = tmp_path / "prog.scene"
     program.write_text('(define x 5)\n(bind "a" (lambda () (call "cube")))\n')
-    with subprocess.Popen(
-        command("repl", "--plain", "--max-seconds", "0.5", "prog.scene"), cwd=tmp_path, text=True, stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-    ) as running:  # fmt: skip
-        assert running.stdin is not None
-        assert running.stdout is not None
-        running.stdin.write("(define y 7)\n,watch\n")
-        running.stdin.flush()
-        assert "stop with `,watch`" in running.stdout.readline()
+    with watching(watched("0.5"), tmp_path, "(define y 7)\n") as (running, stdin, stdout):
         program.write_text(f'(define x 6)\n(rogue "{what}")\n')
-        assert {"hold": "E507", "crash": "E509"}[what] in running.stdout.readline()
-        running.stdin.write("(+ x y)\n")
-        running.stdin.flush()
-        while (line := running.stdout.readline()) != "12\n":
+        assert {"hold": "E507", "crash": "E509"}[what] in stdout.readline()
+        stdin.write("(+ x y)\n")
+        stdin.flush()
+        while (line := stdout.readline()) != "12\n":
             assert line.startswith(" ")  # of the diagnostic
         program.write_text('(define x 7)\n(bind "a" (lambda () (union (call "cube") (call "cube"))))\n')
-        assert "prog.scene changed: 1 -> 2 primitives" in running.stdout.readline()
+        assert "prog.scene changed: 1 -> 2 primitives" in stdout.readline()
         out, _ = running.communicate("(+ x y)\n", timeout=20)
     assert out == "14\n"
 
@@ -242,23 +238,14 @@ def test_a_repl_keeps_its_session_when_a_watched_file_is_killed(tmp_path: Path, 
 def test_a_watched_file_that_changes_during_a_killed_evaluation_is_read_again(tmp_path: Path) -> None:
     program = tmp_path / "prog.scene"
     program.write_text('(bind "a" (lambda () (call "cube")))\n')
-    with subprocess.Popen(
-        command("repl", "--plain", "--max-seconds", "1", "prog.scene"), cwd=tmp_path, text=True, stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-    ) as running:  # fmt: skip
-        assert running.stdin is not None
-        assert running.stdout is not None
-        running.stdin.write(",watch\n")
-        running.stdin.flush()
-        assert "stop with `,watch`" in running.stdout.readline()
-        time.sleep(0.5)  # until the thread watches
+    with watching(watched("1"), tmp_path) as (running, _, stdout):
         program.write_text('(bind "a" (lambda () (rogue "hold") (call "cube")))\n')
         time.sleep(0.5)
         program.write_text('(bind "a" (lambda () (union (call "cube") (call "cube"))))\n')
-        said = [running.stdout.readline()]
+        said = [stdout.readline()]
         while "2 primitives" not in said[-1]:
             assert said[-1], said
-            said.append(running.stdout.readline())
+            said.append(stdout.readline())
         assert "E507" in said[0]
         assert any("no scene" in line for line in said)
         running.communicate(",quit\n", timeout=20)

@@ -32,3 +32,9 @@ def test_the_geometry_of_cpython(path: Path) -> None:
     with contextlib.redirect_stdout(io.StringIO()):
         expected = flatten(code)
     assert first_difference(flattened(evaluated.scene), expected) is None
+
+
+def test_all_commands_evaluate_what_the_checker_finds_wrong() -> None:
+    path = Path(__file__).with_name("modern") / "dataclass-02-mountain-refuges.py"
+    evaluated = SESSION.evaluate(Source(str(path), path.read_text("utf-8")))
+    assert evaluated.scene is not None, told(evaluated.diagnostics)

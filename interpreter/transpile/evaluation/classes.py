@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.interpreter.transpile.evaluation.objects import (
+    MAX_ITEMS,
     MISSING,
     BoundMethod,
     ClassMethod,
@@ -41,6 +42,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     UnsupportedPython,
     formatted,
     int_member,
+    is_shape,
     linearized,
     type_name,
 )
@@ -88,7 +90,7 @@ def define(evaluator: Evaluating, node: ast.ClassDef, frame: Frame) -> PythonCla
     if is_enumeration:
         _make_members(evaluator, cls, node, kinds)
     elif "NamedTuple" in markers:
-        _make_named_tuple(evaluator, cls, node)
+        _make_named_tuple(cls, node)
     elif "Protocol" in markers:
         cls.options["protocol"] = [name for name in cls.names if not name.startswith("_")] + [
             name for name, _ in _annotations(node)
@@ -354,7 +356,7 @@ def value_of_member(member: Any) -> Any:
 AUTO = PythonClass("auto", {}, (object,), None)  # type: ignore[arg-type]
 
 
-def _make_named_tuple(evaluator: Evaluating, cls: PythonClass, node: ast.ClassDef) -> None:
+def _make_named_tuple(cls: PythonClass, node: ast.ClassDef) -> None:
     cls.tuple_fields = {name: cls.names.pop(name, MISSING) for name, _ in _annotations(node)}
 
 
@@ -626,7 +628,7 @@ def _own_attribute(evaluator: Evaluating, value: Any, name: str) -> Any:
     if not callable(found) or isinstance(found, (np.ndarray, np.dtype)):
         return found if not isinstance(found, (type, np.dtype)) else Native(str(found), lambda: found, found)
     if name == "extend" and isinstance(value, list):
-        return Native("extend", lambda items: value.extend([items] if _is_shape(items) else items))
+        return Native("extend", lambda items: value.extend([items] if is_shape(items) else items))
     if name == "join":
         return Native("join", partial(_joined, value))
     if name in ("center", "expandtabs", "ljust", "replace", "rjust", "zfill"):
@@ -636,9 +638,6 @@ def _own_attribute(evaluator: Evaluating, value: Any, name: str) -> Any:
     return Native(name, found)
 
 
-_MAX_TEXT = 2_000_000
-
-
 def _padded(text: str, name: str, *arguments: Any, **named: Any) -> str:
     """Call a method whose result may be much longer than the text."""
     size = len(text) + sum(each for each in arguments if isinstance(each, int))
@@ -646,25 +645,21 @@ def _padded(text: str, name: str, *arguments: Any, **named: Any) -> str:
         size = len(text) + (len(text) + 1) * len(arguments[1])
     elif name == "expandtabs":
         size = len(text) * max(1, *(each for each in arguments if isinstance(each, int)))
-    if size > _MAX_TEXT:
-        raise UnsupportedPython(f"this text has more than {_MAX_TEXT:,} characters")
+    if size > MAX_ITEMS:
+        raise UnsupportedPython(f"this text has more than {MAX_ITEMS:,} characters")
     return str(getattr(text, name)(*arguments, **named))
 
 
 def _joined(separator: Any, items: Iterable[Any]) -> Any:
     parts = list(items)
-    if len(separator) * len(parts) + sum(map(len, parts)) > _MAX_TEXT:
-        raise UnsupportedPython(f"this text has more than {_MAX_TEXT:,} characters")
+    if len(separator) * len(parts) + sum(map(len, parts)) > MAX_ITEMS:
+        raise UnsupportedPython(f"this text has more than {MAX_ITEMS:,} characters")
     return separator.join(parts)
 
 
 def host_type(kind: Any) -> Any:
     """Return Python's or numpy's type for a type of the evaluator."""
     return kind.type if type(kind) is Native and kind.type is not None else kind
-
-
-def _is_shape(value: Any) -> bool:
-    return type(value) is Residual and value.kind == "shape"
 
 
 def _of_object(evaluator: Evaluating, value: PythonObject, name: str) -> Any:

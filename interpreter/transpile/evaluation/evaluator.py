@@ -17,6 +17,8 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.limits import resident_bytes
 from scenelang.interpreter.transpile.evaluation.classes import attribute_of, create, define, set_attribute
 from scenelang.interpreter.transpile.evaluation.objects import (
+    MAX_BITS,
+    MAX_ITEMS,
     MISSING,
     BoundMethod,
     ClassMethod,
@@ -36,15 +38,17 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     UnsupportedPython,
     bound_arguments,
     call_node,
+    check_widths,
     formatted,
+    is_shape,
     node_of,
     scope_of,
     type_name,
+    value_of_error,
     words,
 )
 
 MAX_STEPS, MAX_SECONDS, MAX_DEPTH = 20_000_000, 8.0, 300
-MAX_ITEMS, MAX_BITS = 2_000_000, 20_000  # of a container or text, of an integer
 MAX_BYTES = 1_000_000_000
 _SMALL = 20_000  # items
 _BINARY: dict[type[ast.operator], tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]] = {
@@ -262,23 +266,25 @@ class PythonEvaluator:
     def _for(self, node: ast.For, frame: Frame) -> Generator[Any, Any, Any]:
         for item in self.iterate(self.eval(node.iter, frame)):
             self.store(node.target, item, frame)
-            try:
-                yield from self.execute(node.body, frame)
-            except _Break:
+            if not (yield from self._turn(node.body, frame)):
                 return
-            except _Continue:
-                continue
         yield from self.execute(node.orelse, frame)
+
+    def _turn(self, body: list[ast.stmt], frame: Frame) -> Generator[Any, Any, bool]:
+        """Run the body of a loop once; return whether the loop goes on."""
+        try:
+            yield from self.execute(body, frame)
+        except _Break:
+            return False
+        except _Continue:
+            pass
+        return True
 
     def _while(self, node: ast.While, frame: Frame) -> Generator[Any, Any, Any]:
         while self.eval(node.test, frame):
             self.tick()
-            try:
-                yield from self.execute(node.body, frame)
-            except _Break:
+            if not (yield from self._turn(node.body, frame)):
                 return
-            except _Continue:
-                continue
         yield from self.execute(node.orelse, frame)
 
     def _with(self, node: ast.With, frame: Frame) -> Generator[Any, Any, Any]:
@@ -301,7 +307,7 @@ class PythonEvaluator:
         except _PASSED:
             raise
         except Exception as error:
-            value = error.value if type(error) in (Raised, Exhausted) else error  # type: ignore[attr-defined]
+            value = value_of_error(error)
             kind = value.cls if type(value) is PythonObject else Native(type(value).__name__, type(value), type(value))
             if not self.call(leave, (kind, value, None), {}):
                 raise
@@ -319,8 +325,7 @@ class PythonEvaluator:
                 if handler is None:
                     raise
                 if handler.name:
-                    value = error.value if type(error) in (Raised, Exhausted) else error  # type: ignore[attr-defined]
-                    self._store_name(handler.name, value, frame)
+                    self._store_name(handler.name, value_of_error(error), frame)
                 self._handled.append(error)
                 try:
                     yield from self.execute(handler.body, frame)
@@ -335,8 +340,7 @@ class PythonEvaluator:
     def _catches(self, handler: ast.ExceptHandler, error: Exception, frame: Frame) -> bool:
         if handler.type is None:
             return True
-        value = error.value if type(error) in (Raised, Exhausted) else error  # type: ignore[attr-defined]
-        return self.is_instance(value, self.eval(handler.type, frame))
+        return self.is_instance(value_of_error(error), self.eval(handler.type, frame))
 
     def _raise(self, node: ast.Raise, frame: Frame) -> None:
         if node.exc is None:
@@ -602,7 +606,7 @@ class PythonEvaluator:
         for node in nodes:
             if isinstance(node, ast.Starred):
                 value = self.eval(node.value, frame)
-                items += [value] if _is_shape(value) else self.iterate(value)
+                items += [value] if is_shape(value) else self.iterate(value)
             else:
                 items.append(self.eval(node, frame))
         return items
@@ -630,8 +634,10 @@ class PythonEvaluator:
             if size > MAX_BITS:
                 raise UnsupportedPython("this number has too many digits")
         elif kind is ast.Mod and isinstance(left, (str, bytes)):
-            left = _checked_percent(left)
-        elif kind is ast.Add and isinstance(left, list) and _is_shape(right):
+            template = left if isinstance(left, str) else left.decode("latin-1")
+            if "%" in template:
+                check_widths(template)
+        elif kind is ast.Add and isinstance(left, list) and is_shape(right):
             right = [right]
         elif kind is ast.BitOr and isinstance(left, (Native, PythonClass)):
             return left  # a union of types
@@ -951,10 +957,6 @@ _STRUCTURAL = tuple(
 _SCALARS = ("np.linalg.norm", "np.dot", "np.sum", "np.hypot", "np.arctan2", "np.mean", "np.max", "np.min")
 
 
-def _is_shape(value: Any) -> bool:
-    return type(value) is Residual and value.kind == "shape"
-
-
 def _is_kind_of(value: Residual, kind: Any) -> bool:
     kinds: dict[str, tuple[type, ...]] = {
         "shape": (list,), "pose": (np.ndarray,), "array": (np.ndarray,), "number": (float,), "bool": (bool,),
@@ -974,10 +976,3 @@ def _residuals(values: Iterable[Any]) -> Iterator[Residual]:
 
 def _has_residual(value: Any) -> bool:
     return next(_residuals((value,)), None) is not None
-
-
-def _checked_percent(text: Any) -> Any:
-    digits = "".join(chr(c) if isinstance(c, int) else c for c in text)
-    if any(len(part) > 4 for part in "".join(c if c.isdigit() else " " for c in digits).split()) and "%" in digits:
-        raise UnsupportedPython("this width of a text is too large")
-    return text

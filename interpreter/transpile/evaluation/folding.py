@@ -35,8 +35,10 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     Residual,
     UnsupportedPython,
     call_node,
+    is_shape,
     node_of,
     type_name,
+    value_of_error,
     words,
 )
 from scenelang.interpreter.transpile.python_text import PythonText
@@ -93,9 +95,7 @@ def _item(node: ast.stmt) -> Item:
         names.add(node.name)
     else:
         names |= {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
-    nodes = list(_without_annotations(node))
-    uses = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
-    uses |= {n.value for n in nodes if isinstance(n, ast.Constant) and type(n.value) is str}
+    uses = _uses(node)
     if isinstance(node, (ast.Expr, ast.AugAssign, ast.For, ast.If, ast.While, ast.Assign)):
         names |= _changed(node)  # it may change what it uses
     decorators = getattr(node, "decorator_list", [])
@@ -104,6 +104,13 @@ def _item(node: ast.stmt) -> Item:
             names |= {text, text.partition(";")[0].strip()}
             uses.discard(text)
     return Item(node, frozenset(names), frozenset(uses), min([node.lineno, *(d.lineno for d in decorators)]))
+
+
+def _uses(node: ast.AST) -> set[str]:
+    """Return the variables that a statement reads, and its texts, which may be words."""
+    nodes = list(_without_annotations(node))
+    names = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
+    return names | {n.value for n in nodes if isinstance(n, ast.Constant) and type(n.value) is str}
 
 
 def _without_annotations(node: ast.AST) -> Iterator[ast.AST]:
@@ -181,13 +188,9 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic]) -> Py
     folding = Folding(text, items, evaluated)
     try:
         definitions = folding.definitions(str(root))
-    except UnsupportedPython as error:
-        if not folding.draws:
-            return _diagnostic(text, error)
-        return _with_fixed_draws(text, items, reached, str(root)) or _diagnostic(text, error)
-    except (Raised, Exhausted, RecursionError, *_ERRORS) as error:
+    except _FAILURES as error:
         fixed = _with_fixed_draws(text, items, reached, str(root)) if folding.draws else None
-        return fixed or _exception(text, folding, error)
+        return fixed or _problem(text, folding, error)
     return _rewritten(text, items, reached - evaluated, definitions, folding.printed)
 
 
@@ -196,7 +199,7 @@ def _with_fixed_draws(text: PythonText, items: Sequence[Item], reached: set[int]
     folding = Folding(text, items, reached, has_fixed_draws=True)
     try:
         definitions = folding.definitions(root)
-    except (UnsupportedPython, Raised, Exhausted, RecursionError, *_ERRORS):
+    except _FAILURES:
         return None
     span = text.span(next(items[n].node for n in reached if root in items[n].names))
     message = "random numbers decide what this program builds, and are those of the seed 0"
@@ -205,8 +208,9 @@ def _with_fixed_draws(text: PythonText, items: Sequence[Item], reached: set[int]
     return replace(rewritten, diagnostics=[*text.diagnostics, warning]) if rewritten is not None else None
 
 
-_ERRORS = (
-    ArithmeticError, LookupError, TypeError, ValueError, AttributeError, NameError, AssertionError, RuntimeError,
+_FAILURES = (  # of an evaluation; a recursion that is too deep is a RuntimeError
+    UnsupportedPython, Raised, Exhausted, ArithmeticError, LookupError, TypeError, ValueError, AttributeError,
+    NameError, AssertionError, RuntimeError,
 )  # fmt: skip
 
 
@@ -216,22 +220,15 @@ def _inside(text: PythonText, item: Item) -> Callable[[Diagnostic], bool]:
     return lambda d: d.span is not None and start <= d.span.start <= end
 
 
-def _diagnostic(text: PythonText, error: UnsupportedPython) -> Diagnostic:
-    span = (
-        text.span(error.node) if error.node is not None else Span(text.source, text.response.start, text.response.start)
-    )
-    return Diagnostic(error.name, error.message, span, error.hint)
-
-
-def _exception(text: PythonText, folding: Folding, error: Exception) -> Diagnostic:
-    """Return the diagnostic of an exception that the program does not catch."""
-    node = folding.evaluator.failed or folding.evaluator.node
+def _problem(text: PythonText, folding: Folding, error: Exception) -> Diagnostic:
+    """Return the diagnostic of what ends an evaluation: unsupported Python, or an exception that is not caught."""
+    evaluator = folding.evaluator
+    node = error.node if isinstance(error, UnsupportedPython) else evaluator.failed or evaluator.node
     span = text.span(node) if node is not None else Span(text.source, text.response.start, text.response.start)
-    name, message = type(error).__name__, str(error)
-    if isinstance(error, Raised):
-        name, message = error.value.cls.name, str(error.value)
-    elif isinstance(error, Exhausted):
-        name = "StopIteration"
+    if isinstance(error, UnsupportedPython):
+        return Diagnostic(error.name, error.message, span, error.hint)
+    seen = value_of_error(error)
+    name, message = type_name(seen), "" if isinstance(error, Exhausted) else str(seen)
     return Diagnostic("python-exception", f"Python: {name}: {message}" if message else f"Python: {name}", span)
 
 
@@ -243,14 +240,8 @@ def _rewritten(
     printed: Sequence[ast.stmt] = (),
 ) -> PythonText | None:
     """Return the program with evaluated functions replaced by what remains of them."""
-    used = {n.id for d in definitions.values() for n in ast.walk(d) if isinstance(n, ast.Name)}
-    used |= {
-        n.value
-        for d in definitions.values()
-        for n in ast.walk(d)
-        if isinstance(n, ast.Constant) and type(n.value) is str
-    }
     if definitions:
+        used = frozenset[str]().union(*map(_uses, definitions.values()))
         needed = {number for number in kept if items[number].names & used}
         kept = closure(items, needed, is_user=False) & kept
     kept -= {number for number in kept if items[number].names & definitions.keys()}
@@ -575,17 +566,13 @@ class Folding:
 
     # --- functions ---------------------------------------------------------------------------------------------
 
-    def call(self, function: Any, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
-        """Call a value."""
-        return self.evaluator.call(function, arguments, named)
-
     def hold(self, value: Residual) -> Residual:
         """Return a residual value that is computed once, however often it is used."""
         if isinstance(value.node, ast.Name):
             return value
         values = self._parts[-1].values
         if values.get(value.name) is not value:
-            value.name = self._new_name("part" if value.kind == "shape" else "value")
+            value.name = self._new_name("part" if is_shape(value) else "value")
             values[value.name] = value
         return Residual(ast.Name(value.name, ast.Load()), value.kind, self)
 
@@ -645,6 +632,8 @@ class Folding:
         passed = {key for literal, rest in found for key in (*(each for each, _ in literal), *rest)}
         names = [each for each in given if each in passed] + sorted(passed - set(given))
         has_states = any(len(variants) > 1 for variants in found.values())
+        if has_states and _STATE in names:
+            raise UnsupportedPython(f"`{name}` depends on variables that change", f"rename its parameter `{_STATE}`")
         defaults: list[ast.expr] = [*(ast.Constant(None) for _ in names), *([ast.Constant(0)] * has_states)]
         parameters = [ast.arg(each) for each in (*names, *([_STATE] if has_states else ()))]
         arguments = ast.arguments([], parameters, None, [], [], None, defaults)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ast
 import bisect
+import builtins
 import cmath
 import collections
+import collections.abc
 import colorsys
 import fractions
 import functools
@@ -26,6 +28,7 @@ import numpy as np
 
 from scenelang.interpreter.transpile.evaluation.classes import (
     AUTO,
+    ENUMERATIONS,
     attribute_of,
     create,
     deep_copy,
@@ -35,8 +38,10 @@ from scenelang.interpreter.transpile.evaluation.classes import (
     set_attribute,
     shallow_copy,
 )
-from scenelang.interpreter.transpile.evaluation.evaluator import MAX_ITEMS, PythonEvaluator
+from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
 from scenelang.interpreter.transpile.evaluation.objects import (
+    MAX_BITS,
+    MAX_ITEMS,
     MISSING,
     BoundMethod,
     ClassMethod,
@@ -54,6 +59,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     Super,
     UnsupportedPython,
     formatted,
+    is_shape,
     type_name,
     words,
 )
@@ -101,20 +107,20 @@ class PythonLibrary:
         found["list"] = Native("list", _list, list)
         found["sum"] = Native("sum", _sum)
         for name in ("abs", "round", "divmod", "pow", "min", "max"):
-            found[name] = Native(name, getattr(__import__("builtins"), name), None, True)
+            found[name] = Native(name, getattr(builtins, name), None, True)
         found["pow"] = Native("pow", self._pow, None, True)
         found["len"] = Native("len", lambda value: len(value.parts()) if type(value) is Residual else len(value))
         for name in words(
             "all any ascii bin chr enumerate filter hash hex iter map next oct ord repr reversed sorted zip"
         ):
-            found[name] = Native(name, getattr(__import__("builtins"), name))
-        for name, value in vars(__import__("builtins")).items():
+            found[name] = Native(name, getattr(builtins, name))
+        for name, value in vars(builtins).items():
             if isinstance(value, type) and issubclass(value, Exception):
                 found[name] = Native(name, value, value)
         special: dict[str, Callable[..., Any]] = {
             "isinstance": self.evaluator.is_instance, "issubclass": self._is_subclass, "callable": _is_callable,
             "type": self._type, "getattr": self._getattr, "hasattr": self._hasattr, "setattr": self._setattr,
-            "id": id, "print": lambda *values, **named: None, "vars": self._vars, "format": self._format,
+            "id": id, "vars": self._vars, "format": self._format,
             "super": Super, "input": self._unsafe("input"), "open": self._unsafe("open"), "eval": self._unsafe("eval"),
             "exec": self._unsafe("exec"), "compile": self._unsafe("compile"), "__import__": self._unsafe("__import__"),
             "globals": self._unsafe("globals"), "locals": self._unsafe("locals"),
@@ -141,7 +147,7 @@ class PythonLibrary:
 
     def _pow(self, base: Any, exponent: Any, modulus: Any = None) -> Any:
         if isinstance(base, int) and isinstance(exponent, int) and modulus is None:
-            if base.bit_length() * abs(exponent) > 20_000:
+            if base.bit_length() * abs(exponent) > MAX_BITS:
                 raise UnsupportedPython("this number has too many digits")
         return pow(base, exponent) if modulus is None else pow(base, exponent, modulus)
 
@@ -279,7 +285,7 @@ class PythonLibrary:
         }  # fmt: skip
 
     def _enum(self) -> dict[str, Any]:
-        found: dict[str, Any] = {name: Native(f"enum.{name}", _no_call, object) for name in _ENUMS}
+        found: dict[str, Any] = {name: Native(f"enum.{name}", _no_call, object) for name in ENUMERATIONS}
         found["auto"] = Native("enum.auto", lambda: PythonObject(AUTO))
         found["unique"] = Native("enum.unique", lambda cls: cls)
         return found
@@ -324,11 +330,9 @@ class PythonLibrary:
         return found
 
     def _typing(self) -> dict[str, Any]:
-        import collections.abc as abstract
-
         found: dict[str, Any] = {}
         for name in _TYPING:
-            kind = getattr(abstract, name, None)
+            kind = getattr(collections.abc, name, None)
             found[name] = Native(f"typing.{name}", _no_call, kind if isinstance(kind, type) else object)
         found["Callable"] = Native("typing.Callable", _no_call, Callable)
         found |= {name: Native(f"typing.{name}", _no_call, kind) for name, kind in _GENERIC.items()}
@@ -433,7 +437,6 @@ class PythonLibrary:
         }
 
 
-_ENUMS = ("Enum", "IntEnum", "StrEnum", "Flag", "IntFlag")
 _TYPING = words(
     "Any Union Optional Literal Final ClassVar Annotated Generic Protocol NamedTuple TypedDict Iterable Iterator "
     "Generator Sequence Mapping MutableMapping MutableSequence Hashable Sized Container Collection Self Never "
@@ -490,7 +493,7 @@ def _batched(items: Iterable[Any], count: int) -> Iterator[tuple[Any, ...]]:
 
 
 def _list(items: Any = ()) -> list[Any]:
-    return [items] if type(items) is Residual and items.kind == "shape" else list(items)
+    return [items] if is_shape(items) else list(items)
 
 
 def _sum(items: Any, start: Any = 0) -> Any:

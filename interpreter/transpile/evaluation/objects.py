@@ -21,6 +21,9 @@ def words(text: str) -> tuple[str, ...]:
     return tuple(text.split())
 
 
+MAX_ITEMS, MAX_BITS = 2_000_000, 20_000  # of a container or text, of an integer
+
+
 class UnsupportedPython(Exception):
     """Raised for Python that cannot be evaluated; ``node`` is its place once it is known."""
 
@@ -44,6 +47,11 @@ class Exhausted(Exception):
     def __init__(self, value: Any = None) -> None:
         super().__init__()
         self.value = StopIteration(value)
+
+
+def value_of_error(error: Exception) -> Any:
+    """Return the exception that the program sees."""
+    return error.value if isinstance(error, (Raised, Exhausted)) else error
 
 
 class Caller(Protocol):
@@ -774,6 +782,11 @@ _COMPARED: dict[str, type[ast.cmpop]] = {
 }  # fmt: skip
 
 
+def is_shape(value: Any) -> bool:
+    """Return whether a value is a shape of the finished scene."""
+    return type(value) is Residual and value.kind == "shape"
+
+
 def residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Residual:
     """Return the residual result of an operation: an operator's name, "item", "neg" or "abs"."""
     nodes = [node_of(each) for each in operands]
@@ -799,7 +812,7 @@ def _has_array(operands: tuple[Any, ...]) -> bool:
 def _residual_operation(name: str, is_reflected: bool) -> Callable[[Residual, Any], Any]:
     def operation(self: Residual, other: Any) -> Any:
         if self.kind == "shape":
-            if name != "add" or not (type(other) is list or (type(other) is Residual and other.kind == "shape")):
+            if name != "add" or not (type(other) is list or is_shape(other)):
                 return NotImplemented
             return [other, self] if is_reflected else [self, other]
         if isinstance(other, (PythonObject, list, str)) or (isinstance(other, tuple) and name != "matmul"):
@@ -944,10 +957,15 @@ def bound_arguments(function: PythonFunction, arguments: tuple[Any, ...], named:
     return values
 
 
+def check_widths(specification: str) -> None:
+    """Raise UnsupportedPython for a specification of a format with a width that is too large."""
+    if any(len(digits) > 4 for digits in "".join(c if c.isdigit() else " " for c in specification).split()):
+        raise UnsupportedPython("this width of a text is too large")
+
+
 def formatted(value: Any, specification: str) -> str:
     """Format a value. Raises UnsupportedPython for a residual value or a width that is too large."""
     if type(value) is Residual:
         raise UnsupportedPython("a random value cannot be part of a text here")
-    if any(len(digits) > 4 for digits in "".join(c if c.isdigit() else " " for c in specification).split()):
-        raise UnsupportedPython("this width of a text is too large")
+    check_widths(specification)
     return format(value, specification)
