@@ -113,6 +113,7 @@ _ALWAYS = {
     "quote": HeadKind.QUOTE,
     "quasiquote": HeadKind.QUASIQUOTE,
 }
+_COMBINATORS = {"ring": 2, "grid": 1, "mirror": 1, "align": 2, "on-top-of": 2, "attach": 2, "scatter": 2, "jitter": 1}
 _WHERE_INDENTED = {
     "if": HeadKind.IF,
     "lambda": HeadKind.LAMBDA,
@@ -137,6 +138,8 @@ def shapes_by_head(indents: Mapping[str, int | None]) -> dict[str, HeadShape]:
         shapes[name] = HeadShape(kind, indent or 0)
     for name, kind in _ALWAYS.items():
         shapes[name] = HeadShape(kind, 1)
+    for name, count in _COMBINATORS.items():
+        shapes[name] = HeadShape(HeadKind.CALL, count)
     return shapes
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from scenelang.api import format as format
     from scenelang.api import grammar_text as grammar_text
     from scenelang.api import import_build as import_build
+    from scenelang.api import lift as lift
     from scenelang.api import list_backends as list_backends
     from scenelang.api import load as load
     from scenelang.api import parse as parse
@@ -81,8 +82,8 @@ if not os.path.isdir(os.path.join(os.path.dirname(__file__), "grammar")):
 # Module of each public name, imported lazily on first access to keep startup fast.
 _HOMES = {
     "check": "api", "check_installation": "api", "diff": "api", "evaluate": "api", "expand": "api",
-    "explain": "api", "format": "api", "grammar_text": "api", "import_build": "api", "list_backends": "api",
-    "load": "api", "parse": "api", "transpile": "api",
+    "explain": "api", "format": "api", "grammar_text": "api", "import_build": "api", "lift": "api",
+    "list_backends": "api", "load": "api", "parse": "api", "transpile": "api",
     "DistillationSettings": "backends.neural.distillation.training",
     "InversionSettings": "backends.neural.inversion", "Granularity": "backends.neural.prompts",
     "Models": "backends.neural.weights", "Embeddings": "embeddings", "MetricOptions": "evaluation.subjects",

@@ -125,10 +125,11 @@ def evaluate(
 
 
 @typed
-def transpile(text: str, name: str = "<response>.py") -> Translation:
+def transpile(text: str, name: str = "<response>.py", *, literal: bool = False) -> Translation:
     """Translate a language model's response, or its Python, to a program of the language; Python is never executed.
 
-    ``.text`` is the program, empty if ``.ok`` is false; ``.diagnostics`` contains the errors.
+    ``.text`` is the program, empty if ``.ok`` is false; ``.diagnostics`` contains the errors. The program is lifted
+    (see `lift`), unless ``literal`` is true.
 
     Examples
     --------
@@ -136,7 +137,43 @@ def transpile(text: str, name: str = "<response>.py") -> Translation:
     >>> transpile("from helper import *\\n@register()\\n" + response).ok
     True
     """
-    return Session().transpile(Source(name, text))
+    return Session().transpile(Source(name, text), literal)
+
+
+@typed
+def lift(text: str, name: str = "<program>.scene") -> str:
+    """Rewrite a program as a person would write it: rings, grids, tables of similar parts, params, composed poses.
+
+    Parameters
+    ----------
+    text
+        Program of the language; imports are found relative to the working directory.
+    name
+        Name of the program in messages.
+
+    Returns
+    -------
+    str
+        Text of a program with the same primitives in the same order, the same words, hierarchy, handles, attributes,
+        random draws and frames; poses may differ by rounding. It is never longer.
+
+    Raises
+    ------
+    SceneError
+        If the program has errors.
+
+    Examples
+    --------
+    >>> program = '(bind "s" (lambda () (define dot (call "sphere")) (union dot)))'
+    >>> print(lift(program).strip())
+    (bind "s"
+      (lambda ()
+        (union (call "sphere"))))  ; dot
+    """
+    lifted, diagnostics = Session().lift(Source(name, text))
+    if lifted is None:
+        raise error_of(next(d for d in diagnostics if d.is_error))
+    return lifted
 
 
 @typed

@@ -43,8 +43,7 @@ class FormattedFile:
 
     def difference(self) -> Iterator[str]:
         """Return the lines of the unified diff."""
-        before, after = _lines(self.before), _lines(self.after or "")
-        return unified_diff(before, after, self.name, f"{self.name} (formatted)", lineterm="")
+        return difference(self.before, self.after or "", self.name, "formatted")
 
 
 def format_file(name: str, lines: tuple[int, int] | None = None) -> FormattedFile:
@@ -65,6 +64,11 @@ def format_file(name: str, lines: tuple[int, int] | None = None) -> FormattedFil
     except FormatFault as fault:
         return FormattedFile(shown, fault=str(fault))
     return FormattedFile(shown, before, after)
+
+
+def difference(before: str, after: str, name: str, how: str) -> Iterator[str]:
+    """Return the lines of the unified diff of a file's text; ``how`` says what was done to it."""
+    return unified_diff(_lines(before), _lines(after), name, f"{name} ({how})", lineterm="")
 
 
 def _lines(text: str) -> list[str]:

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.entity import Scene
     from scenelang.interpreter.scene.primitives.asset import Asset
     from scenelang.interpreter.transpile.translate import Translation
+    from scenelang.interpreter.transpile.writing.code import Finish
 
 
 T = TypeVar("T")
@@ -350,12 +351,19 @@ class Session:
             datums.append(datum)
         return layout(datums, indents=INDENTS, spelling=spelling)
 
-    def transpile(self, source: Source) -> Translation:
-        """Translate a language model's response, or its Python, and check the program; errors are never raised."""
+    def transpile(self, source: Source, literal: bool = False) -> Translation:
+        """Translate a language model's response, or its Python, and check the program; errors are never raised.
+
+        The text is lifted to a program as a person would write it, unless ``literal`` is true.
+        """
+        from scenelang.interpreter.lift.lift import lift
         from scenelang.interpreter.transpile.translate import Translation
 
+        names = self.library.names
+        finish: Finish | None = None if literal else lambda forms, notes, texts: lift(forms, notes, texts, names)
+
         def work() -> Translation:
-            translation, checked = self._translated(source, True)
+            translation, checked = self._translated(source, True, finish)
             return translation.with_diagnostics(checked.diagnostics)
 
         try:
@@ -365,16 +373,28 @@ class Session:
             problem = Diagnostic("nesting", "the Python is nested too deeply", Span(source, 0, 1))
             return Translation((), "", (problem,))
 
-    def _translated(self, source: Source, with_text: bool) -> tuple[Translation, Checked]:
+    def lift(self, source: Source) -> tuple[str | None, Sequence[Diagnostic]]:
+        """Return the text of an equal program that is easier to read, or None, and the diagnostics of the program."""
+        from scenelang.interpreter.lift.lift import lift_text
+
+        if is_python(source):
+            hint = "`scenelang transpile` lifts what it translates"
+            return None, (Diagnostic("unsupported", "only programs can be lifted, not Python", None, hint),)
+        checked = self.check(source)
+        if checked.ok and checked.program is None:
+            return None, (Diagnostic("unsupported", "only programs can be lifted, not scenes in JSON", None),)
+        return (lift_text(source, self.library.names) if checked.ok else None), checked.diagnostics
+
+    def _translated(self, source: Source, with_text: bool, finish: Finish | None = None) -> tuple[Translation, Checked]:
         """Translate a language model's Python and check the program; parts in which the checker finds errors are
         evaluated if that leaves none."""
         from scenelang.interpreter.transpile.translate import translate, with_evaluated_parts
 
-        translation = translate(source, with_text)
+        translation = translate(source, with_text, finish)
         checked = self._check(source, translation)
         wrong = [d for d in checked.diagnostics if d.is_error]
         if wrong and translation.ok:
-            evaluated = with_evaluated_parts(source, translation, wrong, with_text)
+            evaluated = with_evaluated_parts(source, translation, wrong, with_text, finish)
             again = self._check(source, evaluated) if evaluated.ok and evaluated is not translation else checked
             if not any(d.is_error for d in again.diagnostics):
                 return evaluated, again

@@ -13,7 +13,7 @@ import copies
 import pytest
 
 from scenelang.cli.main import COMMANDS, main
-from scenelang.cli.servers import SHELLS
+from scenelang.cli.programs import SHELLS
 
 SCENE = '(bind "light house" (lambda () (call "cube")))\n(bind "boat" (lambda () (call "sphere")))\n'
 BREAKS = " \t\n\"'><=;|&(:"  # bash's COMP_WORDBREAKS

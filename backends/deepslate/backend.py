@@ -24,8 +24,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Accepts, Option, Progress, Work, require
 from scenelang.backends.deepslate.builds import WATER_TEXTURES, Builds, builds_of
-from scenelang.backends.deepslate.layers import layers_for
-from scenelang.backends.deepslate.looks import BlockLooks, looks_of
+from scenelang.backends.deepslate.looks import BlockLooks, layers_for, looks_of
 from scenelang.backends.pictures.appearance import Studio, from_srgb, studio_for, to_srgb, tone_map
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json, place
 from scenelang.backends.pictures.film import (

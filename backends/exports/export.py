@@ -12,8 +12,18 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import LOOKS, Accepts, Backend, BackendOptions, Option, Progress, Work, check_settings
-from scenelang.backends.exports.items import ExportItem, ExportPlan, distinct, planned
-from scenelang.backends.exports.surfaces import MAX_VERTICES, ExportSurface, merged, segments_for, solid_of, surface_of
+from scenelang.backends.exports.plan import (
+    MAX_VERTICES,
+    ExportItem,
+    ExportPlan,
+    ExportSurface,
+    distinct,
+    merged,
+    planned,
+    segments_for,
+    solid_of,
+    surface_of,
+)
 from scenelang.backends.files import atomic_write_all
 from scenelang.backends.pictures.appearance import Look, look_of, to_srgb
 from scenelang.grammar.datum import dataclass, field, replace

@@ -25,8 +25,18 @@ from scenelang.backends.exports.export import (
     mesh_backend,
     variants,
 )
-from scenelang.backends.exports.items import ExportItem, ExportPlan, cut_below, distinct
-from scenelang.backends.exports.surfaces import SEGMENTS, ExportSurface, Solid, merged, segments_for, solid_of
+from scenelang.backends.exports.plan import (
+    SEGMENTS,
+    ExportItem,
+    ExportPlan,
+    ExportSurface,
+    Solid,
+    cut_below,
+    distinct,
+    merged,
+    segments_for,
+    solid_of,
+)
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.exports.export import Job, PlacedMesh, mesh_backend, placed
-from scenelang.backends.exports.surfaces import ExportSurface
+from scenelang.backends.exports.plan import ExportSurface
 from scenelang.backends.pictures.appearance import Look, to_srgb
 from scenelang.interpreter.scene.primitives.mesh import triangle_normals
 

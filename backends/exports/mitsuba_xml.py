@@ -17,12 +17,15 @@ import numpy.typing as npt
 
 from scenelang.backends.base import BackendOptions, require
 from scenelang.backends.exports.export import INSTANCES, Job, leaves, mesh_backend, unsupported_frames
-from scenelang.backends.exports.items import ExportItem, ExportPlan, cut_below, distinct
 from scenelang.backends.exports.mesh_files import write_ply
-from scenelang.backends.exports.surfaces import (
+from scenelang.backends.exports.plan import (
     WHITE,
+    ExportItem,
+    ExportPlan,
     ExportSurface,
     Patch,
+    cut_below,
+    distinct,
     joined,
     merged,
     segments_for,

@@ -20,8 +20,16 @@ import numpy.typing as npt
 
 from scenelang.backends.base import require
 from scenelang.backends.exports.export import FPS, Job, Moving, facts_of, matched, merged_facts, mesh_backend, variants
-from scenelang.backends.exports.items import ExportItem, ExportPlan, distinct
-from scenelang.backends.exports.surfaces import ExportSurface, merged, segments_for, solid_of, unit_surface
+from scenelang.backends.exports.plan import (
+    ExportItem,
+    ExportPlan,
+    ExportSurface,
+    distinct,
+    merged,
+    segments_for,
+    solid_of,
+    unit_surface,
+)
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix

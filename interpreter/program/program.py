@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, lru_cache
@@ -715,7 +714,6 @@ def roll_back(file: SourceFile, snapshot: Snapshot) -> None:
 
 
 PAPER_FORMS = {"call": "CALL", "union": "UNION", "union-loop": "UNION_LOOP", "transform": "TRANSFORM"}
-_DEFINED = re.compile(r"^\(define \(?([^\s()]+)", re.M)
 
 
 class Prelude:
@@ -731,7 +729,7 @@ class Prelude:
         self.definitions: dict[Variable, ast.Define] = {}
         self._exports: dict[str, Any] = {}
         self._pending = list(library.prelude)
-        self._homes = {name: module for module in library.prelude for name in _DEFINED.findall(library.modules[module])}
+        self._homes = library.prelude_names
         self._loading = False
 
     def _lookup(self, name: str) -> Any:

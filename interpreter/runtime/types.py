@@ -505,6 +505,9 @@ class Builtin(Procedure):
         return f"({self.name}{' ' if self.parameters else ''}{self.parameters}) -> {self.result}"
 
 
+_DEFINED = re.compile(r"^\(define \(?([^\s()]+)", re.M)
+
+
 @dataclass(frozen=True, eq=False)
 class Library:
     """Standard library.
@@ -529,6 +532,17 @@ class Library:
     prelude: tuple[str, ...]
     constant_docs: Mapping[str, str]
     imported: Mapping[str, Mapping[str, Builtin]] = field(default_factory=dict)
+
+    @cached_property
+    def prelude_names(self) -> dict[str, str]:
+        """Modules of the names that the prelude defines."""
+        return {name: module for module in self.prelude for name in _DEFINED.findall(self.modules[module])}
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """All names of the library, with those that must be imported."""
+        imported = {name for names in self.imported.values() for name in names}
+        return frozenset(self.builtins.keys() | self.constants.keys() | self.prelude_names.keys() | imported)
 
     def module_of(self, name: str) -> str | None:
         """Return the module from which the builtin ``name`` must be imported, or None."""

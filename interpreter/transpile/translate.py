@@ -22,7 +22,7 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     resolve,
 )
 from scenelang.interpreter.transpile.python_text import HELPERS, PythonText, parse_python
-from scenelang.interpreter.transpile.writing.code import Code, Namer, Output, prose
+from scenelang.interpreter.transpile.writing.code import Code, Finish, Namer, Output, prose
 from scenelang.interpreter.transpile.writing.expressions import write_expression
 from scenelang.interpreter.transpile.writing.statements import header_texts, write_program, write_statement
 from scenelang.interpreter.transpile.writing.writer import Analysed, Writer
@@ -63,32 +63,44 @@ class Translation:
         return not any(d.is_error for d in self.diagnostics)
 
 
-def translate(source: Source, with_text: bool = True) -> Translation:
-    """Translate the Python code of a response or file. Errors in the code are returned as diagnostics, never raised."""
+def translate(source: Source, with_text: bool = True, finish: Finish | None = None) -> Translation:
+    """Translate the Python code of a response or file. Errors in the code are returned as diagnostics, never raised.
+
+    ``finish`` lifts the program whose text is returned; the forms are the literal translation.
+    """
     text = parse_python(source)
     if text.response.ignored:
         span = Span(source, text.response.end, text.response.end)
         message = f"only one Python code block is used; {text.response.ignored} more in the response are ignored"
         text.diagnostics.append(Diagnostic("ignored-block", message, span))
     analysed = analyse(text)
-    translation = _translation(text, analysed, with_text)
+    translation = _translation(text, analysed, with_text, finish)
     if translation.ok or any(d.is_error for d in text.diagnostics):
         return translation
-    return _with_evaluated_parts(text, analysed, translation, translation.diagnostics, with_text)
+    return _with_evaluated_parts(text, analysed, translation, translation.diagnostics, with_text, finish)
 
 
 def with_evaluated_parts(
-    source: Source, translation: Translation, errors: Sequence[Diagnostic], with_text: bool = True
+    source: Source,
+    translation: Translation,
+    errors: Sequence[Diagnostic],
+    with_text: bool = True,
+    finish: Finish | None = None,
 ) -> Translation:
     """Translate again, with the parts evaluated in which the checker has found errors."""
     text = parse_python(source)
     analysed = analyse(text)
-    found = [*_translation(text, analysed, False).diagnostics, *errors]
-    return _with_evaluated_parts(text, analysed, translation, found, with_text)
+    found = [*_translation(text, analysed, False, None).diagnostics, *errors]
+    return _with_evaluated_parts(text, analysed, translation, found, with_text, finish)
 
 
 def _with_evaluated_parts(
-    text: PythonText, analysed: Analysed, translation: Translation, found: Sequence[Diagnostic], with_text: bool
+    text: PythonText,
+    analysed: Analysed,
+    translation: Translation,
+    found: Sequence[Diagnostic],
+    with_text: bool,
+    finish: Finish | None,
 ) -> Translation:
     from scenelang.interpreter.transpile.evaluation.folding import fold
 
@@ -102,14 +114,14 @@ def _with_evaluated_parts(
             return Translation((), "", mistakes or (folded,), translation.partial if is_mistaken else ())
         if folded is None:
             break
-        second = _translation(folded, analyse(folded), with_text)
+        second = _translation(folded, analyse(folded), with_text, finish)
         if second.ok:
             return second
         errors += [d for d in second.diagnostics if d.is_error]
     return translation
 
 
-def _translation(text: PythonText, analysed: Analysed, with_text: bool) -> Translation:
+def _translation(text: PythonText, analysed: Analysed, with_text: bool, finish: Finish | None) -> Translation:
     source = text.source
     writer = Writer(analysed, write_expression, write_statement)
     header = header_texts(writer)
@@ -120,9 +132,9 @@ def _translation(text: PythonText, analysed: Analysed, with_text: bool) -> Trans
         hint = "decorate the function of the scene with `@register()`"
         diagnostics.append(Diagnostic("no-root", "the Python code registers no function", span, hint))
     if any(d.is_error for d in diagnostics):
-        partial = _generate(text, writer, forms, header, diagnostics, False)
+        partial = _generate(text, writer, forms, header, diagnostics, False, None)
         return Translation((), "", tuple(diagnostics), partial.forms)
-    return _generate(text, writer, forms, header, diagnostics, with_text)
+    return _generate(text, writer, forms, header, diagnostics, with_text, finish)
 
 
 def analyse(text: PythonText) -> Analysed:
@@ -202,7 +214,7 @@ def _mark_keyword_parameters(target: Function, named: set[str], has_table: bool)
 
 def _generate(
     text: PythonText, writer: Writer, forms: list[Code], texts: list[str], diagnostics: list[Diagnostic],
-    with_text: bool,
+    with_text: bool, finish: Finish | None,
 ) -> Translation:  # fmt: skip
     """Choose names, and create the datums and the text of the program."""
     namer = Namer(forms, writer.analysed.spread)
@@ -218,7 +230,7 @@ def _generate(
     footer = [*writer.pending_texts, *writer.comments.take_until(len(text.lines) + 1)]
     after = prose(text.response.after[:_MAX_PROSE])
     ending: list[str | None] = [*footer, *([None] if after else []), *after]
-    written = output.text(datums, header, ending)
+    written = output.text(datums, header, ending, finish)
     if isinstance(written, Diagnostic):
         return Translation((), "", tuple(_sorted([*diagnostics, written])))
     return Translation(datums, written, tuple(_sorted(diagnostics)))

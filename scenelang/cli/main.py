@@ -144,12 +144,13 @@ GROUPS: dict[str, dict[str, Command]] = {
     "Write programs": {
         "check": Command(EVALUATION, "programs", "check programs for errors without running them"),
         "run": Command(PROGRAM, "programs", "evaluate a program and summarize its scene"),
-        "repl": Command(EVALUATION, "servers", "start an interactive session (REPL)"),
+        "repl": Command(EVALUATION, "programs", "start an interactive session (REPL)"),
         "fmt": Command(TEXT, "programs", "format programs: line breaks and indentation"),
         "explain": Command(TEXT, "programs", "explain an error or warning and how to fix it"),
         "diff": Command(EVALUATION, "programs", "compare the geometry of two scenes"),
         "expand": Command(PROGRAM, "programs", "print the program after macro expansion"),
         "transpile": Command(OWN, "programs", "convert Python written by a language model to a program"),
+        "lift": Command(PROGRAM, "programs", "rewrite a program as a person would write it"),
         "import": Command(OUTPUT, "programs", "convert a Minecraft build to a program: .schem .litematic .nbt"),
     },
     "Inspect scenes": {
@@ -181,10 +182,10 @@ GROUPS: dict[str, dict[str, Command]] = {
         "eval": Command(EVALUATION, "models", "compute the paper's metrics, and run its user study"),
     },
     "Integrations and diagnostics": {
-        "lsp": Command(SERVER, "servers", "start the language server on standard input and output"),
-        "mcp": Command(SERVER, "servers", "start the MCP server on standard input and output"),
+        "lsp": Command(SERVER, "programs", "start the language server on standard input and output"),
+        "mcp": Command(SERVER, "programs", "start the MCP server on standard input and output"),
         "grammar": Command(TEXT, "programs", "export the grammar of the language"),
-        "completion": Command(SERVER, "servers", "print a shell completion script"),
+        "completion": Command(SERVER, "programs", "print a shell completion script"),
         "doctor": Command(TEXT, "programs", "check the installation and report what is missing"),
     },
 }

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang import inversion, neural
-from scenelang.backends.neural.distillation.sds import Guidance
+from scenelang.backends.neural.distillation.terms import Guidance
 from scenelang.backends.neural.distillation.training import DistillationSettings
 from scenelang.backends.neural.inversion import InversionSettings
 from scenelang.backends.neural.prompts import Granularity

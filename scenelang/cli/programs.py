@@ -1,9 +1,10 @@
-"""Commands for programs: check, run, tree, flatten, count, bounds, expand, fmt, diff, transpile, explain, grammar,
-import, doctor."""
+"""Commands for programs: check, run, tree, flatten, count, bounds, expand, fmt, diff, transpile, lift, explain,
+grammar, import, doctor; interactive ones and servers: repl, lsp, mcp, completion."""
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 from collections.abc import Sequence
@@ -11,6 +12,7 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scenelang.backends.base import require
 from scenelang.cli.options import (
     UsageError,
     add_limits,
@@ -46,6 +48,7 @@ from scenelang.reports import deliver, painted, print_json, say, table
 if TYPE_CHECKING:
     from scenelang.formatting import FormattedFile
     from scenelang.interpreter.scene.difference import ComparedFrame
+    from scenelang.repl.loop import ModelRequest
     from scenelang.session import Session
 
 _FIRST_LINES = 10_000
@@ -183,13 +186,13 @@ def run_count(arguments: argparse.Namespace) -> int:
         scene = evaluated(arguments)
         frames = scene.frames
         if arguments.frame >= len(frames):
-            message = f"frame {arguments.frame} is out of range; the scene has {len(frames)}, counted from 0"
-            raise SceneError("value", message)
+            raise SceneError(
+                "value", f"frame {arguments.frame} is out of range; the scene has {len(frames)}, from 0 on"
+            )
         counts = count_words(frames[arguments.frame])
     head = f"frame {arguments.frame} of {len(frames)}:\n" if scene.animated else ""
-    return print_result(
-        arguments, counts, head + table([(f"{n:,}", word) for word, n in counts.items()], (True, False))
-    )
+    rows = [(f"{n:,}", word) for word, n in counts.items()]
+    return print_result(arguments, counts, head + table(rows, (True, False)))
 
 
 def add_bounds(parser: argparse.ArgumentParser) -> None:
@@ -318,11 +321,10 @@ def _compared_frames(arguments: argparse.Namespace, path: str) -> Sequence[Compa
 
 
 def add_transpile(parser: argparse.ArgumentParser) -> None:
-    parser.description = (
-        "Translate the Python of a language model's response to a program. The Python is never executed."
-    )
+    parser.description = "Translate the Python of a language model's response to a program. It is never executed."
     parser.add_argument("file", metavar="FILE", help="response (.txt), Python program (.py), or `-` for standard input")
     parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
+    parser.add_argument("--literal", action="store_true", help="follow the Python closely; do not lift the program")
     add_output(parser)
     add_limits(parser)
 
@@ -333,11 +335,33 @@ def run_transpile(arguments: argparse.Namespace) -> int:
     if arguments.output is not None and Path(arguments.output).resolve() == Path(arguments.file).resolve():
         raise UsageError("file", "the output would overwrite the input")
     session = Session(Options(limits=limits_of(arguments)))
-    translation = session.transpile(session.source(arguments.file))
+    translation = session.transpile(session.source(arguments.file), arguments.literal)
     report(arguments, translation.diagnostics)
     if not translation.ok:
         return 1
     deliver(translation.text, arguments.output)
+    return 0
+
+
+def add_lift(parser: argparse.ArgumentParser) -> None:
+    parser.description = "Rewrite a program as a person would write it, and print the diff. The scene stays the same."
+    parser.add_argument("-o", "--output", metavar="OUT.scene", help="write the program; OUT.scene may be FILE itself")
+
+
+def run_lift(arguments: argparse.Namespace) -> int:
+    from scenelang.formatting import difference
+
+    session = session_of(arguments)
+    source = session.source(arguments.file)
+    lifted, diagnostics = session.lift(source)
+    report(arguments, diagnostics)
+    if lifted is None:
+        return 1
+    if arguments.output is not None:
+        deliver(lifted, arguments.output)
+    else:
+        changes = difference(source.text, lifted, arguments.file, "lifted")
+        sys.stdout.writelines(painted(changes, use_color(arguments, sys.stdout)))
     return 0
 
 
@@ -407,9 +431,121 @@ def run_doctor(arguments: argparse.Namespace) -> int:
     from scenelang.doctor import CheckState, checks, report_lines
 
     found = list(checks())
-    text = "\n".join(report_lines(found, use_color(arguments, sys.stdout)))
-    if arguments.json:
-        print_json([check.data() for check in found])
-    else:
-        print(text)
+    lines = report_lines(found, use_color(arguments, sys.stdout))
+    print_result(arguments, [check.data() for check in found], "\n".join(lines))
     return 1 if any(check.state is CheckState.BROKEN for check in found) else 0
+
+
+# --- repl, lsp, mcp, completion ---------------------------------------------------------------------------------------
+
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+# --- repl ------------------------------------------------------------------------------------------------------------
+
+
+def add_repl(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        "Enter forms and print their values. `,help` lists the commands. Without a terminal, forms are read "
+        "from standard input, values are written to standard output and diagnostics to standard error."
+    )
+    parser.add_argument("file", metavar="FILE", nargs="?", help="program to load at startup")
+    parser.add_argument("--plain", action="store_true", help="disable terminal features (implied without a terminal)")
+    parser.add_argument("--prompt", metavar="TEXT", help="prompt written before each line is read, in plain mode")
+    parser.add_argument("--strict-errors", action="store_true", help="exit 1 if an input had errors, in plain mode")
+
+
+def _model_request(command: str, line: str) -> ModelRequest:
+    from scenelang.cli.models import model_request
+
+    return model_request(command, line)
+
+
+def run_repl(arguments: argparse.Namespace) -> int:
+    from scenelang.repl.evaluation import ReplEvaluation
+
+    file = arguments.file
+    is_terminal = sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
+    is_plain = arguments.plain or arguments.json or not is_terminal
+    arguments.file = file or "-"  # locates the embeddings file
+    evaluation = ReplEvaluation(session_of(arguments), file)
+    if not is_plain:
+        from scenelang.repl.console import run
+
+        run(evaluation, use_color(arguments, sys.stdout), arguments.quiet, _model_request)
+        return 0
+    from scenelang.repl.plain import standard
+
+    prompt = arguments.prompt
+    if prompt is None:
+        prompt = "> " if sys.stdin.isatty() and not arguments.json else ""
+    errors = standard(prompt, arguments.json, arguments.quiet, _model_request).run(evaluation)
+    return 1 if errors and arguments.strict_errors else 0
+
+
+# --- lsp, mcp --------------------------------------------------------------------------------------------------------
+
+
+def add_lsp(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--stdio", action="store_true", help="use standard input and output (the only transport; for compatibility)"
+    )
+
+
+def run_lsp(arguments: argparse.Namespace) -> int:
+    require("pygls", "'scenelang[lsp]'")
+    from importlib.metadata import version
+
+    from scenelang.lsp.server import serve
+
+    serve(version("scenelang"))
+    sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - the server has closed the original stdout
+    return 0
+
+
+def add_mcp(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        "Start a server of the Model Context Protocol: agents check, run, count, render and compare "
+        "programs, passed as text or as files of the project folder. It writes no files."
+    )
+    parser.add_argument(
+        "--project",
+        metavar="DIR",
+        default=".",
+        help="project folder; no other files are read (default: the current folder)",
+    )
+    add_limits(parser)
+
+
+def run_mcp(arguments: argparse.Namespace) -> int:
+    folder = Path(arguments.project)
+    if not folder.is_dir():
+        raise UsageError("file", f"not a folder: {arguments.project}")
+    require("mcp", "'scenelang[mcp]'")
+    from importlib.metadata import version
+
+    from scenelang.mcp.server import serve
+
+    serve(folder.resolve(), limits_of(arguments), version("scenelang"))
+    return 0
+
+
+# --- completion ------------------------------------------------------------------------------------------------------
+
+
+def add_completion(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        "Print a completion script for commands, options, choices, files and a program's words. For bash "
+        'add `eval "$(scenelang completion bash)"` to ~/.bashrc, for zsh the same with zsh to ~/.zshrc after '
+        "`compinit`; for fish write it to ~/.config/fish/completions/scenelang.fish."
+    )
+    parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help="shell: bash, zsh or fish")
+
+
+def run_completion(arguments: argparse.Namespace) -> int:
+    from argcomplete.shell_integration import shellcode
+
+    code = shellcode(["scenelang", "scene"], shell=arguments.shell, complete_arguments=["-o", "nospace"])  # nosec B604
+    sys.stdout.write(code)
+    return 0

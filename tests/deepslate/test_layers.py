@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from deepslate.packs import COLORS, DEFINITIONS, as_json, pack_files, png, write_files, write_npm, write_zip
 
-from scenelang.backends.deepslate import layers as module
-from scenelang.backends.deepslate.layers import full_name, layer_at, layers_for, number_of
+from scenelang.backends.deepslate import looks as module
+from scenelang.backends.deepslate.looks import full_name, layer_at, layers_for, number_of
 from scenelang.grammar.diagnostics import SceneError
 
 

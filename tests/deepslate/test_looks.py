@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from deepslate.packs import COLORS, as_json, pack_files, png, write_zip
 
-from scenelang.backends.deepslate.layers import layer_at
 from scenelang.backends.deepslate.looks import (
     MISSING,
     BlockLook,
     BlockLooks,
     atlas_of,
     flat_model,
+    layer_at,
     looks_of,
     texture_from,
     textures_of,

@@ -23,8 +23,7 @@ from support import interruptible
 
 from scenelang.backends.deepslate.backend import Browser, PageSurroundings, find_browser, page_of
 from scenelang.backends.deepslate.builds import Builds, seen
-from scenelang.backends.deepslate.layers import layers_for
-from scenelang.backends.deepslate.looks import looks_of
+from scenelang.backends.deepslate.looks import layers_for, looks_of
 from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build, load_table
 from scenelang.backends.pictures.camera import camera_to_json, parse_viewpoint, place
 from scenelang.backends.pictures.film import Picture, PictureOptions, render

@@ -7,7 +7,7 @@ import pytest
 from later import later
 from support import evaluate
 
-from scenelang.backends.neural.distillation.theta import compose, initial_theta, zero_offsets
+from scenelang.backends.neural.distillation.terms import compose, initial_theta, zero_offsets
 from scenelang.backends.neural.distillation.training import SceneGroups, group_leaves
 from scenelang.backends.neural.prompts import Granularity, PromptContext, leaves_of
 from scenelang.backends.neural.splats.initial import gaussians_of

@@ -21,7 +21,7 @@ from scenelang.backends.neural.distillation.run import (
     save_checkpoint,
     unchanged_groups,
 )
-from scenelang.backends.neural.distillation.theta import Theta, densify_and_prune, initial_theta
+from scenelang.backends.neural.distillation.terms import Theta, densify_and_prune, initial_theta
 from scenelang.backends.neural.distillation.training import (
     DistillationSettings,
     DistillationTrainer,

@@ -10,13 +10,17 @@ import pytest
 from later import later
 
 from scenelang.backends.neural.diffusion import NoiseSchedule, PixelUnshuffle
-from scenelang.backends.neural.distillation.sds import Conditioning, Guidance, annealed_range, guided_loss, sds_loss
-from scenelang.backends.neural.distillation.theta import (
+from scenelang.backends.neural.distillation.terms import (
     MAX_AXIS_RATIO,
+    Conditioning,
+    Guidance,
     Theta,
+    annealed_range,
     axis_ratio_loss,
+    guided_loss,
     initial_theta,
     layout_loss,
+    sds_loss,
 )
 from scenelang.backends.neural.splats.gaussians import rotations
 

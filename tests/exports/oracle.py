@@ -13,7 +13,7 @@ import pytest
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from scenelang.backends.exports.surfaces import SEGMENTS, surface_of
+from scenelang.backends.exports.plan import SEGMENTS, surface_of
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.pictures.appearance import look_of
 from scenelang.grammar.datum import Source

@@ -79,7 +79,7 @@ def test_trimesh_reads_ply_and_stl_as_closed_solids(word: str, make: Any, tmp_pa
 
 
 def _surfaces(scene: Scene) -> list[Any]:
-    from scenelang.backends.exports.surfaces import surface_of
+    from scenelang.backends.exports.plan import surface_of
 
     found = [surface_of(one.entity) for one in expected(scene)]
     return [surface for surface in found if surface is not None]

@@ -58,7 +58,7 @@ def test_what_is_hit_where(make: Any, tmp_path: Path) -> None:
     scene = make.odd()
     made = loaded(scene, tmp_path / "a.xml")
     from exports.oracle import expected
-    from scenelang.backends.exports.surfaces import surface_of
+    from scenelang.backends.exports.plan import surface_of
 
     parts = []
     for one in expected(scene, 0, 192):

@@ -15,7 +15,7 @@ from searching import many
 
 from exports.oracle import example, expected, on_examples, same_points, scenes
 from scenelang.backends.base import BackendOptions
-from scenelang.backends.exports.surfaces import SEGMENTS, surface_of
+from scenelang.backends.exports.plan import SEGMENTS, surface_of
 from scenelang.backends.exports.usd import USD, PrimNames
 from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Pair
 from scenelang.interpreter.scene.bounds import entity_box

@@ -26,5 +26,5 @@ def load() -> None:
         main(["transpile", str(Path(name) / "a.py")])
         main(["render", str(program), "-o", str(Path(name) / "a.png"), "--size", "8x8"])
         main(["export", str(program), "-o", str(Path(name) / "a.glb")])
-    for module in ("repl.commands", "repl.loop", "repl.plain", "cli.servers"):
+    for module in ("repl.commands", "repl.loop", "repl.plain", "cli.programs"):
         import_module(f"scenelang.{module}")

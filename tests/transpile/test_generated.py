@@ -142,11 +142,12 @@ def at(x):
 
 
 def _compare(code: str) -> None:
-    translation = SESSION.transpile(Source("drawn.py", code))
+    golden = json.loads(json.dumps(flatten(code)))
+    translation = SESSION.transpile(Source("drawn.py", code), literal=True)
     assert translation.ok, f"{told(translation.diagnostics)}\n{code}"
     assert printed(translation.text) == [print_datum(form) for form in translation.forms]
-    result = SESSION.evaluate(Source("drawn.scene", translation.text))
-    assert result.scene is not None, f"{told(result.diagnostics)}\n{code}\n{translation.text}"
-    golden = json.loads(json.dumps(flatten(code)))
-    difference = first_difference(flattened(result.scene), golden)
-    assert difference is None, f"{difference}\n{code}\n{translation.text}"
+    for text in (translation.text, SESSION.transpile(Source("drawn.py", code)).text):
+        result = SESSION.evaluate(Source("drawn.scene", text))
+        assert result.scene is not None, f"{told(result.diagnostics)}\n{code}\n{text}"
+        difference = first_difference(flattened(result.scene), golden)
+        assert difference is None, f"{difference}\n{code}\n{text}"

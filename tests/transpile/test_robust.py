@@ -34,11 +34,12 @@ def _mutants(case: Case, count: int) -> list[str]:
 def _complaint(code: str) -> str | None:
     """What is wrong with the outcome of the translation; None when nothing is."""
     source = Source("mutant.py", code)
+    literal = zlib.crc32(code.encode("utf-8", "surrogatepass")) % 2 == 0  # the other half is lifted
     try:
-        translation = SESSION.transpile(source)
+        translation = SESSION.transpile(source, literal)
     except Exception:
         return traceback.format_exc(limit=-4)
-    return _about_program(translation) if translation.ok else _about_errors(translation, source)
+    return _about_program(translation, literal) if translation.ok else _about_errors(translation, source)
 
 
 def _about_errors(translation: Translation, source: Source) -> str | None:
@@ -57,11 +58,11 @@ def _about_errors(translation: Translation, source: Source) -> str | None:
     return None
 
 
-def _about_program(translation: Translation) -> str | None:
+def _about_program(translation: Translation, literal: bool) -> str | None:
     result = read(Source("<translation>", translation.text))
     if result.diagnostics:
         return f"it does not read: {told(result.diagnostics)}\n{translation.text}"
-    if [print_datum(form) for form in result.forms] != [print_datum(form) for form in translation.forms]:
+    if literal and [print_datum(form) for form in result.forms] != [print_datum(form) for form in translation.forms]:
         return f"it reads back otherwise:\n{translation.text}"
     errors = [d for d in SESSION.check(Source("<translation>", translation.text)).diagnostics if d.is_error]
     if any(d.name not in _MAY_BE_FOUND_LATER for d in errors):

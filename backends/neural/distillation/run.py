@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Progress, require
 from scenelang.backends.files import atomic_write, write_json
-from scenelang.backends.neural.distillation.theta import PoseOffsets, Theta, compose
+from scenelang.backends.neural.distillation.terms import PoseOffsets, Theta, compose
 from scenelang.backends.neural.distillation.training import (
     DistillationSettings,
     DistillationTrainer,

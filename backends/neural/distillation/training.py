@@ -17,16 +17,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.neural.distillation.sds import WEIGHTINGS, Conditioning, Guidance, annealed_range, sds_loss
-from scenelang.backends.neural.distillation.theta import (
+from scenelang.backends.neural.distillation.terms import (
+    WEIGHTINGS,
+    Conditioning,
+    Guidance,
     PoseOffsets,
     Theta,
+    annealed_range,
     axis_ratio_loss,
     compose,
     densify_and_prune,
     initial_theta,
     layout_loss,
     repeat_indices,
+    sds_loss,
     visible_by_group,
     zero_offsets,
 )

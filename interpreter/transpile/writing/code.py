@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol
@@ -14,7 +14,10 @@ from scenelang.grammar.formatter import settled
 from scenelang.grammar.layout import Trivia, layout, line_comment
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import FORMS, INDENTS
+from scenelang.interpreter.lift.lift import Lifted
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
+
+Finish: TypeAlias = Callable[[Sequence[Datum], Mapping[int, Trivia], Mapping[int, str]], Lifted]
 
 
 class Code:
@@ -526,18 +529,22 @@ class Output:
         return Atom(Symbol(code.text), span)
 
     def text(
-        self, forms: Sequence[Datum], header: Sequence[str], footer: Sequence[str | None] = ()
+        self, forms: Sequence[Datum], header: Sequence[str], footer: Sequence[str | None], finish: Finish | None
     ) -> str | Diagnostic:
         """Return the text of the program, or a diagnostic if it would not read back as ``forms``.
 
-        ``header`` and ``footer`` are lines of comments at the start and the end.
+        ``header`` and ``footer`` are lines of comments at the start and the end; ``finish`` lifts the program.
         """
-        trivia = dict(self.trivia)
+        trivia: Mapping[int, Trivia] = self.trivia
+        spelling: Mapping[int, str] = self.spelling
+        if finish is not None:
+            lifted = finish(forms, trivia, spelling)
+            forms, trivia, spelling = lifted.forms, lifted.trivia, lifted.spelling
         if forms and header:
             first = trivia.get(id(forms[0]), Trivia())
             before = (*_comments(header), None, *first.before)
-            trivia[id(forms[0])] = Trivia(before, first.after, first.blank, first.end)
-        text = layout(forms, indents=INDENTS, trivia=trivia, spelling=self.spelling, end=_comments(footer))
+            trivia = {**trivia, id(forms[0]): Trivia(before, first.after, first.blank, first.end)}
+        text = layout(forms, indents=INDENTS, trivia=trivia, spelling=spelling, end=_comments(footer))
         problem = misread(forms, text, self._outer)
         if problem is not None:
             return problem

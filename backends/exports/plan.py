@@ -1,0 +1,447 @@
+"""What is exported: the entity DAG, with some entities marked to be merged into one mesh, and triangle surfaces.
+
+An ``ExportItem`` is a distinct entity in one role. ``--depth N`` marks the entities at level N (the root is level 0),
+so that each becomes one part; ``--instance-limit`` marks repeated small subtrees, so that a strict tree of nodes stays
+small (``cut_below``). Items are shared like entities.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.base import frame_of
+from scenelang.backends.geometry.solids import keeps_own_colors, own_mesh
+from scenelang.backends.minecraft.models import as_cubes
+from scenelang.backends.pictures.appearance import Look, check_seen, look_of
+from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
+from scenelang.interpreter.runtime.values import IDENTITY, Matrix
+from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
+from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
+from scenelang.interpreter.scene.primitives import Primitive
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm
+from scenelang.interpreter.scene.primitives.mesh import Mesh, posed
+
+MAX_NODES = 1_000_000  # of a strict tree
+_MAX_COORDINATE = 1e30  # limit for single precision, with a margin for products
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExportItem:
+    """An entity to export; ``parts`` are pairs of item and pose. ``merged``: the whole subtree becomes one mesh."""
+
+    entity: Entity
+    parts: tuple[tuple[ExportItem, Matrix], ...] = ()
+    merged: bool = False
+
+    @property
+    def word(self) -> str:
+        return self.entity.word
+
+    @property
+    def is_leaf(self) -> bool:
+        """Whether the item is a single mesh."""
+        return self.merged or self.entity.is_primitive
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExportPlan:
+    """The items of every exported frame; ``animated`` if they are the frames of a 4D scene."""
+
+    word: str
+    roots: tuple[ExportItem, ...]
+    animated: bool
+
+
+def planned(
+    scene: Scene,
+    frame: int | None = None,
+    depth: int | None = None,
+    limit: int = 2_000_000,
+    warn: Callable[[Diagnostic], None] | None = None,
+) -> ExportPlan:
+    """Return the export plan of ``scene`` with blocks converted to cubes.
+
+    Parameters
+    ----------
+    frame : int, optional
+        Zero-based; by default all frames.
+    depth : int, optional
+        Level at which entities are merged; by default none.
+    limit, warn
+        As for ``as_cubes``.
+
+    Raises
+    ------
+    SceneError
+        "value" if the frame does not exist, "empty-scene" if nothing has geometry, "pose" if coordinates are too large.
+    """
+    scene = as_cubes(chosen(scene, frame), limit, warn)
+    heights = _heights(scene.frames)
+    cut = {id(root): math.inf if depth is None else depth for root in scene.frames}
+    items = _Items(heights)
+    roots = tuple(items.of(root, cut[id(root)]) for root in scene.frames)
+    return ExportPlan(scene.word, roots, len(roots) > 1)
+
+
+def chosen(scene: Scene, frame: int | None) -> Scene:
+    """Return ``scene``, or its single frame ``frame``, if it can be exported; raises SceneError as ``planned`` does."""
+    roots = scene.frames if frame is None else (scene.frames[frame_of(scene, frame)],)
+    boxes = [box for box in map(entity_box, roots) if box is not None]
+    if not boxes:
+        raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to export')
+    if not all(abs(number) < _MAX_COORDINATE for box in boxes for number in box):
+        raise SceneError("pose", "pose overflow: coordinates exceed the range of single precision")
+    check_seen(scene)
+    return Scene(scene.word, roots, scene.animated and frame is None)
+
+
+class _Items:
+    """Creates items, one for each distinct entity and number of remaining levels above the cut."""
+
+    def __init__(self, heights: Mapping[int, int]) -> None:
+        self._heights = heights
+        self._made: dict[tuple[int, float], ExportItem] = {}
+
+    def of(self, root: Entity, levels: float) -> ExportItem:
+        """Return the item of ``root`` with its descendants ``levels`` below it merged; no recursion."""
+        stack = [(root, levels)]
+        while stack:
+            entity, left = stack[-1]
+            key = self._key(entity, left)
+            if key in self._made:
+                stack.pop()
+                continue
+            waiting = [] if left <= 0 else self._missing(entity, left - 1)
+            if waiting:
+                stack.extend(waiting)
+                continue
+            stack.pop()
+            self._made[key] = self._item(entity, left)
+        return self._made[self._key(root, levels)]
+
+    def _key(self, entity: Entity, left: float) -> tuple[int, float]:
+        return id(entity), (left if left < self._heights[id(entity)] else math.inf)
+
+    def _missing(self, entity: Entity, left: float) -> list[tuple[Entity, float]]:
+        found = {self._key(part.car, left): part.car for part in entity.children}
+        return [(child, left) for key, child in found.items() if key not in self._made]
+
+    def _item(self, entity: Entity, left: float) -> ExportItem:
+        if left <= 0 and entity.children:
+            return ExportItem(entity, merged=True)
+        parts = tuple((self._made[self._key(part.car, left - 1)], part.cdr) for part in entity.children)
+        return ExportItem(entity, parts)
+
+
+def _heights(roots: Iterable[Entity]) -> dict[int, int]:
+    """Return the number of levels below each distinct entity, 0 for a leaf."""
+    heights: dict[int, int] = {}
+    for entity in descendants(*roots):
+        heights[id(entity)] = 1 + max((heights[id(part.car)] for part in entity.children), default=-1)
+    return heights
+
+
+# --- items as a DAG --------------------------------------------------------------------------------------------
+
+
+def distinct(*roots: ExportItem) -> Iterator[ExportItem]:
+    """Yield every distinct item below and including ``roots``, children before parents."""
+    seen: set[int] = set()
+    for root in roots:
+        stack = [(root, iter(root.parts))] if id(root) not in seen else []
+        seen.add(id(root))
+        while stack:
+            item, parts = stack[-1]
+            for child, _ in parts:
+                if id(child) not in seen:
+                    seen.add(id(child))
+                    stack.append((child, iter(child.parts)))
+                    break
+            else:
+                stack.pop()
+                yield item
+
+
+def sizes(roots: Sequence[ExportItem]) -> dict[int, int]:
+    """Return the number of instances below and including each distinct item."""
+    counts: dict[int, int] = {}
+    for item in distinct(*roots):
+        counts[id(item)] = 1 + sum(counts[id(child)] for child, _ in item.parts)
+    return counts
+
+
+def cut_below(plan: ExportPlan, limit: int) -> ExportPlan:
+    """Merge the smallest repeated subtrees of ``plan`` so that every frame has at most ``limit`` nodes.
+
+    All subtrees of at most T instances that occur in several places are merged, with the smallest sufficient power of
+    two T, so that merged parts are small and the hierarchy above them is preserved. Subtrees that occur once are not
+    merged, which would make the file larger. Raises LimitError if more than ``MAX_NODES`` remain.
+    """
+    counts = sizes(plan.roots)
+    most = max(counts[id(root)] for root in plan.roots)
+    if most <= limit:
+        return plan
+    repeated = _repeated(plan.roots)
+    threshold = 2
+    while _nodes(plan.roots, counts, repeated, threshold) > limit and threshold < most:
+        threshold *= 2
+    nodes = _nodes(plan.roots, counts, repeated, threshold)
+    if nodes > max(limit, MAX_NODES):
+        raise LimitError(
+            "primitives",
+            f"the scene needs {nodes:,} nodes, more than the limit of {MAX_NODES:,} for a file",
+            hint="merge parts with --depth N, or write .usd",
+        )
+    return _merged_below(plan, counts, repeated, threshold)
+
+
+def _repeated(roots: Sequence[ExportItem]) -> set[int]:
+    """Return the ids of the items that occur in several places of one frame."""
+    found: set[int] = set()
+    for root in {id(root): root for root in roots}.values():
+        order = list(distinct(root))
+        places = dict.fromkeys((id(item) for item in order), 0)
+        places[id(root)] = 1
+        for item in reversed(order):
+            for child, _ in item.parts:
+                places[id(child)] += places[id(item)]
+        found.update(key for key, count in places.items() if count > 1)
+    return found
+
+
+def _nodes(roots: Sequence[ExportItem], counts: Mapping[int, int], repeated: Set[int], threshold: int) -> int:
+    """Return the number of nodes of the largest frame if repeated subtrees of at most ``threshold`` instances are
+    merged."""
+    nodes: dict[int, int] = {}
+    for item in distinct(*roots):
+        is_one = counts[id(item)] <= threshold and id(item) in repeated
+        nodes[id(item)] = 1 if is_one else 1 + sum(nodes[id(child)] for child, _ in item.parts)
+    return max(nodes[id(root)] for root in roots)
+
+
+def _merged_below(plan: ExportPlan, counts: Mapping[int, int], repeated: Set[int], threshold: int) -> ExportPlan:
+    made: dict[int, ExportItem] = {}
+    for item in distinct(*plan.roots):
+        if item.is_leaf or not item.parts:
+            made[id(item)] = item
+        elif counts[id(item)] <= threshold and id(item) in repeated:
+            made[id(item)] = ExportItem(item.entity, merged=True)
+        else:
+            made[id(item)] = ExportItem(item.entity, tuple((made[id(child)], pose) for child, pose in item.parts))
+    return ExportPlan(plan.word, tuple(made[id(root)] for root in plan.roots), plan.animated)
+
+
+# --- surfaces ---------------------------------------------------------------------------------------------------------
+
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+SEGMENTS = 64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExportSurface:
+    """A triangle mesh with normals.
+
+    ``vertices`` and unit ``normals`` (V, 3); ``faces`` (F, 3), counter-clockwise seen from outside; ``colors`` (V, 3)
+    linear sRGB if the surface has its own, which multiply the look's colour.
+    """
+
+    vertices: FloatArray
+    normals: FloatArray
+    faces: IntArray
+    colors: FloatArray | None = None
+
+    def under(self, matrices: FloatArray) -> ExportSurface:
+        """Return copies of the surface under the poses (K, 3, 4), concatenated."""
+        mesh = posed(Mesh(self.vertices, self.normals, self.faces), matrices)
+        colors = None if self.colors is None else np.tile(self.colors, (len(matrices), 1))
+        return ExportSurface(mesh.vertices, _unit_normals(mesh.shading), mesh.faces, colors)
+
+
+def surface_of(entity: Entity, segments: int = SEGMENTS) -> ExportSurface | None:
+    """Return the triangles of a primitive, None if it is invisible (removed blocks, a cylinder of zero length).
+
+    Round primitives have ``segments`` sides and vertices on the exact surface. A mesh file's own colours are used
+    unless the primitive has a ``:color``. Raises SceneError for unreadable files.
+    """
+    solid = solid_of(entity)
+    return None if solid is None else solid.own_surface(segments)
+
+
+def vertex_count(entity: Entity, segments: int) -> int:
+    """Return the approximate number of vertices of ``surface_of``."""
+    shape = entity.shape
+    placed = None if shape is None else shape.placed()
+    if placed is not None:
+        return placed.form.vertex_count(segments, placed.ratios)
+    mesh = None if shape is None else own_mesh(shape)
+    return 0 if mesh is None else 3 * len(mesh.faces)
+
+
+def is_round(shape: Primitive) -> bool:
+    """Whether the shape's surface depends on the number of sides."""
+    placed = shape.placed()
+    return placed is not None and placed.form.is_curved
+
+
+def _of_mesh(mesh: Mesh, own_colors: bool) -> ExportSurface:
+    """Return the surface of a mesh; if it has colours or no normals, its triangles share no vertices."""
+    if mesh.normals is not None and not own_colors:
+        return ExportSurface(mesh.vertices, _unit_normals(mesh.normals), mesh.faces)
+    corners = mesh.corners
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    flat = np.repeat(_unit_normals(normals), 3, axis=0)
+    shading = flat if mesh.normals is None else _unit_normals(mesh.normals[mesh.faces].reshape(-1, 3))
+    colors = None if mesh.colors is None or not own_colors else np.repeat(mesh.colors, 3, axis=0)
+    return ExportSurface(corners.reshape(-1, 3), shading, np.arange(3 * len(corners)).reshape(-1, 3), colors)
+
+
+def _unit_normals(normals: FloatArray) -> FloatArray:
+    """Normalise ``normals``; degenerate ones point up."""
+    largest = np.abs(normals).max(axis=1, keepdims=True, initial=0.0)
+    sound = np.isfinite(largest[:, 0]) & (largest[:, 0] > 0.0)
+    out = np.where(sound[:, None], normals / np.where(sound[:, None], largest, 1.0), (0.0, 1.0, 0.0))
+    unit: FloatArray = out / np.linalg.norm(out, axis=1, keepdims=True)
+    return unit
+
+
+# --- shared meshes -----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """A primitive as a shared mesh and the pose (12 floats) that places it in the primitive's frame.
+
+    ``form`` is the canonical form with the ``ratios``, whose surface is ``unit_surface``. It is None if ``shape`` has
+    its own surface: a mesh, or a flat primitive, whose normals cannot be derived from a form's. ``own_colors``: use
+    those of the mesh.
+    """
+
+    form: CanonicalForm | None
+    ratios: tuple[float, ...]
+    shape: Primitive
+    pose: Matrix
+    own_colors: bool = False
+
+    @property
+    def key(self) -> Hashable:
+        """Cache key of the shared mesh."""
+        return (self.form, self.ratios) if self.form is not None else (self.shape.key, self.own_colors)
+
+    def surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
+        """Return the triangles of the shared mesh, without the pose."""
+        return self.own_surface(segments) if self.form is None else unit_surface(self.form, self.ratios, segments)
+
+    def own_surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
+        """Return the triangles in the primitive's frame."""
+        placed = self.shape.placed()
+        if placed is not None:
+            return unit_surface(placed.form, placed.ratios, segments).under(placed.matrix[None])
+        mesh = own_mesh(self.shape)
+        return None if mesh is None else _of_mesh(mesh, self.own_colors)
+
+
+def solid_of(entity: Entity) -> Solid | None:
+    """Return the solid of a primitive, None if it is invisible."""
+    shape = entity.shape
+    if shape is None:
+        return None
+    placed = shape.placed()
+    if placed is None:
+        mesh = own_mesh(shape)
+        return None if mesh is None else Solid(None, (), shape, IDENTITY, keeps_own_colors(entity, mesh))
+    if not np.linalg.det(placed.matrix[:, :3]):
+        return Solid(None, (), shape, IDENTITY)
+    return Solid(placed.form, placed.ratios, shape, Matrix(placed.rows))
+
+
+def unit_surface(form: CanonicalForm, ratios: tuple[float, ...], segments: int = SEGMENTS) -> ExportSurface:
+    """Return the triangles of the canonical form."""
+    mesh = form.mesh(segments, ratios)
+    return ExportSurface(mesh.vertices, mesh.shading, mesh.faces)
+
+
+# Merged meshes of everything below an entity, for ``--depth`` and ``--instance-limit``.
+
+
+MAX_VERTICES = 24_000_000
+WHITE = (1.0, 1.0, 1.0)
+_COARSER = (SEGMENTS, 48, 32, 24, 16, 12, 8)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patch:
+    """The triangles of one material; the look's colour is white because ``surface.colors`` (V, 3) contains it."""
+
+    look: Look
+    surface: ExportSurface
+
+
+def merged(entity: Entity, segments: int = SEGMENTS) -> tuple[Patch, ...]:
+    """Return all primitives below ``entity``, in its frame, as one patch per material, ignoring colour."""
+    frame = flatten_entity(entity, snap_blocks=False)
+    found: dict[Look, list[ExportSurface]] = {}
+    for number, primitive in enumerate(frame.primitives):
+        look = look_of(primitive)
+        surface = None if look.opacity == 0.0 else surface_of(primitive, segments)
+        if surface is None:
+            continue
+        copies = surface.under(np.asarray(frame.matrices[frame.index == number]))
+        found.setdefault(replace(look, color=WHITE), []).append(_painted(copies, look))
+    return tuple(Patch(look, joined(surfaces)) for look, surfaces in found.items())
+
+
+def _painted(surface: ExportSurface, look: Look) -> ExportSurface:
+    """Return the surface with the look's colour on every vertex."""
+    own = np.ones((len(surface.vertices), 3)) if surface.colors is None else surface.colors
+    return replace(surface, colors=own * np.array(look.color))
+
+
+def joined(surfaces: Sequence[ExportSurface]) -> ExportSurface:
+    """Concatenate coloured surfaces."""
+    if len(surfaces) == 1:
+        return surfaces[0]
+    starts = np.cumsum([0, *(len(surface.vertices) for surface in surfaces)])
+    colors = [np.ones_like(s.vertices) if s.colors is None else s.colors for s in surfaces]
+    return ExportSurface(
+        np.concatenate([surface.vertices for surface in surfaces]),
+        np.concatenate([surface.normals for surface in surfaces]),
+        np.concatenate([surface.faces + start for surface, start in zip(surfaces, starts, strict=False)]),
+        np.concatenate(colors),
+    )
+
+
+def segments_for(entities: Sequence[Entity], what: str, hint: str | None = None) -> int:
+    """Return the largest number of sides of round primitives for which the merged ``entities`` fit; raises LimitError.
+
+    ``what`` names the file in the message, ``hint`` is the hint of the error.
+    """
+    shapes = [(frame, np.bincount(frame.index)) for frame in _frames(entities, what, hint)]
+    for segments in _COARSER:
+        total = sum(
+            int(count) * vertex_count(primitive, segments)
+            for frame, counts in shapes
+            for primitive, count in zip(frame.primitives, counts.tolist(), strict=True)
+        )
+        if total <= MAX_VERTICES:
+            return segments
+        if not any(p.shape is not None and is_round(p.shape) for frame, _ in shapes for p in frame.primitives):
+            break
+    raise LimitError(
+        "primitives", f"{what} would have {total:,} vertices, more than the limit of {MAX_VERTICES:,}", hint=hint
+    )
+
+
+def _frames(entities: Sequence[Entity], what: str, hint: str | None) -> list[FlatFrame]:
+    total = sum(primitive_count(entity) for entity in entities)
+    if 3 * total > MAX_VERTICES:  # check before anything is expanded
+        raise LimitError("primitives", f"{what} would have {total:,} primitives, more than the limit", hint=hint)
+    return [flatten_entity(entity, snap_blocks=False) for entity in entities]

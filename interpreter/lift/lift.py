@@ -1,0 +1,164 @@
+"""Lifting of a program: applies the rules until nothing changes, and keeps what would become longer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence, Set
+from dataclasses import dataclass
+
+from scenelang.grammar.concrete import concrete
+from scenelang.grammar.datum import Datum, Source, walk
+from scenelang.grammar.formatter import settled
+from scenelang.grammar.layout import AuthorLayout, Trivia, layout_lines
+from scenelang.interpreter.expand.forms import FORMS, INDENTS
+from scenelang.interpreter.lift import patterns, simplify
+from scenelang.interpreter.lift.tree import (
+    NO_COMMENTS,
+    Node,
+    Program,
+    code,
+    copied,
+    datum_of,
+    defined_names,
+    depth_exceeds,
+    node_of,
+    same,
+    size,
+)
+
+_MAX_ROUNDS = 8
+_MAX_SIZE = 60_000  # nodes of a program
+_BLOCK_WORDS = frozenset(("set-cuboid", "delete-blocks"))
+_MACROS = ("define-syntax", "define-macro", "let-syntax", "letrec-syntax")
+_LIBRARY = ("std/python.scene",)
+
+
+@dataclass(frozen=True, slots=True)
+class Lifted:
+    """Program after lifting: its forms, their comments and spellings by ``id``. Unchanged forms are the same."""
+
+    forms: tuple[Datum, ...]
+    trivia: Mapping[int, Trivia]
+    spelling: Mapping[int, str]
+
+
+def lift(
+    forms: Sequence[Datum],
+    trivia: Mapping[int, Trivia],
+    spelling: Mapping[int, str],
+    library: Set[str],
+    fixed: Set[int] = frozenset(),
+) -> Lifted:
+    """Return an equal program that is easier to read, and not longer.
+
+    Primitives, words, hierarchy, attributes, handles, draws of random numbers and frames stay the same; poses differ by
+    rounding.
+
+    Parameters
+    ----------
+    forms, trivia, spelling
+        The program, with its comments and the spelling of atoms by ``id(datum)``.
+    library
+        Names that the standard library defines.
+    fixed
+        Ids of datums that must stay as they are, with the forms that contain them.
+    """
+    same = Lifted(tuple(forms), trivia, spelling)
+    if any(depth_exceeds(form) for form in forms):
+        return same
+    nodes = [node_of(form, trivia, spelling) for form in forms]
+    if sum(map(size, nodes)) > _MAX_SIZE:
+        return same
+    originals = {id(node): form for node, form in zip(nodes, forms)}
+    program = _program(nodes, library)
+    kept = [id(node) for node, form in zip(nodes, forms) if fixed and any(id(datum) in fixed for datum in walk(form))]
+    _lift_forms(program, kept)
+    notes, texts = dict(trivia), dict(spelling)
+    result = [
+        _same_form(node, originals.get(id(node)), trivia, spelling) or datum_of(node, notes, texts)
+        for node in program.forms
+    ]
+    return Lifted(tuple(result), notes, texts)
+
+
+def lift_text(source: Source, library: Set[str]) -> str:
+    """Return the formatted text of a lifted program, which must be valid."""
+    tree = concrete(source)
+    lifted = lift(tree.forms, tree.trivia, tree.spelling, library, tree.written.raw.keys())
+    if all(new is old for new, old in zip(lifted.forms, tree.forms)) and len(lifted.forms) == len(tree.forms):
+        return source.text
+    written = AuthorLayout(tree.written.breaks, tree.written.plain, tree.written.raw)
+    lines = layout_lines(
+        lifted.forms, indents=INDENTS, trivia=lifted.trivia, spelling=lifted.spelling, end=tree.end, written=written
+    )
+    return settled("\n".join([*lines, ""]), INDENTS)
+
+
+def _same_form(
+    node: Node, original: Datum | None, trivia: Mapping[int, Trivia], spelling: Mapping[int, str]
+) -> Datum | None:
+    """Return the original of a form that did not change."""
+    if original is None or node.trivia is not trivia.get(id(original), NO_COMMENTS):
+        return None
+    return original if same(node, node_of(original, trivia, spelling)) else None
+
+
+def _program(nodes: list[Node], library: Set[str]) -> Program:
+    defined = {name for node in nodes for one in code(node) for name in defined_names(one)}
+    called = {one.operands[0].value for node in nodes for one in code(node) if one.head == "call" and one.operands}
+    macros = {name for node in nodes for one in code(node) if one.head in _MACROS for name in _macro_names(one)}
+    imports = [node.operands[0].value for node in nodes if node.head == "import" and node.operands]
+    program = Program(
+        nodes,
+        frozenset((FORMS.keys() | library) - defined),
+        bool(called & _BLOCK_WORDS),
+        any(name not in _LIBRARY for name in imports),
+        frozenset(macros),
+    )
+    program.survey()
+    return program
+
+
+def _macro_names(node: Node) -> Sequence[str]:
+    if node.head in ("define-syntax", "define-macro"):
+        return list(defined_names(node))
+    bindings = node.operands[0].items if node.operands else None
+    return [str(binding.items[0].value) for binding in bindings or () if binding.items]
+
+
+_RULES: Sequence[Callable[[Program, Node], bool]] = (
+    simplify.tidy,
+    simplify.compose,
+    simplify.inline,
+    patterns.find,
+    patterns.align,
+)
+
+
+def _lift_forms(program: Program, fixed: Sequence[int]) -> None:
+    """Apply all rules to a program in place; a form that would become longer stays as it is."""
+    before = sum(map(size, program.forms))
+    if FORMS.keys() - program.known:  # the program gives a form another meaning
+        return
+    if not fixed and not program.macros:
+        simplify.remove_unused(program)
+    for _ in range(_MAX_ROUNDS):
+        changed = False
+        for position, top in enumerate(program.forms):
+            if id(top) in fixed or not program.is_understood(top):
+                continue
+            shorter = _rewritten(program, top)
+            if shorter is not None:
+                program.forms[position] = shorter
+                changed = True
+        if not changed:
+            break
+        program.survey()
+    if not fixed and not program.macros and not program.has_imports:
+        simplify.declare_params(program, before - sum(map(size, program.forms)))
+
+
+def _rewritten(program: Program, top: Node) -> Node | None:
+    """Return a form after one round of all rules, or None if that changes nothing or makes it longer."""
+    new = copied(top, comments=True)
+    changed = [rule(program, new) for rule in _RULES]
+    return new if any(changed) and size(new) <= size(top) else None

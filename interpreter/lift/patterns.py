@@ -1,0 +1,810 @@
+"""Rules of lifting that find structure: rings, grids, nested loops, tables of similar parts, and aligned parts.
+
+The rules read a program's loops as Szalinski (Nandi et al., "Synthesizing structured CAD models with equality
+saturation and inverse transformations", PLDI 2020) reads flat lists of solids: a pose that is affine in a loop's index
+is a repetition with a name. A rewriting is kept only if it needs fewer nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from scenelang.grammar.datum import Keyword
+from scenelang.interpreter.lift.simplify import factors, gives_parts, is_part, is_pose, is_zero, product, vector_of
+from scenelang.interpreter.lift.tree import (
+    Node,
+    Poly,
+    Program,
+    array,
+    atom,
+    bodies,
+    code,
+    copied,
+    defined_names,
+    expression,
+    form,
+    keyword,
+    listed,
+    names,
+    poly,
+    same,
+    size,
+    symbol,
+)
+
+_CLOSE = 1e-12
+
+
+@dataclass(frozen=True, slots=True)
+class _Loop:
+    """Loop that gives parts: ``variable`` counts from 0 to ``count`` - 1."""
+
+    count: Node
+    variable: str
+    body: list[Node]
+    node: Node
+
+
+def _loop_of(program: Program, node: Node) -> _Loop | None:
+    operands = node.operands
+    if node.head == "union-loop" and len(operands) == 2 and operands[1].head == "lambda":
+        parameters = operands[1].operands[0].items
+        if parameters is None or len(parameters) != 1 or parameters[0].name is None:
+            return None
+        return _Loop(operands[0], parameters[0].name, operands[1].operands[1:], node)
+    if node.head != "for/union" or len(operands) < 2 or operands[0].items is None or len(operands[0].items) != 1:
+        return None
+    clause = operands[0].items[0].items
+    if clause is None or len(clause) != 2 or clause[0].name is None:
+        return None
+    count = _count(clause[1])
+    return _Loop(count, clause[0].name, operands[1:], node) if count is not None else None
+
+
+def _count(sequence: Node) -> Node | None:
+    """Return the length of a sequence of the integers from 0."""
+    if sequence.head in ("range", "iota") and len(sequence.operands) == 1:
+        return sequence.operands[0]
+    if sequence.items is None:
+        return sequence if type(sequence.value) is int else None
+    if sequence.head == "quote" and sequence.operands:
+        values = [item.value if type(item.value) is int else None for item in sequence.operands[0].items or ()]
+        if len(values) > 1 and values == list(range(len(values))):
+            return atom(len(values), sequence.span)
+    return None
+
+
+class _Body:
+    """Body of a loop: local values, the part, and the factors of its pose."""
+
+    def __init__(self, program: Program, loop: _Loop) -> None:
+        self.program, self.loop = program, loop
+        self.rebound = frozenset(("+", "-", "*", "/", "pi", "tau", "sin", "cos")) - program.known
+        self.values: dict[str, Node] = {}
+        for statement in loop.body[:-1]:
+            if statement.head == "define" and len(statement.operands) == 2 and statement.operands[0].name is not None:
+                self.values[statement.operands[0].name] = statement.operands[1]
+        last = loop.body[-1]
+        self.part, self.matrices = last, list[Node]()
+        if last.head == "transform" and len(last.operands) == 2 and is_pose(last.operands[1]):
+            self.part, self.matrices = last.operands[0], factors(last.operands[1])
+
+    def depends(self, node: Node) -> bool:
+        """Return whether an expression depends on the variable of the loop."""
+        seen, waiting = set[str](), [node]
+        while waiting:
+            for name in names(waiting.pop()):
+                if name == self.loop.variable:
+                    return True
+                if name not in seen:
+                    seen.add(name)
+                    waiting += [self.values[name]] if name in self.values else []
+                    if name not in self.values and name in self._others():
+                        return True
+        return False
+
+    def _others(self) -> set[str]:
+        """Names that other statements of the body define."""
+        return {
+            name for statement in self.loop.body[:-1] for name in defined_names(statement) if name not in self.values
+        }
+
+    def poly(self, node: Node) -> Poly:
+        return poly(node, self.values, self.rebound)
+
+    def linear(self, node: Node) -> tuple[Poly, Poly] | None:
+        """Return slope and offset of an expression in the variable, or None if it is not linear."""
+        found = self.poly(node).split(self.loop.variable, self.depends)
+        if found is None or any(self.depends(found[1].atoms[text]) for key in found[1].terms for text, _ in key):
+            return None
+        return found
+
+    def copies(self, part: Node) -> Node:
+        """Return the object that a combinator copies: the part, or a function of the index."""
+        statements = self._needed(part)
+        plain = not statements and not self.depends(part)
+        if plain and self.program.effects(part).is_pure:
+            return part
+        variable = self.loop.variable if self.depends(part) or statements else "_"
+        span = part.span
+        return form("lambda", listed([symbol(variable, span)], span), *statements, part, span=span)
+
+    def _needed(self, part: Node) -> list[Node]:
+        """Return the statements of the body that a part needs."""
+        used = set(names(part))
+        kept: list[Node] = []
+        for statement in reversed(self.loop.body[:-1]):
+            own = set(defined_names(statement))
+            if own & used or not self.program.effects(statement).is_pure or not own:
+                kept.insert(0, statement)
+                used |= set(names(statement))
+        return kept
+
+
+def find(program: Program, top: Node) -> bool:
+    """Apply the rules of this file to a top-level form."""
+    changed = False
+    for node in reversed(list(code(top))):
+        if node.head in ("union-loop", "for/union"):
+            changed |= _index_loops(program, node) or _ring(program, node) or _line(program, node)
+        elif node.head == "for*/union":
+            changed |= _grid(program, node)
+        elif node.head == "union":
+            changed |= _table(program, node)
+    return changed
+
+
+def _accept(node: Node, new: Node) -> bool:
+    """Replace a node if that makes the program shorter."""
+    if size(new) >= size(node):
+        return False
+    node.become(new)
+    return True
+
+
+# --- rings ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Circle:
+    """Where a ring's copies are: the angles, from +z towards +x, and the pose of the part at the angle 0."""
+
+    radius: Node
+    start: Poly
+    slope: Poly
+    turns: bool
+    inner: list[Node]
+
+
+def _ring(program: Program, node: Node) -> bool:
+    loop = _loop_of(program, node)
+    if loop is None or "ring" not in program.known or program.is_blocks or program.effects(loop.count).draws:
+        return False
+    body = _Body(program, loop)
+    if not body.matrices or not all(program.effects(matrix).is_pure for matrix in body.matrices):
+        return False
+    circle = _turned(body) or _placed(body)
+    if circle is None:
+        return False
+    count = poly(loop.count, {}, body.rebound)
+    sweep = circle.slope * count
+    part = body.part
+    if circle.inner:
+        part = form("transform", part, product(circle.inner), span=part.span)
+    new = _ring_form(loop, body.copies(part), circle, sweep)
+    if new is None:
+        return False
+    new.trivia = loop.body[-1].trivia if node.head == "for/union" else new.trivia
+    return _accept(node, new)
+
+
+def _ring_form(loop: _Loop, copies: Node, circle: _Circle, sweep: Poly) -> Node | None:
+    span = loop.node.span
+    items = [loop.count, copies]
+    if not (circle.radius.is_number and circle.radius.value == 1):
+        items += [keyword("radius", span), circle.radius]
+    start = expression(circle.start, loop.node)
+    turn = Poly({(("pi", 1),): 2}, {"pi": symbol("pi", span)})
+    swept = symbol("tau", span) if sweep.equals(turn) else expression(sweep, loop.node)
+    if start is None or swept is None:
+        return None
+    if sweep.equals(-turn):
+        swept = form("-", symbol("tau", span), span=span)
+    if not is_zero(start):
+        items += [keyword("start", span), start]
+    if swept.name != "tau":
+        items += [keyword("sweep", span), swept]
+    if not circle.turns:
+        items += [keyword("turn", span), atom(False, span)]
+    return form("ring", *items, span=span)
+
+
+def _turned(body: _Body) -> _Circle | None:
+    """Recognise parts that are rotated about the y axis."""
+    turn, *rest = body.matrices
+    if turn.head != "rotate" or len(turn.operands) not in (2, 3) or not _is_axis(turn.operands[1], 1):
+        return None
+    if len(turn.operands) == 3 and not _is_origin(turn.operands[2]):
+        return None
+    angle = body.linear(turn.operands[0])
+    if angle is None or not angle[0].terms:
+        return None
+    radius = atom(0, turn.span)
+    vector = vector_of(rest[0]) if rest else None
+    if vector is not None and is_zero(vector[0]) and not is_zero(vector[2]) and not body.depends(vector[2]):
+        if not (set(names(vector[2])) & set(body.values)):
+            radius = vector[2]
+            lifted = array([atom(0, turn.span), vector[1], atom(0, turn.span)], turn.span)
+            rest = [form("translate", lifted, span=turn.span), *rest[1:]] if not is_zero(vector[1]) else rest[1:]
+    return _Circle(radius, angle[1], angle[0], True, rest)
+
+
+def _placed(body: _Body) -> _Circle | None:
+    """Recognise parts whose x and z are the cosine and sine of an angle."""
+    vector = vector_of(body.matrices[0])
+    if vector is None:
+        return None
+    first, second = _polar(body, vector[0]), _polar(body, vector[2])
+    if first is None or second is None or {first[0], second[0]} != {"sin", "cos"}:
+        return None
+    if not first[1].equals(second[1]) or not first[2].equals(second[2]):
+        return None
+    angle = body.linear(first[3])
+    radius = _radius(vector[0], body, first[1]) or expression(first[1], vector[0])
+    if angle is None or not angle[0].terms or radius is None:
+        return None
+    slope, offset = angle
+    turns, inner = False, body.matrices[1:]
+    if first[0] == "cos":
+        quarter = Poly({(("pi", 1),): 0.5}, {"pi": symbol("pi", vector[0].span)})
+        slope, offset = -slope, quarter - offset
+    turned = body.linear(inner[0].operands[0]) if inner and _is_turn(inner[0]) else None
+    if turned is not None and turned[0].equals(slope):
+        turns = True
+        more = expression(turned[1] - offset, vector[0])
+        if more is None:
+            return None
+        about = form("rotate", more, copied(inner[0].operands[1]), span=more.span)
+        inner = inner[1:] if is_zero(more) else [about, *inner[1:]]
+    if not is_zero(vector[1]):
+        span = vector[1].span
+        inner = [form("translate", array([atom(0, span), vector[1], atom(0, span)], span), span=span), *inner]
+    return _Circle(radius, offset, slope, turns, inner)
+
+
+def _is_turn(matrix: Node) -> bool:
+    return matrix.head == "rotate" and len(matrix.operands) == 2 and _is_axis(matrix.operands[1], 1)
+
+
+def _polar(body: _Body, node: Node) -> tuple[str, Poly, Poly, Node] | None:
+    """Read ``radius * cos(angle)``: the function, the radius, the angle as polynomial and as expression."""
+    value = body.poly(node)
+    if len(value.terms) != 1:
+        return None
+    ((key, number),) = value.terms.items()
+    waves = [(text, power) for text, power in key if value.atoms[text].head in ("sin", "cos")]
+    if len(waves) != 1 or waves[0][1] != 1:
+        return None
+    wave = value.atoms[waves[0][0]]
+    if len(wave.operands) != 1 or wave.head is None:
+        return None
+    rest = Poly({tuple(pair for pair in key if pair != waves[0]): number}, value.atoms)
+    if any(body.depends(rest.atoms[text]) for text, _ in next(iter(rest.terms))):
+        return None
+    return wave.head, rest, body.poly(wave.operands[0]), wave.operands[0]
+
+
+def _radius(coordinate: Node, body: _Body, value: Poly) -> Node | None:
+    """Return the radius as it is written in ``(* radius (cos angle))``."""
+    operands = coordinate.operands if coordinate.head == "*" and len(coordinate.operands) == 2 else []
+    found = next((one for one in operands if body.poly(one).equals(value)), None)
+    return found if found is not None and not set(names(found)) & set(body.values) else None
+
+
+def _is_axis(node: Node, axis: int) -> bool:
+    values = _numbers(node)
+    return values is not None and all((value == 1) if k == axis else (value == 0) for k, value in enumerate(values))
+
+
+def _is_origin(node: Node) -> bool:
+    return _numbers(node) in ([0, 0, 0], [0.0, 0.0, 0.0])
+
+
+def _numbers(node: Node) -> list[float] | None:
+    items = node.items if node.is_array else None
+    if items is None or len(items) != 3 or not all(item.is_number for item in items):
+        return None
+    return [item.value for item in items]
+
+
+# --- loops over an index, and grids ----------------------------------------------------------------------------------
+
+
+def _index_loops(program: Program, node: Node) -> bool:
+    """Write a loop over an index that is divided into row and column as two loops."""
+    loop = _loop_of(program, node)
+    if loop is None or len(loop.body) < 2 or not {"floor/", "//", "%"} <= program.known:
+        return False
+    first = loop.body[0]
+    found = _divided(loop, first) or (_divided_apart(loop, *loop.body[:2]) if len(loop.body) > 2 else None)
+    if found is None:
+        return False
+    row, column, divisor, used = found
+    rows = _quotient(loop.count, divisor)
+    rest = loop.body[used:]
+    if rows is None or any(loop.variable in names(statement) for statement in rest):
+        return False
+    span = node.span
+    clauses = [
+        listed([symbol(row, span), _counted(rows)], span),
+        listed([symbol(column, span), _counted(divisor)], span),
+    ]
+    new = form("for*/union", listed(clauses, span), *rest, span=span)
+    if first.trivia.before:
+        rest[0].trivia = first.trivia
+    if size(new) >= size(node):
+        return False
+    node.become(new)
+    return True
+
+
+def _counted(count: Node) -> Node:
+    """Return a sequence of as many integers: an integer is one by itself."""
+    return copied(count) if type(count.value) is int else form("range", copied(count), span=count.span)
+
+
+def _divided(loop: _Loop, first: Node) -> tuple[str, str, Node, int] | None:
+    operands = first.operands
+    if first.head != "define-values" or len(operands) != 2 or operands[1].head != "floor/":
+        return None
+    targets = operands[0].items or []
+    dividend = operands[1].operands
+    if len(targets) != 2 or len(dividend) != 2 or dividend[0].name != loop.variable:
+        return None
+    row, column = (target.name for target in targets)
+    return (row, column, dividend[1], 1) if row and column and row != column else None
+
+
+def _divided_apart(loop: _Loop, first: Node, second: Node) -> tuple[str, str, Node, int] | None:
+    parts: dict[str, tuple[str, Node]] = {}
+    for statement in (first, second):
+        if statement.head != "define" or len(statement.operands) != 2 or statement.operands[0].name is None:
+            return None
+        value = statement.operands[1]
+        if value.head not in ("//", "%", "quotient", "modulo") or len(value.operands) != 2:
+            return None
+        if value.operands[0].name != loop.variable:
+            return None
+        parts["row" if value.head in ("//", "quotient") else "column"] = statement.operands[0].name, value.operands[1]
+    if len(parts) != 2 or not same(parts["row"][1], parts["column"][1]):
+        return None
+    return parts["row"][0], parts["column"][0], parts["row"][1], 2
+
+
+def _quotient(count: Node, divisor: Node) -> Node | None:
+    """Return how often a divisor goes into a count, if it surely does without a rest."""
+    if type(count.value) is int and type(divisor.value) is int and divisor.value > 0:
+        return atom(count.value // divisor.value, count.span) if count.value % divisor.value == 0 else None
+    if count.head == "*" and divisor.name is not None and len(count.operands) == 2:
+        others = [operand for operand in count.operands if operand.name != divisor.name]
+        if len(others) == 1 and (others[0].name is not None or type(others[0].value) is int):
+            return others[0]
+    return None
+
+
+def _line(program: Program, node: Node) -> bool:
+    """Write a loop whose parts are spaced evenly about the origin along one axis as a grid."""
+    loop = _loop_of(program, node)
+    return loop is not None and _gridded(program, node, [(loop.variable, loop.count)], loop)
+
+
+def _grid(program: Program, node: Node) -> bool:
+    """Write nested loops whose parts are spaced evenly about the origin as a grid."""
+    clauses = node.operands[0].items if node.operands else None
+    if clauses is None or len(clauses) not in (2, 3):
+        return False
+    counts: list[tuple[str, Node]] = []
+    for clause in clauses:
+        count = _count(clause.items[1]) if clause.items and len(clause.items) == 2 else None
+        name = clause.items[0].name if clause.items else None
+        if count is None or name is None:
+            return False
+        counts.append((name, count))
+    if any(name in names(count) for name, _ in counts for _, count in counts):
+        return False
+    loop = _Loop(counts[-1][1], counts[-1][0], node.operands[1:], node)
+    return _gridded(program, node, counts, loop)
+
+
+def _gridded(program: Program, node: Node, counts: Sequence[tuple[str, Node]], loop: _Loop) -> bool:
+    if "grid" not in program.known or program.is_blocks:
+        return False
+    if not all(program.effects(count).is_pure for _, count in counts):
+        return False
+    body = _Body(program, loop)
+    vector = vector_of(body.matrices[0]) if body.matrices else None
+    if vector is None or not all(program.effects(matrix).is_pure for matrix in body.matrices):
+        return False
+    axes = _axes(body, vector, counts)
+    if axes is None:
+        return False
+    rest = _without_axes(vector, axes)
+    inner = [*([rest] if rest is not None else []), *body.matrices[1:]]
+    part = form("transform", body.part, product(inner), span=node.span) if inner else body.part
+    copies = _grid_copies(program, body, part, axes, counts)
+    spacing = _spacing(axes, node)
+    if copies is None or spacing is None:
+        return False
+    span = node.span
+    items = [copies]
+    for axis, (_, count, _) in sorted(axes.items()):
+        items += [keyword(["nx", "ny", "nz"][axis], span), copied(count)]
+    if not (spacing.is_number and spacing.value == 1):
+        items += [keyword("spacing", span), spacing]
+    return _accept(node, form("grid", *items, span=span))
+
+
+_Axes = dict[int, tuple[str, Node, Poly]]
+_ORDER = (1, 2, 0)  # a grid's loops from the outermost: y, z, x
+
+
+def _axes(body: _Body, vector: Sequence[Node], counts: Sequence[tuple[str, Node]]) -> _Axes | None:
+    """Return the variable, count and spacing of each axis along which copies are centred."""
+    found: _Axes = {}
+    for axis, coordinate in enumerate(vector):
+        used = [(name, count) for name, count in counts if _mentions(body, coordinate, name)]
+        if not used:
+            continue
+        if len(used) > 1:
+            return None
+        name, count = used[0]
+        spacing = _centred(body, coordinate, name, count)
+        if spacing is None:
+            return None
+        found[axis] = name, count, spacing
+    order = [found[axis][0] for axis in _ORDER if axis in found]
+    return found if order == [name for name, _ in counts] else None
+
+
+def _mentions(body: _Body, node: Node, name: str) -> bool:
+    return name in names(node) or any(
+        _mentions(body, body.values[one], name) for one in names(node) if one in body.values
+    )
+
+
+def _centred(body: _Body, coordinate: Node, name: str, count: Node) -> Poly | None:
+    """Return the spacing of a coordinate that is ``spacing * (i - (count - 1) / 2)``."""
+    value = body.poly(coordinate)
+    linear = value.split(name, lambda node: _mentions(body, node, name))
+    if linear is None or not linear[0].terms:
+        return None
+    slope, offset = linear
+    half = (poly(count, {}, body.rebound) - Poly.number(1)) * Poly.number(0.5)
+    if not (offset + slope * half).equals(Poly({}, {})):
+        return None
+    return slope
+
+
+def _without_axes(vector: Sequence[Node], axes: _Axes) -> Node | None:
+    """Return the translation that remains beside a grid's."""
+    span = vector[0].span
+    kept = [atom(0, span) if axis in axes else coordinate for axis, coordinate in enumerate(vector)]
+    return None if all(map(is_zero, kept)) else form("translate", array(kept, span), span=span)
+
+
+def _grid_copies(
+    program: Program, body: _Body, part: Node, axes: _Axes, counts: Sequence[tuple[str, Node]]
+) -> Node | None:
+    statements = body._needed(part)
+    free = not any(_mentions(body, part, name) for name, _ in counts)
+    if free and not statements and program.effects(part).is_pure:
+        return part
+    span = part.span
+    used = [axes[axis][0] if axis in axes else "_" for axis in range(3)]
+    parameters = listed([symbol(name, span) for name in used], span)
+    return form("lambda", parameters, *statements, part, span=span)
+
+
+def _spacing(axes: _Axes, like: Node) -> Node | None:
+    spacings = {axis: expression(spacing, like) for axis, (_, _, spacing) in axes.items()}
+    if any(spacing is None for spacing in spacings.values()):
+        return None
+    known = {axis: spacing for axis, spacing in spacings.items() if spacing is not None}
+    first = next(iter(known.values()))
+    if all(same(first, spacing) for spacing in known.values()):
+        return first
+    return array([known.get(axis) or atom(0, like.span) for axis in range(3)], like.span)
+
+
+# --- tables --------------------------------------------------------------------------------------------------------
+
+_MIN_ROWS = 3
+_MAX_COLUMNS = 4
+_GAIN = 0.75  # a table must be this much shorter than the parts
+
+
+def _table(program: Program, node: Node) -> bool:
+    """Write similar members of a union as a loop over a table of what differs."""
+    assert node.items is not None
+    members, position, changed = node.operands, 0, False
+    kept: list[Node] = []
+    while position < len(members):
+        run = _run(members, position)
+        loop = _table_loop(program, members[position : position + run]) if run >= _MIN_ROWS else None
+        if loop is not None:
+            kept.append(loop)
+            position += run
+            changed = True
+        else:
+            kept.append(members[position])
+            position += 1
+    if changed:
+        node.items[1:] = kept
+        if len(kept) == 1 and gives_parts(kept[0]):
+            node.become(kept[0])
+    return changed
+
+
+def _run(members: Sequence[Node], start: int) -> int:
+    """Return how many members from ``start`` on differ from it in constants only."""
+    first = members[start]
+    if not is_part(first) and first.items is None:
+        return 1
+    end = start + 1
+    while end < len(members) and _is_similar(first, members[end]) and not members[end].trivia.blank:
+        end += 1
+    return end - start
+
+
+def _is_similar(a: Node, b: Node) -> bool:
+    if a.items is None or b.items is None:
+        if a.items is not b.items:
+            return False
+        if _is_cell(a) and _is_cell(b):
+            return (type(a.value) is str) is (type(b.value) is str)
+        return type(a.value) is type(b.value) and a.value == b.value
+    if a.is_array is not b.is_array or len(a.items) != len(b.items) or a.tail is not None or b.tail is not None:
+        return False
+    if a.head == "quote" or b.head == "quote":
+        return same(a, b)
+    return all(map(_is_similar, a.items, b.items))
+
+
+def _is_cell(node: Node) -> bool:
+    """Return whether a node may differ between the rows of a table."""
+    return node.is_number or (node.items is None and type(node.value) is str)
+
+
+@dataclass(frozen=True, slots=True)
+class _Column:
+    """Cells of a table, as paths from each row's part."""
+
+    path: tuple[int, ...]
+    name: str
+    cells: tuple[Node, ...]
+
+
+def _table_loop(program: Program, rows: Sequence[Node]) -> Node | None:
+    if any(not same(copied(row), copied(rows[0])) for row in rows[1:]):
+        columns = list(_columns(rows, rows[0], ()))
+    else:
+        return None
+    span = rows[0].span
+    taken = {name for row in rows for name in names(row)} | program.known
+    columns = _named(columns, taken)
+    if not columns or len(columns) > _MAX_COLUMNS:
+        return None
+    template = _replaced(rows[0], {column.path: column.name for column in columns})
+    comments = [row.trivia for row in rows]
+    if any(trivia.before or trivia.after for trivia in comments[1:]) and any(t.before for t in comments[1:]):
+        return None
+    loop = _product_loop(columns, template) or _row_loop(columns, template)
+    notes = [trivia.after.lstrip("; ") for trivia in comments if trivia.after]
+    if size(loop) > _GAIN * sum(map(size, rows)):
+        return None
+    if notes and len(notes) == len(rows) and len(set(notes)) > 1:
+        return None  # each part has its own meaning
+    loop.span = span
+    loop.trivia = rows[0].trivia
+    return loop
+
+
+def _columns(rows: Sequence[Node], first: Node, path: tuple[int, ...], name: str = "") -> Iterator[_Column]:
+    """Find what differs between rows. A vector of which several components differ is one column."""
+    if first.items is None:
+        if not all(same(row, first) for row in rows):
+            yield _Column(path, name, tuple(rows))
+        return
+    if first.is_array and _is_vector(rows):
+        different = [
+            k
+            for k in range(len(first.items))
+            if not all(same(row.items[k], first.items[k]) for row in rows if row.items)
+        ]
+        if len(different) > 1 and all(row.is_array and all(map(_is_cell, row.items or ())) for row in rows):
+            if not (len(different) == 2 and _is_product(rows, different)):
+                yield _Column(path, name or "p", tuple(rows))
+                return
+    for position, item in enumerate(first.items):
+        inner = [row.items[position] for row in rows if row.items is not None]
+        before = first.items[position - 1].value if position else None
+        own = str(before) if type(before) is Keyword else _place(first, position, name)
+        yield from _columns(inner, item, (*path, position), own)
+
+
+def _is_vector(rows: Sequence[Node]) -> bool:
+    return all(row.is_array and row.items is not None and len(row.items) in (2, 3) for row in rows)
+
+
+def _is_product(rows: Sequence[Node], columns: Sequence[int]) -> bool:
+    cells = [tuple(row.items[k].value for k in columns) for row in rows if row.items]
+    outer = list(dict.fromkeys(cell[0] for cell in cells))
+    inner = list(dict.fromkeys(cell[1] for cell in cells))
+    return len(outer) > 1 and len(inner) > 1 and cells == [(a, b) for a in outer for b in inner]
+
+
+def _place(node: Node, position: int, name: str) -> str:
+    if node.is_array and len(node.items or ()) == 3:
+        return "xyz"[position]
+    if node.head == "call" and position == 1:
+        return "word"
+    if node.head == "rotate" and position == 1:
+        return "angle"
+    return name or "value"
+
+
+def _named(columns: Sequence[_Column], taken: set[str] | frozenset[str]) -> list[_Column]:
+    """Merge columns with equal cells, and give each a name of its own."""
+    named: list[_Column] = []
+    used = set(taken)
+    for column in columns:
+        twin = next((one for one in named if all(map(same, one.cells, column.cells))), None)
+        if twin is not None:
+            named.append(_Column(column.path, twin.name, column.cells))
+            continue
+        stem = text = column.name
+        number = 2
+        while text in used:
+            text = f"{stem}-{number}"
+            number += 1
+        used.add(text)
+        named.append(_Column(column.path, text, column.cells))
+    return named
+
+
+def _replaced(node: Node, variables: dict[tuple[int, ...], str], path: tuple[int, ...] = ()) -> Node:
+    if path in variables:
+        return symbol(variables[path], node.span)
+    if node.items is None:
+        return copied(node)
+    new = Node(
+        [_replaced(item, variables, (*path, position)) for position, item in enumerate(node.items)], None, node.span
+    )
+    new.is_array = node.is_array
+    return new
+
+
+def _unique(columns: Sequence[_Column]) -> list[_Column]:
+    return list({column.name: column for column in columns}.values())
+
+
+def _product_loop(columns: Sequence[_Column], template: Node) -> Node | None:
+    """Return nested loops if the rows are all pairs of two columns' values, in order."""
+    distinct = _unique(columns)
+    if len(distinct) != 2 or any(cell.items is not None for column in distinct for cell in column.cells):
+        return None
+    values = [[cell.value for cell in column.cells] for column in distinct]
+    for outer, inner in ((0, 1), (1, 0)):
+        first = list(dict.fromkeys(values[outer]))
+        second = list(dict.fromkeys(values[inner]))
+        pairs = list(zip(values[outer], values[inner]))
+        if len(first) > 1 and len(second) > 1 and pairs == [(a, b) for a in first for b in second]:
+            clauses = [_clause(distinct[outer], len(second)), _clause(distinct[inner], 1, len(second))]
+            return form("for*/union", listed(clauses, template.span), template, span=template.span)
+    return None
+
+
+def _clause(column: _Column, step: int, count: int | None = None) -> Node:
+    span = column.cells[0].span
+    cells = column.cells[::step][:count]
+    return listed([symbol(column.name, span), _quoted([_datum(cell) for cell in cells], span)], span)
+
+
+def _row_loop(columns: Sequence[_Column], template: Node) -> Node:
+    distinct, span = _unique(columns), template.span
+    if len(distinct) == 1:
+        clause = _clause(distinct[0], 1)
+    else:
+        rows = [listed([_datum(column.cells[k]) for column in distinct], span) for k in range(len(distinct[0].cells))]
+        variables = listed([symbol(column.name, span) for column in distinct], span)
+        clause = listed([variables, _quoted(rows, span)], span)
+    return form("for/union", listed([clause], span), template, span=span)
+
+
+def _quoted(items: Sequence[Node], span: object) -> Node:
+    return form("quote", listed(items, items[0].span), span=items[0].span)
+
+
+def _datum(cell: Node) -> Node:
+    """Return a cell as quoted data: an array is a list there."""
+    new = copied(cell)
+    if new.is_array:
+        new.is_array = False
+    return new
+
+
+# --- parts that are aligned by their boxes -------------------------------------------------------------------------
+
+_SIDES = {"compute-shape-min": "min", "compute-shape-max": "max"}
+
+
+def align(program: Program, top: Node) -> bool:
+    """Write a translation by the distance between two boxes as ``align``."""
+    if "align" not in program.known or program.is_blocks:
+        return False
+    changed = False
+    for node, start in bodies(top):
+        boxes = _box_variables(node, start)
+        for one in code(node):
+            if one.head == "transform" and len(one.operands) == 2:
+                changed |= _align(one, boxes)
+    return changed
+
+
+_Box = tuple[str, int, Node]  # side, axis and object
+
+
+def _box_variables(node: Node, start: int) -> dict[str, _Box]:
+    found: dict[str, _Box] = {}
+    for statement in (node.items or [])[start:]:
+        operands = statement.operands
+        if statement.head == "define" and len(operands) == 2 and operands[0].name is not None:
+            box = _box(operands[1], {})
+            if box is not None:
+                found[operands[0].name] = box
+        elif statement.head == "define-values" and len(operands) == 2 and operands[1].head in _SIDES:
+            for axis, target in enumerate(operands[0].items or ()):
+                if target.name not in (None, "_"):
+                    found[str(target.name)] = _SIDES[operands[1].head or ""], axis, operands[1].operands[0]
+    return found
+
+
+def _box(node: Node, boxes: dict[str, _Box]) -> _Box | None:
+    if node.name is not None:
+        return boxes.get(node.name)
+    if node.head not in ("x-of", "y-of", "z-of") or len(node.operands) != 1:
+        return None
+    inner = node.operands[0]
+    if inner.head not in _SIDES or len(inner.operands) != 1:
+        return None
+    return _SIDES[inner.head or ""], "xyz".index(node.head[0]), inner.operands[0]
+
+
+_ALIGNMENTS = {("max", "min"): "after", ("min", "max"): "before", ("min", "min"): "min", ("max", "max"): "max"}
+
+
+def _align(node: Node, boxes: dict[str, _Box]) -> bool:
+    part, matrix = node.operands
+    vector = vector_of(matrix)
+    if vector is None or part.name is None:
+        return False
+    target: Node | None = None
+    found: list[tuple[str, str]] = []
+    for axis, coordinate in enumerate(vector):
+        if is_zero(coordinate):
+            continue
+        if coordinate.head != "-" or len(coordinate.operands) != 2:
+            return False
+        to, of = (_box(operand, boxes) for operand in coordinate.operands)
+        if to is None or of is None or to[1] != axis or of[1] != axis or not same(of[2], part):
+            return False
+        if target is not None and not same(target, to[2]):
+            return False
+        target = to[2]
+        found.append(("xyz"[axis], _ALIGNMENTS[to[0], of[0]]))
+    if target is None or target.name is None or target.name == part.name:
+        return False
+    span = node.span
+    keys = [key for axis, side in found for key in (keyword(axis, span), keyword(side, span))]
+    return _accept(node, form("align", part, copied(target), *keys, span=span))

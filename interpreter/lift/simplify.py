@@ -1,0 +1,712 @@
+"""Rules of lifting that shorten: inline what is used once, compose poses, remove what nothing uses, declare params."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from scenelang.grammar.datum import Keyword, Symbol, atom_text
+from scenelang.grammar.layout import line_comment
+from scenelang.interpreter.lift.tree import (
+    Effects,
+    Node,
+    Program,
+    array,
+    atom,
+    bodies,
+    bound_names,
+    code,
+    defined_names,
+    form,
+    is_constant,
+    joined,
+    listed,
+    names,
+    size,
+    symbol,
+    walk,
+)
+
+_POSES = ("translate", "rotate", "scale", "reflect", "@")
+_BOXES = ("compute-shape-min", "compute-shape-max", "compute-shape-center", "compute-shape-sizes")
+_AXES = ("x-of", "y-of", "z-of")
+_MAX_SCALAR = 9  # nodes of a number's expression that is inlined
+_MAX_LITERAL = 12  # nodes of a literal that is inlined
+
+
+# --- poses and unions ----------------------------------------------------------------------------------------------
+
+
+def is_pose(node: Node) -> bool:
+    """Return whether an expression surely gives a matrix."""
+    return node.head in _POSES
+
+
+def factors(matrix: Node) -> list[Node]:
+    """Return the factors of a product of matrices."""
+    if matrix.head != "@":
+        return [matrix]
+    return [factor for operand in matrix.operands for factor in factors(operand)]
+
+
+def product(matrices: Sequence[Node]) -> Node:
+    """Return the product of matrices; neighbouring translations are added."""
+    kept: list[Node] = []
+    for matrix in matrices:
+        total = _added(kept[-1], matrix) if kept else None
+        if total is not None:
+            kept[-1] = total
+        else:
+            kept.append(matrix)
+    return kept[0] if len(kept) == 1 else form("@", *kept, span=kept[0].span)
+
+
+def vector_of(translation: Node) -> list[Node] | None:
+    """Return the three coordinates of ``(translate [x y z])``."""
+    if translation.head != "translate" or len(translation.operands) != 1:
+        return None
+    vector = translation.operands[0]
+    return vector.items if vector.is_array and vector.items is not None and len(vector.items) == 3 else None
+
+
+def is_zero(node: Node) -> bool:
+    return node.is_number and node.value == 0
+
+
+def _added(first: Node, second: Node) -> Node | None:
+    a, b = vector_of(first), vector_of(second)
+    if a is None or b is None:
+        return None
+    total = [_sum(x, y) for x, y in zip(a, b)]
+    if any(one is None for one in total):
+        return None
+    return form("translate", array([one for one in total if one is not None], first.span), span=first.span)
+
+
+def _sum(x: Node, y: Node) -> Node | None:
+    if is_zero(y):
+        return x
+    if is_zero(x):
+        return y
+    if not x.is_number or not y.is_number:
+        return None
+    total = atom(x.value + y.value, x.span)
+    if isinstance(total.value, float):
+        short = float(f"{total.value:.12g}")
+        total.value = short if abs(short - total.value) <= 1e-15 * abs(short) else total.value
+        text = atom_text(total.value)
+        if any((one.spelling or "").lstrip("-").startswith(".") for one in (x, y)):
+            total.spelling = text.replace("0.", ".", 1) if text.lstrip("-").startswith("0.") else text
+    return total
+
+
+def compose(program: Program, top: Node) -> bool:
+    """Write poses of poses as products, and unions of unions as one."""
+    changed = False
+    for node in reversed(list(code(top))):
+        if node.head == "transform" and len(node.operands) == 2:
+            changed |= _compose_transform(program, node)
+        elif node.head == "union":
+            changed |= _flatten_union(node)
+        elif node.head == "ref" and len(node.operands) == 2:
+            changed |= _name_axis(node)
+    return changed
+
+
+def _compose_transform(program: Program, node: Node) -> bool:
+    inner, outer = node.operands
+    if inner.head != "transform" or len(inner.operands) != 2 or not is_pose(outer) or not is_pose(inner.operands[1]):
+        return False
+    if not program.effects(inner.operands[1]).commutes(program.effects(outer)):
+        return False
+    matrices = [*factors(outer), *factors(inner.operands[1])]
+    assert node.items is not None
+    body = inner.operands[0]
+    body.trivia = joined(inner.trivia, body.trivia)
+    node.items[1:] = [body, product(matrices)]
+    return True
+
+
+def _flatten_union(node: Node) -> bool:
+    changed = False
+    kept: list[Node] = []
+    for member in node.operands:
+        if member.head == "union" and member.items is not None and len(member.items) > 1:
+            first = member.items[1]
+            first.trivia = joined(replace(member.trivia, after=None), first.trivia)
+            kept += member.items[1:]
+            changed = True
+        else:
+            kept.append(member)
+    assert node.items is not None
+    node.items[1:] = kept
+    if len(kept) == 1 and gives_parts(kept[0]):
+        node.become(kept[0])
+        return True
+    return changed
+
+
+def gives_parts(node: Node) -> bool:
+    """Return whether the value is a list of parts already, so that a ``union`` around it says nothing."""
+    head = node.head or ""
+    return head in ("union", "union-loop", "primitives", "ring", "grid", "align") or head.endswith("/union")
+
+
+def _name_axis(node: Node) -> bool:
+    """Write ``(ref box 1)`` as ``(y-of box)``."""
+    box, index = node.operands
+    if box.head not in _BOXES or type(index.value) is not int or index.value not in (0, 1, 2):
+        return False
+    node.become(form(_AXES[index.value], box, span=node.span))
+    return True
+
+
+# --- inlining ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Use:
+    """The only use of a variable: the nodes around it, each with the position of the next, and the conditions."""
+
+    path: tuple[tuple[Node, int], ...]
+    is_repeated: bool
+    is_conditional: bool
+
+    @property
+    def parent(self) -> Node:
+        return self.path[-1][0]
+
+    @property
+    def position(self) -> int:
+        return self.path[-1][1]
+
+
+def inline(program: Program, top: Node) -> bool:
+    """Put the expressions of variables that are used once in the places where they are used."""
+    changed = False
+    for node, start in bodies(top):
+        changed |= _unfold_let(node, start)
+        changed |= _inline_body(program, node, start)
+    return changed
+
+
+def _unfold_let(node: Node, start: int) -> bool:
+    """Turn a ``let*`` that is all of a body into definitions, if no name is bound twice."""
+    assert node.items is not None
+    last = node.items[-1]
+    if node.head not in ("lambda", "define") or len(node.items) != start + 1 or last.head not in ("let", "let*"):
+        return False
+    items = last.items or []
+    if len(items) < 3 or items[1].items is None or items[1].name is not None:
+        return False
+    bindings = items[1].items
+    targets = [binding.items[0] for binding in bindings if binding.items is not None and len(binding.items) == 2]
+    bound = [name for target in targets for name in names(target) if name != "_"]
+    if len(targets) != len(bindings) or len(set(bound)) != len(bound) or set(bound) & set(bound_names(node)):
+        return False
+    inner = {name for statement in items[2:] for name in defined_names(statement)}
+    if inner & set(bound):
+        return False
+    if last.head == "let" and any(
+        names(binding.items[1])[name] for binding in bindings if binding.items for name in bound
+    ):
+        return False
+    # a name that is read before it is bound means an outer variable
+    for position, binding in enumerate(bindings):
+        assert binding.items is not None
+        later = [name for target in targets[position:] for name in names(target)]
+        if any(name in names(binding.items[1]) for name in later):
+            return False
+    statements = []
+    for binding, target in zip(bindings, targets):
+        assert binding.items is not None
+        head = "define-values" if target.items is not None else "define"
+        definition = form(head, target, binding.items[1], span=binding.span)
+        definition.trivia = binding.trivia
+        statements.append(definition)
+    statements[0].trivia = joined(last.trivia, statements[0].trivia)
+    node.items[start:] = [*statements, *items[2:]]
+    return True
+
+
+def _inline_body(program: Program, node: Node, start: int) -> bool:
+    assert node.items is not None
+    statements = node.items[start:]
+    if len(statements) < 2:
+        return False
+    total = Counter[str]()
+    for statement in statements:
+        total.update(names(statement))
+    changed = False
+    position = len(statements) - 2
+    while position >= 0:
+        definition = statements[position]
+        _select_axis(definition, total)
+        if definition.head == "define" and len(definition.items or ()) >= 3:
+            done = _inline_definition(program, node, statements, position, total)
+            if done:
+                changed = True
+                del statements[position]
+        position -= 1
+    if changed:
+        node.items[start:] = statements
+        statements[0].trivia = replace(statements[0].trivia, blank=False)
+    return changed
+
+
+def _select_axis(definition: Node, total: Counter[str]) -> None:
+    """Write ``(define-values (_ y _) box)`` as ``(define y (y-of box))``."""
+    items = definition.items or []
+    if definition.head != "define-values" or len(items) != 3 or items[2].head not in _BOXES:
+        return
+    targets = items[1].items or []
+    if len(targets) != 3 or items[1].tail is not None or any(target.name is None for target in targets):
+        return
+    used = [index for index, target in enumerate(targets) if target.name != "_" and total[target.name or ""] > 1]
+    if len(used) == 1:
+        span = definition.span
+        items[0] = symbol("define", span)
+        items[1] = targets[used[0]]
+        items[2] = form(_AXES[used[0]], items[2], span=items[2].span)
+
+
+def _inline_definition(
+    program: Program, body: Node, statements: list[Node], position: int, total: Counter[str]
+) -> bool:
+    definition = statements[position]
+    assert definition.items is not None
+    value = _value(definition)
+    name = next(defined_names(definition), None)
+    if value is None or name is None or total[name] > 2 or names(value)[name]:
+        return False
+    effects = program.effects(value)
+    if total[name] == 1:
+        if not effects.is_pure and value.head != "lambda":
+            return False
+        total.subtract(names(definition))
+        _keep_comments(definition, statements[position + 1], only_section=True)
+        return True
+    if statements[-1].name == name and position == len(statements) - 2:
+        value.trivia = joined(joined(statements[-1].trivia, definition.trivia), value.trivia)
+        statements[-1] = value
+        total.subtract({name: 2})
+        return True
+    found = None
+    for index in range(position + 1, len(statements)):
+        if names(statements[index])[name]:
+            found = index, _use_of(statements[index], name)
+            break
+    if found is None or found[1] is None:
+        return False
+    index, use = found
+    if use is not None and _may_move(program, value, effects, statements[position + 1 : index], use):
+        if not _is_better(program, definition, value, use):
+            return False
+        _put(definition, value, use, name)
+        total.subtract({name: 2})
+        return True
+    return False
+
+
+def _value(definition: Node) -> Node | None:
+    """Return the expression of a definition; that of a function is a ``lambda``."""
+    items = definition.items or []
+    target = items[1]
+    if target.items is None:
+        return items[2] if len(items) == 3 else None
+    if not target.items or target.items[0].name is None:
+        return None
+    parameters = listed(target.items[1:], target.span)
+    if target.tail is not None:
+        if not parameters.items:
+            parameters = target.tail
+        else:
+            parameters.tail = target.tail
+    return form("lambda", parameters, *items[2:], span=definition.span)
+
+
+def _use_of(statement: Node, name: str) -> _Use | None:
+    """Return where a name that occurs once is used, or None if the place is not an operand."""
+    path: list[tuple[Node, int]] = []
+    node, is_repeated, is_conditional = statement, False, False
+    while node.name != name:
+        if node.items is None or node.tail is not None or node.head in ("quote", "quasiquote", "set!", "guard"):
+            return None
+        position = next((i for i, item in enumerate(node.items) if _contains(item, name)), None)
+        if position is None:
+            return None
+        head = node.head or ""
+        if (
+            head == "define-record"
+            or name in bound_names(node)
+            or (path and path[-1][0].head == "case" and not position)
+        ):
+            return None
+        is_repeated = is_repeated or _repeats(node, position, path)
+        is_conditional = is_conditional or _is_choice(head, position)
+        path.append((node, position))
+        node = node.items[position]
+    if not path or (path[-1][1] == 0 and not path[-1][0].is_array):
+        return None  # the head of an application
+    return _Use(tuple(path), is_repeated, is_conditional)
+
+
+def _contains(node: Node, name: str) -> bool:
+    return any(one.name == name for one in walk(node))
+
+
+def _is_choice(head: str, position: int) -> bool:
+    return head in ("cond", "case") or (position > 1 and head in ("if", "when", "unless", "and", "or"))
+
+
+def _repeats(node: Node, position: int, path: Sequence[tuple[Node, int]]) -> bool:
+    """Return whether an item of a node is evaluated another number of times than the node."""
+    head, items = node.head or "", node.items or []
+    if head in ("lambda", "while", "do", "let/ec", "union-loop") or head.startswith("define-"):
+        return head not in ("define-values", "union-loop")
+    if head == "define":
+        return items[1].items is not None
+    if head.startswith("for") and head != "for-each":
+        return position > 1
+    if head.startswith("let") and items[1].name is not None:
+        return True
+    outer = path[-1][0].head or "" if path else ""
+    if outer.startswith("for") and outer != "for-each" and path[-1][1] == 1:
+        return position > 0  # only the first clause is evaluated once
+    return False
+
+
+def _may_move(program: Program, value: Node, effects: Effects, between: Sequence[Node], use: _Use) -> bool:
+    if use.is_repeated and (not is_constant(value) or size(value) > _MAX_LITERAL):
+        return False
+    if use.is_conditional and not effects.is_pure and value.head != "lambda":
+        return False
+    used = set(names(value))
+    for node, _ in use.path:
+        if used and used & set(bound_names(node)):
+            return False
+    before = [*between, *(item for node, position in use.path for item in (node.items or [])[1:position])]
+    if value.head == "lambda":
+        return not _is_assigned(before, used)
+    return all(effects.commutes(program.effects(node)) for node in before)
+
+
+def _is_assigned(nodes: Iterable[Node], used: set[str]) -> bool:
+    return any(
+        one.head == "set!" and one.operands[0].name in used for node in nodes for one in code(node) if one.operands
+    )
+
+
+# Which definitions are better inlined.
+
+_PARTS = frozenset(["call", "primitive", "transform", "union", "union-loop", "ring", "grid", "mirror", "align"])
+_VAGUE = frozenset((
+    *("shape", "shapes", "result", "results", "part", "parts", "object", "objects", "obj", "item", "items", "model"),
+    *("entity", "group", "all", "step", "unit", "base", "out", "res", "tmp", "temp", "copy", "fn", "final"),
+    *("transformed", "moved", "rotated", "placed", "positioned", "s", "x", "y", "z", "t", "p", "m", "r"),
+))  # fmt: skip
+
+
+def is_part(node: Node) -> bool:
+    """Return whether an expression gives an entity or parts."""
+    head = node.head or ""
+    return head in _PARTS or head.endswith("/union")
+
+
+def _is_better(program: Program, definition: Node, value: Node, use: _Use) -> bool:
+    parent, position = use.parent, use.position
+    commented = bool(definition.trivia.before or definition.trivia.after or definition.trivia.end)
+    if value.head == "lambda":
+        return parent.head in ("union-loop", "map", "ring", "grid", "for-each") and not use.is_conditional
+    is_call = value.head is not None and value.head not in program.known
+    if is_part(value) or is_call:
+        if parent.head in ("union", "frames") or _is_result(use):
+            return True
+        if parent.head == "transform" and position == 1:
+            return True
+    if commented:
+        return False
+    if is_constant(value):
+        return size(value) <= _MAX_LITERAL and not _is_table(value)
+    return size(value) <= _MAX_SCALAR and not (parent.head == "define" and position == 2)
+
+
+def _is_table(value: Node) -> bool:
+    return value.head == "quote" and size(value) > 6
+
+
+def _is_result(use: _Use) -> bool:
+    """Return whether the use is the whole last statement of a body."""
+    parent, position = use.parent, use.position
+    return parent.head in ("let", "let*", "lambda", "when") and position == len(parent.items or ()) - 1
+
+
+def _put(definition: Node, value: Node, use: _Use, name: str) -> None:
+    parent, position = use.parent, use.position
+    assert parent.items is not None
+    old = parent.items[position]
+    trivia = joined(old.trivia, replace(definition.trivia, blank=False))
+    value.trivia = joined(trivia, value.trivia)
+    note = _note(name, value)
+    if note and parent.head == "union" and not value.trivia.before and not value.trivia.after:
+        value.trivia = replace(value.trivia, after=line_comment(note))
+    parent.items[position] = value
+
+
+def _note(name: str, value: Node) -> str | None:
+    """Return a comment that preserves a name that says more than the expression."""
+    words = [word for word in name.strip("%").split("-") if not word.isdigit()]
+    told = " ".join(_texts(value)).lower()
+    if not words or len(name) < 3 or all(word in _VAGUE or word in told for word in words):
+        return None
+    return " ".join(words)
+
+
+def _texts(node: Node) -> Iterator[str]:
+    for one in walk(node):
+        if type(one.value) in (str, Symbol, Keyword):
+            yield str(one.value)
+
+
+def _keep_comments(definition: Node, following: Node, only_section: bool = False) -> None:
+    """Keep the comments above an empty line, which are about more than the definition that goes."""
+    before = definition.trivia.before
+    cut = max((i for i, row in enumerate(before) if row is None), default=-1)
+    if cut >= 0:
+        following.trivia = replace(following.trivia, before=(*before[: cut + 1], *following.trivia.before))
+    if definition.trivia.blank and not following.trivia.blank:
+        following.trivia = replace(following.trivia, blank=True)
+
+
+# --- shorter forms of the same value -------------------------------------------------------------------------------
+
+
+def tidy(program: Program, top: Node) -> bool:
+    """Write conditions and arithmetic in their shortest form."""
+    changed = False
+    for node in reversed(list(code(top))):
+        head = node.head
+        if head == "cond":
+            changed |= _to_if(node)
+        elif head in ("*", "/", "+") and head in program.known:
+            changed |= _arithmetic(program, node)
+    return changed
+
+
+def _to_if(node: Node) -> bool:
+    """Write a ``cond`` of one test and an ``else`` as ``if``."""
+    clauses = node.operands
+    if len(clauses) != 2 or any(not clause.items or len(clause.items) != 2 for clause in clauses):
+        return False
+    (test, then), (word, other) = (clause.items or [] for clause in clauses)
+    if word.name != "else" or then.name == "=>" or next(defined_names(then), None) or next(defined_names(other), None):
+        return False
+    then.trivia = joined(clauses[0].trivia, then.trivia)
+    other.trivia = joined(clauses[1].trivia, other.trivia)
+    node.become(form("if", test, then, other, span=node.span))
+    return True
+
+
+def _arithmetic(program: Program, node: Node) -> bool:
+    """Write ``(* 2 pi x)`` as ``(* tau x)``, ``(/ (- x) 2)`` as ``(/ x -2)`` and ``(+ a (- b))`` as ``(- a b)``.
+
+    These give the same floating-point numbers.
+    """
+    operands, span = node.operands, node.span
+    if node.head == "*" and len(operands) > 1 and _is_number(operands[0], 2) and operands[1].name == "pi":
+        if not {"pi", "tau"} <= program.known:
+            return False
+        rest = operands[2:]
+        tau = symbol("tau", span)
+        node.become(form("*", tau, *rest, span=span) if rest else tau)
+        return True
+    if "-" not in program.known or len(operands) != 2:
+        return False
+    first, second = operands
+    if (
+        node.head in ("*", "/")
+        and first.head == "-"
+        and len(first.operands) == 1
+        and second.is_number
+        and second.value > 0
+    ):
+        negative = atom(-second.value, second.span)
+        negative.spelling = f"-{second.spelling}" if second.spelling and second.spelling[0] in ".0123456789" else None
+        node.become(form(node.head, first.operands[0], negative, span=span))
+        return True
+    if node.head == "+" and second.head == "-" and len(second.operands) == 1:
+        node.become(form("-", first, second.operands[0], span=span))
+        return True
+    return False
+
+
+def _is_number(node: Node, value: float) -> bool:
+    return node.is_number and node.value == value
+
+
+# --- what nothing uses ---------------------------------------------------------------------------------------------
+
+
+def remove_unused(program: Program) -> bool:
+    """Remove definitions and words that nothing reaches from the scene. Programs without a scene are libraries."""
+    root = next((form.operands[0].value for form in program.forms if form.head == "scene" and form.operands), None)
+    if type(root) is not str or any(form.head == "import" for form in program.forms):
+        return False
+    owners: dict[str, list[Node]] = {}
+    for top in program.forms:
+        for name in _provided(top):
+            owners.setdefault(name, []).append(top)
+    used: set[int] = set()
+    waiting = [top for top in program.forms if not list(_provided(top))]
+    while waiting:
+        top = waiting.pop()
+        if id(top) in used:
+            continue
+        used.add(id(top))
+        for name in _needed(top):
+            waiting += owners.get(name, ())
+    kept = [top for top in program.forms if id(top) in used or not program.effects(*_run(top)).is_pure]
+    if len(kept) == len(program.forms):
+        return False
+    for position, top in enumerate(program.forms):
+        if not any(top is one for one in kept):
+            following = next((one for one in program.forms[position + 1 :] if any(one is k for k in kept)), None)
+            if following is not None:
+                _keep_comments(top, following)
+    program.forms[:] = kept
+    return True
+
+
+def _run(top: Node) -> list[Node]:
+    """Return what evaluating a definition evaluates: nothing of a function."""
+    items = top.items or []
+    if top.head == "define" and len(items) > 2 and (items[1].items is not None or items[2].head == "lambda"):
+        return []
+    return [one for one in items[2:] if one.head != "lambda"]
+
+
+def _provided(top: Node) -> Iterator[str]:
+    if top.head == "bind" and len(top.items or ()) > 2 and type(top.operands[0].value) is str:
+        yield f'"{top.operands[0].value}'
+    elif top.head in ("define", "define-values"):
+        yield from defined_names(top)
+
+
+def _needed(top: Node) -> Iterator[str]:
+    for one in walk(top):
+        if type(one.value) is Symbol:
+            yield str(one.value)
+        elif type(one.value) is str:  # a word may be computed, or come from a table
+            yield f'"{one.value}'
+
+
+# --- params --------------------------------------------------------------------------------------------------------
+
+
+def declare_params(program: Program, room: int) -> bool:
+    """Declare numbers that shape the scene as params: those at top level, and those at the top of the scene's root.
+
+    A default that becomes a param adds a node; ``room`` is how many may be added.
+    """
+    changed = False
+    assigned = {
+        str(one.operands[0].value) for top in program.forms for one in code(top) if one.head == "set!" and one.operands
+    }
+    defined = Counter(name for top in program.forms for name in defined_names(top))
+    for top in program.forms:
+        operands = top.operands
+        name = operands[0].name if top.head == "define" and len(operands) == 2 else None
+        if name is not None and _is_size(operands[1]) and name not in assigned and defined[name] == 1:
+            assert top.items is not None
+            top.items[0] = symbol("param", top.span)
+            changed = True
+    return _hoist(program, assigned, room) or changed
+
+
+def _is_size(node: Node) -> bool:
+    return node.is_number
+
+
+def _hoist(program: Program, assigned: set[str], room: int) -> bool:
+    """Declare the numbers among the defaults and first definitions of the root as params."""
+    scene = next((top for top in program.forms if top.head == "scene"), None)
+    if scene is None or len(scene.operands) != 1 or type(scene.operands[0].value) is not str:
+        return False
+    word = scene.operands[0].value
+    roots = [top for top in program.forms if top.head == "bind" and top.operands[0].value == word]
+    if len(roots) != 1 or len(roots[0].operands) != 2 or roots[0].operands[1].head != "lambda":
+        return False
+    root, function = roots[0], roots[0].operands[1]
+    if _is_called(program, word):
+        return False
+    taken = {name for top in program.forms for name in _outer_names(top, root)} | program.known
+    found: list[Node] = []
+    _take_defaults(function, taken | assigned, found, room)
+    _take_definitions(function, taken | assigned, found)
+    if not found:
+        return False
+    found[0].trivia = replace(found[0].trivia, blank=True)
+    position = next((k for k, top in enumerate(program.forms) if top.head not in ("import", "param", None)), 0)
+    first = program.forms[position]
+    header = first.trivia.before
+    cut = max((k for k, row in enumerate(header) if row is None), default=-1)
+    if position == 0 and header and cut >= 0:  # the program's own comment stays at the top
+        found[0].trivia = replace(found[0].trivia, before=(*header[: cut + 1], *found[0].trivia.before), blank=False)
+        first.trivia = replace(first.trivia, before=header[cut + 1 :], blank=True)
+    else:
+        first.trivia = replace(first.trivia, blank=True)
+    program.forms[position:position] = found
+    return True
+
+
+def _is_called(program: Program, word: str) -> bool:
+    for top in program.forms:
+        if top.head == "scene":
+            continue
+        texts = [one for one in walk(top) if type(one.value) is str and one.value == word]
+        if len(texts) > (top.head == "bind" and top.operands[0].value == word):
+            return True
+    return False
+
+
+def _outer_names(top: Node, root: Node) -> Iterator[str]:
+    """Names that a param must not have: those of the top level, and those that other functions read from there."""
+    yield from defined_names(top)
+    if top is not root:
+        yield from names(top)
+
+
+def _take_defaults(function: Node, taken: set[str], found: list[Node], room: int) -> None:
+    parameters = function.operands[0]
+    used = {name for statement in function.operands[1:] for name in names(statement)}
+    kept: list[Node] = []
+    for parameter in parameters.items or ():
+        pair = parameter.items or []
+        name = str(pair[0].value) if len(pair) == 2 and type(pair[0].value) is Keyword else None
+        if name is None or "::" in name or name in taken or not _is_size(pair[1]) or len(found) >= room:
+            kept.append(parameter)
+            continue
+        if name not in used and not any(name in names(other) for other in parameters.items or ()):
+            continue
+        found.append(form("param", symbol(name, parameter.span), pair[1], span=parameter.span))
+        found[-1].trivia = parameter.trivia
+    if parameters.items is not None:
+        parameters.items[:] = kept
+
+
+def _take_definitions(function: Node, taken: set[str], found: list[Node]) -> None:
+    assert function.items is not None
+    inner = Counter(name for one in code(function) for name in bound_names(one))
+    kept: list[Node] = []
+    for statement in function.items[2:]:
+        operands = statement.operands
+        name = operands[0].name if statement.head == "define" and len(operands) == 2 else None
+        if name is None or not _is_size(operands[1]) or name in taken or inner[name] != 1:
+            kept.append(statement)
+            continue
+        assert statement.items is not None
+        statement.items[0] = symbol("param", statement.span)
+        statement.trivia = replace(statement.trivia, blank=False)
+        found.append(statement)
+    function.items[2:] = kept
