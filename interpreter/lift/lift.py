@@ -13,8 +13,8 @@ from scenelang.interpreter.expand.forms import FORMS, INDENTS
 from scenelang.interpreter.lift import patterns, simplify
 from scenelang.interpreter.lift.tree import (
     NO_COMMENTS,
-    Node,
-    Program,
+    CodeTree,
+    Draft,
     code,
     copied,
     datum_of,
@@ -94,7 +94,7 @@ def lift_text(source: Source, library: Set[str]) -> str:
 
 
 def _same_form(
-    node: Node, original: Datum | None, trivia: Mapping[int, Trivia], spelling: Mapping[int, str]
+    node: CodeTree, original: Datum | None, trivia: Mapping[int, Trivia], spelling: Mapping[int, str]
 ) -> Datum | None:
     """Return the original of a form that did not change."""
     if original is None or node.trivia is not trivia.get(id(original), NO_COMMENTS):
@@ -102,12 +102,12 @@ def _same_form(
     return original if same(node, node_of(original, trivia, spelling)) else None
 
 
-def _program(nodes: list[Node], library: Set[str]) -> Program:
+def _program(nodes: list[CodeTree], library: Set[str]) -> Draft:
     defined = {name for node in nodes for one in code(node) for name in defined_names(one)}
     called = {one.operands[0].value for node in nodes for one in code(node) if one.head == "call" and one.operands}
     macros = {name for node in nodes for one in code(node) if one.head in _MACROS for name in _macro_names(one)}
     imports = [node.operands[0].value for node in nodes if node.head == "import" and node.operands]
-    program = Program(
+    program = Draft(
         nodes,
         frozenset((FORMS.keys() | library) - defined),
         bool(called & _BLOCK_WORDS),
@@ -118,14 +118,14 @@ def _program(nodes: list[Node], library: Set[str]) -> Program:
     return program
 
 
-def _macro_names(node: Node) -> Sequence[str]:
+def _macro_names(node: CodeTree) -> Sequence[str]:
     if node.head in ("define-syntax", "define-macro"):
         return list(defined_names(node))
     bindings = node.operands[0].items if node.operands else None
     return [str(binding.items[0].value) for binding in bindings or () if binding.items]
 
 
-_RULES: Sequence[Callable[[Program, Node], bool]] = (
+_RULES: Sequence[Callable[[Draft, CodeTree], bool]] = (
     simplify.tidy,
     simplify.compose,
     simplify.inline,
@@ -134,7 +134,7 @@ _RULES: Sequence[Callable[[Program, Node], bool]] = (
 )
 
 
-def _lift_forms(program: Program, fixed: Sequence[int]) -> None:
+def _lift_forms(program: Draft, fixed: Sequence[int]) -> None:
     """Apply all rules to a program in place; a form that would become longer stays as it is."""
     before = sum(map(size, program.forms))
     if FORMS.keys() - program.known:  # the program gives a form another meaning
@@ -157,7 +157,7 @@ def _lift_forms(program: Program, fixed: Sequence[int]) -> None:
         simplify.declare_params(program, before - sum(map(size, program.forms)))
 
 
-def _rewritten(program: Program, top: Node) -> Node | None:
+def _rewritten(program: Draft, top: CodeTree) -> CodeTree | None:
     """Return a form after one round of all rules, or None if that changes nothing or makes it longer."""
     new = copied(top, comments=True)
     changed = [rule(program, new) for rule in _RULES]

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from scenelang.grammar.datum import Keyword
 from scenelang.interpreter.lift.simplify import factors, gives_parts, is_part, is_pose, is_zero, product, vector_of
 from scenelang.interpreter.lift.tree import (
-    Node,
+    CodeTree,
+    Draft,
     Poly,
-    Program,
     array,
     atom,
     bodies,
@@ -40,13 +40,13 @@ _CLOSE = 1e-12
 class _Loop:
     """Loop that gives parts: ``variable`` counts from 0 to ``count`` - 1."""
 
-    count: Node
+    count: CodeTree
     variable: str
-    body: list[Node]
-    node: Node
+    body: list[CodeTree]
+    node: CodeTree
 
 
-def _loop_of(program: Program, node: Node) -> _Loop | None:
+def _loop_of(program: Draft, node: CodeTree) -> _Loop | None:
     operands = node.operands
     if node.head == "union-loop" and len(operands) == 2 and operands[1].head == "lambda":
         parameters = operands[1].operands[0].items
@@ -62,7 +62,7 @@ def _loop_of(program: Program, node: Node) -> _Loop | None:
     return _Loop(count, clause[0].name, operands[1:], node) if count is not None else None
 
 
-def _count(sequence: Node) -> Node | None:
+def _count(sequence: CodeTree) -> CodeTree | None:
     """Return the length of a sequence of the integers from 0."""
     if sequence.head in ("range", "iota") and len(sequence.operands) == 1:
         return sequence.operands[0]
@@ -78,19 +78,19 @@ def _count(sequence: Node) -> Node | None:
 class _Body:
     """Body of a loop: local values, the part, and the factors of its pose."""
 
-    def __init__(self, program: Program, loop: _Loop) -> None:
+    def __init__(self, program: Draft, loop: _Loop) -> None:
         self.program, self.loop = program, loop
         self.rebound = frozenset(("+", "-", "*", "/", "pi", "tau", "sin", "cos")) - program.known
-        self.values: dict[str, Node] = {}
+        self.values: dict[str, CodeTree] = {}
         for statement in loop.body[:-1]:
             if statement.head == "define" and len(statement.operands) == 2 and statement.operands[0].name is not None:
                 self.values[statement.operands[0].name] = statement.operands[1]
         last = loop.body[-1]
-        self.part, self.matrices = last, list[Node]()
+        self.part, self.matrices = last, list[CodeTree]()
         if last.head == "transform" and len(last.operands) == 2 and is_pose(last.operands[1]):
             self.part, self.matrices = last.operands[0], factors(last.operands[1])
 
-    def depends(self, node: Node) -> bool:
+    def depends(self, node: CodeTree) -> bool:
         """Return whether an expression depends on the variable of the loop."""
         seen, waiting = set[str](), [node]
         while waiting:
@@ -110,17 +110,17 @@ class _Body:
             name for statement in self.loop.body[:-1] for name in defined_names(statement) if name not in self.values
         }
 
-    def poly(self, node: Node) -> Poly:
+    def poly(self, node: CodeTree) -> Poly:
         return poly(node, self.values, self.rebound)
 
-    def linear(self, node: Node) -> tuple[Poly, Poly] | None:
+    def linear(self, node: CodeTree) -> tuple[Poly, Poly] | None:
         """Return slope and offset of an expression in the variable, or None if it is not linear."""
         found = self.poly(node).split(self.loop.variable, self.depends)
         if found is None or any(self.depends(found[1].atoms[text]) for key in found[1].terms for text, _ in key):
             return None
         return found
 
-    def copies(self, part: Node) -> Node:
+    def copies(self, part: CodeTree) -> CodeTree:
         """Return the object that a combinator copies: the part, or a function of the index."""
         statements = self._needed(part)
         plain = not statements and not self.depends(part)
@@ -130,10 +130,10 @@ class _Body:
         span = part.span
         return form("lambda", listed([symbol(variable, span)], span), *statements, part, span=span)
 
-    def _needed(self, part: Node) -> list[Node]:
+    def _needed(self, part: CodeTree) -> list[CodeTree]:
         """Return the statements of the body that a part needs."""
         used = set(names(part))
-        kept: list[Node] = []
+        kept: list[CodeTree] = []
         for statement in reversed(self.loop.body[:-1]):
             own = set(defined_names(statement))
             if own & used or not self.program.effects(statement).is_pure or not own:
@@ -142,7 +142,7 @@ class _Body:
         return kept
 
 
-def find(program: Program, top: Node) -> bool:
+def find(program: Draft, top: CodeTree) -> bool:
     """Apply the rules of this file to a top-level form."""
     changed = False
     for node in reversed(list(code(top))):
@@ -155,7 +155,7 @@ def find(program: Program, top: Node) -> bool:
     return changed
 
 
-def _accept(node: Node, new: Node) -> bool:
+def _accept(node: CodeTree, new: CodeTree) -> bool:
     """Replace a node if that makes the program shorter."""
     if size(new) >= size(node):
         return False
@@ -170,14 +170,14 @@ def _accept(node: Node, new: Node) -> bool:
 class _Circle:
     """Where a ring's copies are: the angles, from +z towards +x, and the pose of the part at the angle 0."""
 
-    radius: Node
+    radius: CodeTree
     start: Poly
     slope: Poly
     turns: bool
-    inner: list[Node]
+    inner: list[CodeTree]
 
 
-def _ring(program: Program, node: Node) -> bool:
+def _ring(program: Draft, node: CodeTree) -> bool:
     loop = _loop_of(program, node)
     if loop is None or "ring" not in program.known or program.is_blocks or program.effects(loop.count).draws:
         return False
@@ -199,7 +199,7 @@ def _ring(program: Program, node: Node) -> bool:
     return _accept(node, new)
 
 
-def _ring_form(loop: _Loop, copies: Node, circle: _Circle, sweep: Poly) -> Node | None:
+def _ring_form(loop: _Loop, copies: CodeTree, circle: _Circle, sweep: Poly) -> CodeTree | None:
     span = loop.node.span
     items = [loop.count, copies]
     if not (circle.radius.is_number and circle.radius.value == 1):
@@ -273,11 +273,11 @@ def _placed(body: _Body) -> _Circle | None:
     return _Circle(radius, offset, slope, turns, inner)
 
 
-def _is_turn(matrix: Node) -> bool:
+def _is_turn(matrix: CodeTree) -> bool:
     return matrix.head == "rotate" and len(matrix.operands) == 2 and _is_axis(matrix.operands[1], 1)
 
 
-def _polar(body: _Body, node: Node) -> tuple[str, Poly, Poly, Node] | None:
+def _polar(body: _Body, node: CodeTree) -> tuple[str, Poly, Poly, CodeTree] | None:
     """Read ``radius * cos(angle)``: the function, the radius, the angle as polynomial and as expression."""
     value = body.poly(node)
     if len(value.terms) != 1:
@@ -295,23 +295,23 @@ def _polar(body: _Body, node: Node) -> tuple[str, Poly, Poly, Node] | None:
     return wave.head, rest, body.poly(wave.operands[0]), wave.operands[0]
 
 
-def _radius(coordinate: Node, body: _Body, value: Poly) -> Node | None:
+def _radius(coordinate: CodeTree, body: _Body, value: Poly) -> CodeTree | None:
     """Return the radius as it is written in ``(* radius (cos angle))``."""
     operands = coordinate.operands if coordinate.head == "*" and len(coordinate.operands) == 2 else []
     found = next((one for one in operands if body.poly(one).equals(value)), None)
     return found if found is not None and not set(names(found)) & set(body.values) else None
 
 
-def _is_axis(node: Node, axis: int) -> bool:
+def _is_axis(node: CodeTree, axis: int) -> bool:
     values = _numbers(node)
     return values is not None and all((value == 1) if k == axis else (value == 0) for k, value in enumerate(values))
 
 
-def _is_origin(node: Node) -> bool:
+def _is_origin(node: CodeTree) -> bool:
     return _numbers(node) in ([0, 0, 0], [0.0, 0.0, 0.0])
 
 
-def _numbers(node: Node) -> list[float] | None:
+def _numbers(node: CodeTree) -> list[float] | None:
     items = node.items if node.is_array else None
     if items is None or len(items) != 3 or not all(item.is_number for item in items):
         return None
@@ -321,7 +321,7 @@ def _numbers(node: Node) -> list[float] | None:
 # --- loops over an index, and grids ----------------------------------------------------------------------------------
 
 
-def _index_loops(program: Program, node: Node) -> bool:
+def _index_loops(program: Draft, node: CodeTree) -> bool:
     """Write a loop over an index that is divided into row and column as two loops."""
     loop = _loop_of(program, node)
     if loop is None or len(loop.body) < 2 or not {"floor/", "//", "%"} <= program.known:
@@ -349,12 +349,12 @@ def _index_loops(program: Program, node: Node) -> bool:
     return True
 
 
-def _counted(count: Node) -> Node:
+def _counted(count: CodeTree) -> CodeTree:
     """Return a sequence of as many integers: an integer is one by itself."""
     return copied(count) if type(count.value) is int else form("range", copied(count), span=count.span)
 
 
-def _divided(loop: _Loop, first: Node) -> tuple[str, str, Node, int] | None:
+def _divided(loop: _Loop, first: CodeTree) -> tuple[str, str, CodeTree, int] | None:
     operands = first.operands
     if first.head != "define-values" or len(operands) != 2 or operands[1].head != "floor/":
         return None
@@ -366,8 +366,8 @@ def _divided(loop: _Loop, first: Node) -> tuple[str, str, Node, int] | None:
     return (row, column, dividend[1], 1) if row and column and row != column else None
 
 
-def _divided_apart(loop: _Loop, first: Node, second: Node) -> tuple[str, str, Node, int] | None:
-    parts: dict[str, tuple[str, Node]] = {}
+def _divided_apart(loop: _Loop, first: CodeTree, second: CodeTree) -> tuple[str, str, CodeTree, int] | None:
+    parts: dict[str, tuple[str, CodeTree]] = {}
     for statement in (first, second):
         if statement.head != "define" or len(statement.operands) != 2 or statement.operands[0].name is None:
             return None
@@ -382,7 +382,7 @@ def _divided_apart(loop: _Loop, first: Node, second: Node) -> tuple[str, str, No
     return parts["row"][0], parts["column"][0], parts["row"][1], 2
 
 
-def _quotient(count: Node, divisor: Node) -> Node | None:
+def _quotient(count: CodeTree, divisor: CodeTree) -> CodeTree | None:
     """Return how often a divisor goes into a count, if it surely does without a rest."""
     if type(count.value) is int and type(divisor.value) is int and divisor.value > 0:
         return atom(count.value // divisor.value, count.span) if count.value % divisor.value == 0 else None
@@ -393,18 +393,18 @@ def _quotient(count: Node, divisor: Node) -> Node | None:
     return None
 
 
-def _line(program: Program, node: Node) -> bool:
+def _line(program: Draft, node: CodeTree) -> bool:
     """Write a loop whose parts are spaced evenly about the origin along one axis as a grid."""
     loop = _loop_of(program, node)
     return loop is not None and _gridded(program, node, [(loop.variable, loop.count)], loop)
 
 
-def _grid(program: Program, node: Node) -> bool:
+def _grid(program: Draft, node: CodeTree) -> bool:
     """Write nested loops whose parts are spaced evenly about the origin as a grid."""
     clauses = node.operands[0].items if node.operands else None
     if clauses is None or len(clauses) not in (2, 3):
         return False
-    counts: list[tuple[str, Node]] = []
+    counts: list[tuple[str, CodeTree]] = []
     for clause in clauses:
         count = _count(clause.items[1]) if clause.items and len(clause.items) == 2 else None
         name = clause.items[0].name if clause.items else None
@@ -417,7 +417,7 @@ def _grid(program: Program, node: Node) -> bool:
     return _gridded(program, node, counts, loop)
 
 
-def _gridded(program: Program, node: Node, counts: Sequence[tuple[str, Node]], loop: _Loop) -> bool:
+def _gridded(program: Draft, node: CodeTree, counts: Sequence[tuple[str, CodeTree]], loop: _Loop) -> bool:
     if "grid" not in program.known or program.is_blocks:
         return False
     if not all(program.effects(count).is_pure for _, count in counts):
@@ -445,11 +445,11 @@ def _gridded(program: Program, node: Node, counts: Sequence[tuple[str, Node]], l
     return _accept(node, form("grid", *items, span=span))
 
 
-_Axes = dict[int, tuple[str, Node, Poly]]
+_Axes = dict[int, tuple[str, CodeTree, Poly]]
 _ORDER = (1, 2, 0)  # a grid's loops from the outermost: y, z, x
 
 
-def _axes(body: _Body, vector: Sequence[Node], counts: Sequence[tuple[str, Node]]) -> _Axes | None:
+def _axes(body: _Body, vector: Sequence[CodeTree], counts: Sequence[tuple[str, CodeTree]]) -> _Axes | None:
     """Return the variable, count and spacing of each axis along which copies are centred."""
     found: _Axes = {}
     for axis, coordinate in enumerate(vector):
@@ -467,13 +467,13 @@ def _axes(body: _Body, vector: Sequence[Node], counts: Sequence[tuple[str, Node]
     return found if order == [name for name, _ in counts] else None
 
 
-def _mentions(body: _Body, node: Node, name: str) -> bool:
+def _mentions(body: _Body, node: CodeTree, name: str) -> bool:
     return name in names(node) or any(
         _mentions(body, body.values[one], name) for one in names(node) if one in body.values
     )
 
 
-def _centred(body: _Body, coordinate: Node, name: str, count: Node) -> Poly | None:
+def _centred(body: _Body, coordinate: CodeTree, name: str, count: CodeTree) -> Poly | None:
     """Return the spacing of a coordinate that is ``spacing * (i - (count - 1) / 2)``."""
     value = body.poly(coordinate)
     linear = value.split(name, lambda node: _mentions(body, node, name))
@@ -486,7 +486,7 @@ def _centred(body: _Body, coordinate: Node, name: str, count: Node) -> Poly | No
     return slope
 
 
-def _without_axes(vector: Sequence[Node], axes: _Axes) -> Node | None:
+def _without_axes(vector: Sequence[CodeTree], axes: _Axes) -> CodeTree | None:
     """Return the translation that remains beside a grid's."""
     span = vector[0].span
     kept = [atom(0, span) if axis in axes else coordinate for axis, coordinate in enumerate(vector)]
@@ -494,8 +494,8 @@ def _without_axes(vector: Sequence[Node], axes: _Axes) -> Node | None:
 
 
 def _grid_copies(
-    program: Program, body: _Body, part: Node, axes: _Axes, counts: Sequence[tuple[str, Node]]
-) -> Node | None:
+    program: Draft, body: _Body, part: CodeTree, axes: _Axes, counts: Sequence[tuple[str, CodeTree]]
+) -> CodeTree | None:
     statements = body._needed(part)
     free = not any(_mentions(body, part, name) for name, _ in counts)
     if free and not statements and program.effects(part).is_pure:
@@ -506,7 +506,7 @@ def _grid_copies(
     return form("lambda", parameters, *statements, part, span=span)
 
 
-def _spacing(axes: _Axes, like: Node) -> Node | None:
+def _spacing(axes: _Axes, like: CodeTree) -> CodeTree | None:
     spacings = {axis: expression(spacing, like) for axis, (_, _, spacing) in axes.items()}
     if any(spacing is None for spacing in spacings.values()):
         return None
@@ -524,11 +524,11 @@ _MAX_COLUMNS = 4
 _GAIN = 0.75  # a table must be this much shorter than the parts
 
 
-def _table(program: Program, node: Node) -> bool:
+def _table(program: Draft, node: CodeTree) -> bool:
     """Write similar members of a union as a loop over a table of what differs."""
     assert node.items is not None
     members, position, changed = node.operands, 0, False
-    kept: list[Node] = []
+    kept: list[CodeTree] = []
     while position < len(members):
         run = _run(members, position)
         loop = _table_loop(program, members[position : position + run]) if run >= _MIN_ROWS else None
@@ -546,7 +546,7 @@ def _table(program: Program, node: Node) -> bool:
     return changed
 
 
-def _run(members: Sequence[Node], start: int) -> int:
+def _run(members: Sequence[CodeTree], start: int) -> int:
     """Return how many members from ``start`` on differ from it in constants only."""
     first = members[start]
     if not is_part(first) and first.items is None:
@@ -557,7 +557,7 @@ def _run(members: Sequence[Node], start: int) -> int:
     return end - start
 
 
-def _is_similar(a: Node, b: Node) -> bool:
+def _is_similar(a: CodeTree, b: CodeTree) -> bool:
     if a.items is None or b.items is None:
         if a.items is not b.items:
             return False
@@ -571,7 +571,7 @@ def _is_similar(a: Node, b: Node) -> bool:
     return all(map(_is_similar, a.items, b.items))
 
 
-def _is_cell(node: Node) -> bool:
+def _is_cell(node: CodeTree) -> bool:
     """Return whether a node may differ between the rows of a table."""
     return node.is_number or (node.items is None and type(node.value) is str)
 
@@ -582,10 +582,10 @@ class _Column:
 
     path: tuple[int, ...]
     name: str
-    cells: tuple[Node, ...]
+    cells: tuple[CodeTree, ...]
 
 
-def _table_loop(program: Program, rows: Sequence[Node]) -> Node | None:
+def _table_loop(program: Draft, rows: Sequence[CodeTree]) -> CodeTree | None:
     if any(not same(copied(row), copied(rows[0])) for row in rows[1:]):
         columns = list(_columns(rows, rows[0], ()))
     else:
@@ -610,7 +610,7 @@ def _table_loop(program: Program, rows: Sequence[Node]) -> Node | None:
     return loop
 
 
-def _columns(rows: Sequence[Node], first: Node, path: tuple[int, ...], name: str = "") -> Iterator[_Column]:
+def _columns(rows: Sequence[CodeTree], first: CodeTree, path: tuple[int, ...], name: str = "") -> Iterator[_Column]:
     """Find what differs between rows. A vector of which several components differ is one column."""
     if first.items is None:
         if not all(same(row, first) for row in rows):
@@ -633,18 +633,18 @@ def _columns(rows: Sequence[Node], first: Node, path: tuple[int, ...], name: str
         yield from _columns(inner, item, (*path, position), own)
 
 
-def _is_vector(rows: Sequence[Node]) -> bool:
+def _is_vector(rows: Sequence[CodeTree]) -> bool:
     return all(row.is_array and row.items is not None and len(row.items) in (2, 3) for row in rows)
 
 
-def _is_product(rows: Sequence[Node], columns: Sequence[int]) -> bool:
+def _is_product(rows: Sequence[CodeTree], columns: Sequence[int]) -> bool:
     cells = [tuple(row.items[k].value for k in columns) for row in rows if row.items]
     outer = list(dict.fromkeys(cell[0] for cell in cells))
     inner = list(dict.fromkeys(cell[1] for cell in cells))
     return len(outer) > 1 and len(inner) > 1 and cells == [(a, b) for a in outer for b in inner]
 
 
-def _place(node: Node, position: int, name: str) -> str:
+def _place(node: CodeTree, position: int, name: str) -> str:
     if node.is_array and len(node.items or ()) == 3:
         return "xyz"[position]
     if node.head == "call" and position == 1:
@@ -673,12 +673,12 @@ def _named(columns: Sequence[_Column], taken: set[str] | frozenset[str]) -> list
     return named
 
 
-def _replaced(node: Node, variables: dict[tuple[int, ...], str], path: tuple[int, ...] = ()) -> Node:
+def _replaced(node: CodeTree, variables: dict[tuple[int, ...], str], path: tuple[int, ...] = ()) -> CodeTree:
     if path in variables:
         return symbol(variables[path], node.span)
     if node.items is None:
         return copied(node)
-    new = Node(
+    new = CodeTree(
         [_replaced(item, variables, (*path, position)) for position, item in enumerate(node.items)], None, node.span
     )
     new.is_array = node.is_array
@@ -689,7 +689,7 @@ def _unique(columns: Sequence[_Column]) -> list[_Column]:
     return list({column.name: column for column in columns}.values())
 
 
-def _product_loop(columns: Sequence[_Column], template: Node) -> Node | None:
+def _product_loop(columns: Sequence[_Column], template: CodeTree) -> CodeTree | None:
     """Return nested loops if the rows are all pairs of two columns' values, in order."""
     distinct = _unique(columns)
     if len(distinct) != 2 or any(cell.items is not None for column in distinct for cell in column.cells):
@@ -705,13 +705,13 @@ def _product_loop(columns: Sequence[_Column], template: Node) -> Node | None:
     return None
 
 
-def _clause(column: _Column, step: int, count: int | None = None) -> Node:
+def _clause(column: _Column, step: int, count: int | None = None) -> CodeTree:
     span = column.cells[0].span
     cells = column.cells[::step][:count]
     return listed([symbol(column.name, span), _quoted([_datum(cell) for cell in cells], span)], span)
 
 
-def _row_loop(columns: Sequence[_Column], template: Node) -> Node:
+def _row_loop(columns: Sequence[_Column], template: CodeTree) -> CodeTree:
     distinct, span = _unique(columns), template.span
     if len(distinct) == 1:
         clause = _clause(distinct[0], 1)
@@ -722,11 +722,11 @@ def _row_loop(columns: Sequence[_Column], template: Node) -> Node:
     return form("for/union", listed([clause], span), template, span=span)
 
 
-def _quoted(items: Sequence[Node], span: object) -> Node:
+def _quoted(items: Sequence[CodeTree], span: object) -> CodeTree:
     return form("quote", listed(items, items[0].span), span=items[0].span)
 
 
-def _datum(cell: Node) -> Node:
+def _datum(cell: CodeTree) -> CodeTree:
     """Return a cell as quoted data: an array is a list there."""
     new = copied(cell)
     if new.is_array:
@@ -739,7 +739,7 @@ def _datum(cell: Node) -> Node:
 _SIDES = {"compute-shape-min": "min", "compute-shape-max": "max"}
 
 
-def align(program: Program, top: Node) -> bool:
+def align(program: Draft, top: CodeTree) -> bool:
     """Write a translation by the distance between two boxes as ``align``."""
     if "align" not in program.known or program.is_blocks:
         return False
@@ -752,10 +752,10 @@ def align(program: Program, top: Node) -> bool:
     return changed
 
 
-_Box = tuple[str, int, Node]  # side, axis and object
+_Box = tuple[str, int, CodeTree]  # side, axis and object
 
 
-def _box_variables(node: Node, start: int) -> dict[str, _Box]:
+def _box_variables(node: CodeTree, start: int) -> dict[str, _Box]:
     found: dict[str, _Box] = {}
     for statement in (node.items or [])[start:]:
         operands = statement.operands
@@ -770,7 +770,7 @@ def _box_variables(node: Node, start: int) -> dict[str, _Box]:
     return found
 
 
-def _box(node: Node, boxes: dict[str, _Box]) -> _Box | None:
+def _box(node: CodeTree, boxes: dict[str, _Box]) -> _Box | None:
     if node.name is not None:
         return boxes.get(node.name)
     if node.head not in ("x-of", "y-of", "z-of") or len(node.operands) != 1:
@@ -784,12 +784,12 @@ def _box(node: Node, boxes: dict[str, _Box]) -> _Box | None:
 _ALIGNMENTS = {("max", "min"): "after", ("min", "max"): "before", ("min", "min"): "min", ("max", "max"): "max"}
 
 
-def _align(node: Node, boxes: dict[str, _Box]) -> bool:
+def _align(node: CodeTree, boxes: dict[str, _Box]) -> bool:
     part, matrix = node.operands
     vector = vector_of(matrix)
     if vector is None or part.name is None:
         return False
-    target: Node | None = None
+    target: CodeTree | None = None
     found: list[tuple[str, str]] = []
     for axis, coordinate in enumerate(vector):
         if is_zero(coordinate):

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from scenelang.grammar.datum import Keyword, Symbol, atom_text
 from scenelang.grammar.layout import line_comment
 from scenelang.interpreter.lift.tree import (
-    Effects,
-    Node,
-    Program,
+    CodeTree,
+    Draft,
+    SideEffects,
     array,
     atom,
     bodies,
@@ -38,21 +38,21 @@ _MAX_LITERAL = 12  # nodes of a literal that is inlined
 # --- poses and unions ----------------------------------------------------------------------------------------------
 
 
-def is_pose(node: Node) -> bool:
+def is_pose(node: CodeTree) -> bool:
     """Return whether an expression surely gives a matrix."""
     return node.head in _POSES
 
 
-def factors(matrix: Node) -> list[Node]:
+def factors(matrix: CodeTree) -> list[CodeTree]:
     """Return the factors of a product of matrices."""
     if matrix.head != "@":
         return [matrix]
     return [factor for operand in matrix.operands for factor in factors(operand)]
 
 
-def product(matrices: Sequence[Node]) -> Node:
+def product(matrices: Sequence[CodeTree]) -> CodeTree:
     """Return the product of matrices; neighbouring translations are added."""
-    kept: list[Node] = []
+    kept: list[CodeTree] = []
     for matrix in matrices:
         total = _added(kept[-1], matrix) if kept else None
         if total is not None:
@@ -62,7 +62,7 @@ def product(matrices: Sequence[Node]) -> Node:
     return kept[0] if len(kept) == 1 else form("@", *kept, span=kept[0].span)
 
 
-def vector_of(translation: Node) -> list[Node] | None:
+def vector_of(translation: CodeTree) -> list[CodeTree] | None:
     """Return the three coordinates of ``(translate [x y z])``."""
     if translation.head != "translate" or len(translation.operands) != 1:
         return None
@@ -70,11 +70,11 @@ def vector_of(translation: Node) -> list[Node] | None:
     return vector.items if vector.is_array and vector.items is not None and len(vector.items) == 3 else None
 
 
-def is_zero(node: Node) -> bool:
+def is_zero(node: CodeTree) -> bool:
     return node.is_number and node.value == 0
 
 
-def _added(first: Node, second: Node) -> Node | None:
+def _added(first: CodeTree, second: CodeTree) -> CodeTree | None:
     a, b = vector_of(first), vector_of(second)
     if a is None or b is None:
         return None
@@ -84,7 +84,7 @@ def _added(first: Node, second: Node) -> Node | None:
     return form("translate", array([one for one in total if one is not None], first.span), span=first.span)
 
 
-def _sum(x: Node, y: Node) -> Node | None:
+def _sum(x: CodeTree, y: CodeTree) -> CodeTree | None:
     if is_zero(y):
         return x
     if is_zero(x):
@@ -101,7 +101,7 @@ def _sum(x: Node, y: Node) -> Node | None:
     return total
 
 
-def compose(program: Program, top: Node) -> bool:
+def compose(program: Draft, top: CodeTree) -> bool:
     """Write poses of poses as products, and unions of unions as one."""
     changed = False
     for node in reversed(list(code(top))):
@@ -114,7 +114,7 @@ def compose(program: Program, top: Node) -> bool:
     return changed
 
 
-def _compose_transform(program: Program, node: Node) -> bool:
+def _compose_transform(program: Draft, node: CodeTree) -> bool:
     inner, outer = node.operands
     if inner.head != "transform" or len(inner.operands) != 2 or not is_pose(outer) or not is_pose(inner.operands[1]):
         return False
@@ -128,9 +128,9 @@ def _compose_transform(program: Program, node: Node) -> bool:
     return True
 
 
-def _flatten_union(node: Node) -> bool:
+def _flatten_union(node: CodeTree) -> bool:
     changed = False
-    kept: list[Node] = []
+    kept: list[CodeTree] = []
     for member in node.operands:
         if member.head == "union" and member.items is not None and len(member.items) > 1:
             first = member.items[1]
@@ -147,13 +147,13 @@ def _flatten_union(node: Node) -> bool:
     return changed
 
 
-def gives_parts(node: Node) -> bool:
+def gives_parts(node: CodeTree) -> bool:
     """Return whether the value is a list of parts already, so that a ``union`` around it says nothing."""
     head = node.head or ""
     return head in ("union", "union-loop", "primitives", "ring", "grid", "align") or head.endswith("/union")
 
 
-def _name_axis(node: Node) -> bool:
+def _name_axis(node: CodeTree) -> bool:
     """Write ``(ref box 1)`` as ``(y-of box)``."""
     box, index = node.operands
     if box.head not in _BOXES or type(index.value) is not int or index.value not in (0, 1, 2):
@@ -169,12 +169,12 @@ def _name_axis(node: Node) -> bool:
 class _Use:
     """The only use of a variable: the nodes around it, each with the position of the next, and the conditions."""
 
-    path: tuple[tuple[Node, int], ...]
+    path: tuple[tuple[CodeTree, int], ...]
     is_repeated: bool
     is_conditional: bool
 
     @property
-    def parent(self) -> Node:
+    def parent(self) -> CodeTree:
         return self.path[-1][0]
 
     @property
@@ -182,7 +182,7 @@ class _Use:
         return self.path[-1][1]
 
 
-def inline(program: Program, top: Node) -> bool:
+def inline(program: Draft, top: CodeTree) -> bool:
     """Put the expressions of variables that are used once in the places where they are used."""
     changed = False
     for node, start in bodies(top):
@@ -191,7 +191,7 @@ def inline(program: Program, top: Node) -> bool:
     return changed
 
 
-def _unfold_let(node: Node, start: int) -> bool:
+def _unfold_let(node: CodeTree, start: int) -> bool:
     """Turn a ``let*`` that is all of a body into definitions, if no name is bound twice."""
     assert node.items is not None
     last = node.items[-1]
@@ -230,7 +230,7 @@ def _unfold_let(node: Node, start: int) -> bool:
     return True
 
 
-def _inline_body(program: Program, node: Node, start: int) -> bool:
+def _inline_body(program: Draft, node: CodeTree, start: int) -> bool:
     assert node.items is not None
     statements = node.items[start:]
     if len(statements) < 2:
@@ -255,7 +255,7 @@ def _inline_body(program: Program, node: Node, start: int) -> bool:
     return changed
 
 
-def _select_axis(definition: Node, total: Counter[str]) -> None:
+def _select_axis(definition: CodeTree, total: Counter[str]) -> None:
     """Write ``(define-values (_ y _) box)`` as ``(define y (y-of box))``."""
     items = definition.items or []
     if definition.head != "define-values" or len(items) != 3 or items[2].head not in _BOXES:
@@ -272,7 +272,7 @@ def _select_axis(definition: Node, total: Counter[str]) -> None:
 
 
 def _inline_definition(
-    program: Program, body: Node, statements: list[Node], position: int, total: Counter[str]
+    program: Draft, body: CodeTree, statements: list[CodeTree], position: int, total: Counter[str]
 ) -> bool:
     definition = statements[position]
     assert definition.items is not None
@@ -309,7 +309,7 @@ def _inline_definition(
     return False
 
 
-def _value(definition: Node) -> Node | None:
+def _value(definition: CodeTree) -> CodeTree | None:
     """Return the expression of a definition; that of a function is a ``lambda``."""
     items = definition.items or []
     target = items[1]
@@ -326,9 +326,9 @@ def _value(definition: Node) -> Node | None:
     return form("lambda", parameters, *items[2:], span=definition.span)
 
 
-def _use_of(statement: Node, name: str) -> _Use | None:
+def _use_of(statement: CodeTree, name: str) -> _Use | None:
     """Return where a name that occurs once is used, or None if the place is not an operand."""
-    path: list[tuple[Node, int]] = []
+    path: list[tuple[CodeTree, int]] = []
     node, is_repeated, is_conditional = statement, False, False
     while node.name != name:
         if node.items is None or node.tail is not None or node.head in ("quote", "quasiquote", "set!", "guard"):
@@ -352,7 +352,7 @@ def _use_of(statement: Node, name: str) -> _Use | None:
     return _Use(tuple(path), is_repeated, is_conditional)
 
 
-def _contains(node: Node, name: str) -> bool:
+def _contains(node: CodeTree, name: str) -> bool:
     return any(one.name == name for one in walk(node))
 
 
@@ -360,7 +360,7 @@ def _is_choice(head: str, position: int) -> bool:
     return head in ("cond", "case") or (position > 1 and head in ("if", "when", "unless", "and", "or"))
 
 
-def _repeats(node: Node, position: int, path: Sequence[tuple[Node, int]]) -> bool:
+def _repeats(node: CodeTree, position: int, path: Sequence[tuple[CodeTree, int]]) -> bool:
     """Return whether an item of a node is evaluated another number of times than the node."""
     head, items = node.head or "", node.items or []
     if head in ("lambda", "while", "do", "let/ec", "union-loop") or head.startswith("define-"):
@@ -377,7 +377,7 @@ def _repeats(node: Node, position: int, path: Sequence[tuple[Node, int]]) -> boo
     return False
 
 
-def _may_move(program: Program, value: Node, effects: Effects, between: Sequence[Node], use: _Use) -> bool:
+def _may_move(program: Draft, value: CodeTree, effects: SideEffects, between: Sequence[CodeTree], use: _Use) -> bool:
     if use.is_repeated and (not is_constant(value) or size(value) > _MAX_LITERAL):
         return False
     if use.is_conditional and not effects.is_pure and value.head != "lambda":
@@ -392,7 +392,7 @@ def _may_move(program: Program, value: Node, effects: Effects, between: Sequence
     return all(effects.commutes(program.effects(node)) for node in before)
 
 
-def _is_assigned(nodes: Iterable[Node], used: set[str]) -> bool:
+def _is_assigned(nodes: Iterable[CodeTree], used: set[str]) -> bool:
     return any(
         one.head == "set!" and one.operands[0].name in used for node in nodes for one in code(node) if one.operands
     )
@@ -408,13 +408,13 @@ _VAGUE = frozenset((
 ))  # fmt: skip
 
 
-def is_part(node: Node) -> bool:
+def is_part(node: CodeTree) -> bool:
     """Return whether an expression gives an entity or parts."""
     head = node.head or ""
     return head in _PARTS or head.endswith("/union")
 
 
-def _is_better(program: Program, definition: Node, value: Node, use: _Use) -> bool:
+def _is_better(program: Draft, definition: CodeTree, value: CodeTree, use: _Use) -> bool:
     parent, position = use.parent, use.position
     commented = bool(definition.trivia.before or definition.trivia.after or definition.trivia.end)
     if value.head == "lambda":
@@ -432,7 +432,7 @@ def _is_better(program: Program, definition: Node, value: Node, use: _Use) -> bo
     return size(value) <= _MAX_SCALAR and not (parent.head == "define" and position == 2)
 
 
-def _is_table(value: Node) -> bool:
+def _is_table(value: CodeTree) -> bool:
     return value.head == "quote" and size(value) > 6
 
 
@@ -442,7 +442,7 @@ def _is_result(use: _Use) -> bool:
     return parent.head in ("let", "let*", "lambda", "when") and position == len(parent.items or ()) - 1
 
 
-def _put(definition: Node, value: Node, use: _Use, name: str) -> None:
+def _put(definition: CodeTree, value: CodeTree, use: _Use, name: str) -> None:
     parent, position = use.parent, use.position
     assert parent.items is not None
     old = parent.items[position]
@@ -454,7 +454,7 @@ def _put(definition: Node, value: Node, use: _Use, name: str) -> None:
     parent.items[position] = value
 
 
-def _note(name: str, value: Node) -> str | None:
+def _note(name: str, value: CodeTree) -> str | None:
     """Return a comment that preserves a name that says more than the expression."""
     words = [word for word in name.strip("%").split("-") if not word.isdigit()]
     told = " ".join(_texts(value)).lower()
@@ -463,13 +463,13 @@ def _note(name: str, value: Node) -> str | None:
     return " ".join(words)
 
 
-def _texts(node: Node) -> Iterator[str]:
+def _texts(node: CodeTree) -> Iterator[str]:
     for one in walk(node):
         if type(one.value) in (str, Symbol, Keyword):
             yield str(one.value)
 
 
-def _keep_comments(definition: Node, following: Node, only_section: bool = False) -> None:
+def _keep_comments(definition: CodeTree, following: CodeTree, only_section: bool = False) -> None:
     """Keep the comments above an empty line, which are about more than the definition that goes."""
     before = definition.trivia.before
     cut = max((i for i, row in enumerate(before) if row is None), default=-1)
@@ -482,7 +482,7 @@ def _keep_comments(definition: Node, following: Node, only_section: bool = False
 # --- shorter forms of the same value -------------------------------------------------------------------------------
 
 
-def tidy(program: Program, top: Node) -> bool:
+def tidy(program: Draft, top: CodeTree) -> bool:
     """Write conditions and arithmetic in their shortest form."""
     changed = False
     for node in reversed(list(code(top))):
@@ -494,7 +494,7 @@ def tidy(program: Program, top: Node) -> bool:
     return changed
 
 
-def _to_if(node: Node) -> bool:
+def _to_if(node: CodeTree) -> bool:
     """Write a ``cond`` of one test and an ``else`` as ``if``."""
     clauses = node.operands
     if len(clauses) != 2 or any(not clause.items or len(clause.items) != 2 for clause in clauses):
@@ -508,7 +508,7 @@ def _to_if(node: Node) -> bool:
     return True
 
 
-def _arithmetic(program: Program, node: Node) -> bool:
+def _arithmetic(program: Draft, node: CodeTree) -> bool:
     """Write ``(* 2 pi x)`` as ``(* tau x)``, ``(/ (- x) 2)`` as ``(/ x -2)`` and ``(+ a (- b))`` as ``(- a b)``.
 
     These give the same floating-point numbers.
@@ -541,19 +541,19 @@ def _arithmetic(program: Program, node: Node) -> bool:
     return False
 
 
-def _is_number(node: Node, value: float) -> bool:
+def _is_number(node: CodeTree, value: float) -> bool:
     return node.is_number and node.value == value
 
 
 # --- what nothing uses ---------------------------------------------------------------------------------------------
 
 
-def remove_unused(program: Program) -> bool:
+def remove_unused(program: Draft) -> bool:
     """Remove definitions and words that nothing reaches from the scene. Programs without a scene are libraries."""
     root = next((form.operands[0].value for form in program.forms if form.head == "scene" and form.operands), None)
     if type(root) is not str or any(form.head == "import" for form in program.forms):
         return False
-    owners: dict[str, list[Node]] = {}
+    owners: dict[str, list[CodeTree]] = {}
     for top in program.forms:
         for name in _provided(top):
             owners.setdefault(name, []).append(top)
@@ -578,7 +578,7 @@ def remove_unused(program: Program) -> bool:
     return True
 
 
-def _run(top: Node) -> list[Node]:
+def _run(top: CodeTree) -> list[CodeTree]:
     """Return what evaluating a definition evaluates: nothing of a function."""
     items = top.items or []
     if top.head == "define" and len(items) > 2 and (items[1].items is not None or items[2].head == "lambda"):
@@ -586,14 +586,14 @@ def _run(top: Node) -> list[Node]:
     return [one for one in items[2:] if one.head != "lambda"]
 
 
-def _provided(top: Node) -> Iterator[str]:
+def _provided(top: CodeTree) -> Iterator[str]:
     if top.head == "bind" and len(top.items or ()) > 2 and type(top.operands[0].value) is str:
         yield f'"{top.operands[0].value}'
     elif top.head in ("define", "define-values"):
         yield from defined_names(top)
 
 
-def _needed(top: Node) -> Iterator[str]:
+def _needed(top: CodeTree) -> Iterator[str]:
     for one in walk(top):
         if type(one.value) is Symbol:
             yield str(one.value)
@@ -604,7 +604,7 @@ def _needed(top: Node) -> Iterator[str]:
 # --- params --------------------------------------------------------------------------------------------------------
 
 
-def declare_params(program: Program, room: int) -> bool:
+def declare_params(program: Draft, room: int) -> bool:
     """Declare numbers that shape the scene as params: those at top level, and those at the top of the scene's root.
 
     A default that becomes a param adds a node; ``room`` is how many may be added.
@@ -624,11 +624,11 @@ def declare_params(program: Program, room: int) -> bool:
     return _hoist(program, assigned, room) or changed
 
 
-def _is_size(node: Node) -> bool:
+def _is_size(node: CodeTree) -> bool:
     return node.is_number
 
 
-def _hoist(program: Program, assigned: set[str], room: int) -> bool:
+def _hoist(program: Draft, assigned: set[str], room: int) -> bool:
     """Declare the numbers among the defaults and first definitions of the root as params."""
     scene = next((top for top in program.forms if top.head == "scene"), None)
     if scene is None or len(scene.operands) != 1 or type(scene.operands[0].value) is not str:
@@ -641,7 +641,7 @@ def _hoist(program: Program, assigned: set[str], room: int) -> bool:
     if _is_called(program, word):
         return False
     taken = {name for top in program.forms for name in _outer_names(top, root)} | program.known
-    found: list[Node] = []
+    found: list[CodeTree] = []
     _take_defaults(function, taken | assigned, found, room)
     _take_definitions(function, taken | assigned, found)
     if not found:
@@ -660,7 +660,7 @@ def _hoist(program: Program, assigned: set[str], room: int) -> bool:
     return True
 
 
-def _is_called(program: Program, word: str) -> bool:
+def _is_called(program: Draft, word: str) -> bool:
     for top in program.forms:
         if top.head == "scene":
             continue
@@ -670,17 +670,17 @@ def _is_called(program: Program, word: str) -> bool:
     return False
 
 
-def _outer_names(top: Node, root: Node) -> Iterator[str]:
+def _outer_names(top: CodeTree, root: CodeTree) -> Iterator[str]:
     """Names that a param must not have: those of the top level, and those that other functions read from there."""
     yield from defined_names(top)
     if top is not root:
         yield from names(top)
 
 
-def _take_defaults(function: Node, taken: set[str], found: list[Node], room: int) -> None:
+def _take_defaults(function: CodeTree, taken: set[str], found: list[CodeTree], room: int) -> None:
     parameters = function.operands[0]
     used = {name for statement in function.operands[1:] for name in names(statement)}
-    kept: list[Node] = []
+    kept: list[CodeTree] = []
     for parameter in parameters.items or ():
         pair = parameter.items or []
         name = str(pair[0].value) if len(pair) == 2 and type(pair[0].value) is Keyword else None
@@ -695,10 +695,10 @@ def _take_defaults(function: Node, taken: set[str], found: list[Node], room: int
         parameters.items[:] = kept
 
 
-def _take_definitions(function: Node, taken: set[str], found: list[Node]) -> None:
+def _take_definitions(function: CodeTree, taken: set[str], found: list[CodeTree]) -> None:
     assert function.items is not None
     inner = Counter(name for one in code(function) for name in bound_names(one))
-    kept: list[Node] = []
+    kept: list[CodeTree] = []
     for statement in function.items[2:]:
         operands = statement.operands
         name = operands[0].name if statement.head == "define" and len(operands) == 2 else None

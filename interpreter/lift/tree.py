@@ -16,19 +16,19 @@ _MAX_DEPTH = 150
 NO_COMMENTS = Trivia()
 
 
-class Node:
+class CodeTree:
     """Datum that can be changed in place. ``items`` is None for an atom; ``tail`` is that of an improper list."""
 
     __slots__ = ("is_array", "items", "span", "spelling", "tail", "trivia", "value")
 
-    def __init__(self, items: list[Node] | None, value: Any, span: Span, is_array: bool = False) -> None:
+    def __init__(self, items: list[CodeTree] | None, value: Any, span: Span, is_array: bool = False) -> None:
         self.items, self.value, self.span, self.is_array = items, value, span, is_array
-        self.tail: Node | None = None
+        self.tail: CodeTree | None = None
         self.trivia = NO_COMMENTS
         self.spelling: str | None = None
 
     @property
-    def parts(self) -> Sequence[Node]:
+    def parts(self) -> Sequence[CodeTree]:
         """The direct children."""
         if self.items is None:
             return ()
@@ -52,10 +52,10 @@ class Node:
         return self.items is None and type(self.value) in (int, float)
 
     @property
-    def operands(self) -> list[Node]:
+    def operands(self) -> list[CodeTree]:
         return self.items[1:] if self.items else []
 
-    def become(self, other: Node) -> None:
+    def become(self, other: CodeTree) -> None:
         """Take the contents of another node, keeping the comments of both."""
         trivia = joined(self.trivia, other.trivia)
         self.items, self.value, self.tail = other.items, other.value, other.tail
@@ -85,7 +85,7 @@ def joined(outer: Trivia, inner: Trivia) -> Trivia:
     )
 
 
-def comments_of(node: Node) -> tuple[Row, ...]:
+def comments_of(node: CodeTree) -> tuple[Row, ...]:
     """Return all comments in and around a node, as lines of their own."""
     found: list[Row] = []
     for inner in walk(node):
@@ -99,34 +99,34 @@ def comments_of(node: Node) -> tuple[Row, ...]:
 # Construction.
 
 
-def symbol(name: str, span: Span) -> Node:
-    return Node(None, Symbol(name), span)
+def symbol(name: str, span: Span) -> CodeTree:
+    return CodeTree(None, Symbol(name), span)
 
 
-def atom(value: Any, span: Span) -> Node:
-    return Node(None, value, span)
+def atom(value: Any, span: Span) -> CodeTree:
+    return CodeTree(None, value, span)
 
 
-def form(head: str, *items: Node, span: Span) -> Node:
-    return Node([symbol(head, span), *items], None, span)
+def form(head: str, *items: CodeTree, span: Span) -> CodeTree:
+    return CodeTree([symbol(head, span), *items], None, span)
 
 
-def array(items: Iterable[Node], span: Span) -> Node:
-    return Node(list(items), None, span, is_array=True)
+def array(items: Iterable[CodeTree], span: Span) -> CodeTree:
+    return CodeTree(list(items), None, span, is_array=True)
 
 
-def listed(items: Iterable[Node], span: Span) -> Node:
-    return Node(list(items), None, span)
+def listed(items: Iterable[CodeTree], span: Span) -> CodeTree:
+    return CodeTree(list(items), None, span)
 
 
-def keyword(name: str, span: Span) -> Node:
-    return Node(None, Keyword(name), span)
+def keyword(name: str, span: Span) -> CodeTree:
+    return CodeTree(None, Keyword(name), span)
 
 
-def copied(node: Node, comments: bool = False) -> Node:
+def copied(node: CodeTree, comments: bool = False) -> CodeTree:
     """Return a copy, with or without comments."""
     items = [copied(item, comments) for item in node.items] if node.items is not None else None
-    new = Node(items, node.value, node.span, node.is_array)
+    new = CodeTree(items, node.value, node.span, node.is_array)
     new.spelling = node.spelling
     if comments:
         new.trivia = node.trivia
@@ -152,15 +152,15 @@ def _parts_of(datum: Any) -> Iterable[Any]:
     return datum.items if getattr(datum, "tail", None) is None else (*datum.items, datum.tail)
 
 
-def node_of(datum: Datum, trivia: Mapping[int, Trivia], spelling: Mapping[int, str]) -> Node:
+def node_of(datum: Datum, trivia: Mapping[int, Trivia], spelling: Mapping[int, str]) -> CodeTree:
     """Return the tree of a datum; ``trivia`` and ``spelling`` are by ``id(datum)``."""
     if isinstance(datum, Atom):
-        node = Node(None, datum.value, datum.span)
+        node = CodeTree(None, datum.value, datum.span)
         node.spelling = spelling.get(id(datum))
         if datum.value is None and node.spelling is not None and node.spelling.startswith('"'):
             node.value = _string(node.spelling)  # the concrete syntax tree does not decode strings
     else:
-        node = Node([node_of(item, trivia, spelling) for item in datum.items], None, datum.span)
+        node = CodeTree([node_of(item, trivia, spelling) for item in datum.items], None, datum.span)
         node.is_array = isinstance(datum, ArrayDatum)
         if isinstance(datum, ListDatum) and datum.tail is not None:
             node.tail = node_of(datum.tail, trivia, spelling)
@@ -177,7 +177,7 @@ def _string(spelling: str) -> str:
     return str(datum.value) if isinstance(datum, Atom) else spelling
 
 
-def datum_of(node: Node, trivia: dict[int, Trivia], spelling: dict[int, str]) -> Datum:
+def datum_of(node: CodeTree, trivia: dict[int, Trivia], spelling: dict[int, str]) -> Datum:
     """Return the datum of a tree, and record its comments and spellings by ``id(datum)``."""
     datum: Datum
     if node.items is None:
@@ -196,7 +196,7 @@ def datum_of(node: Node, trivia: dict[int, Trivia], spelling: dict[int, str]) ->
 # Questions.
 
 
-def walk(node: Node) -> Iterator[Node]:
+def walk(node: CodeTree) -> Iterator[CodeTree]:
     """Iterate over a node and all below it, in the order of the text."""
     stack = [node]
     while stack:
@@ -206,7 +206,7 @@ def walk(node: Node) -> Iterator[Node]:
             stack.extend(reversed(one.parts))
 
 
-def code(node: Node) -> Iterator[Node]:
+def code(node: CodeTree) -> Iterator[CodeTree]:
     """Iterate over a node and all below it that is not quoted."""
     stack = [node]
     while stack:
@@ -216,7 +216,7 @@ def code(node: Node) -> Iterator[Node]:
             stack.extend(reversed(one.parts))
 
 
-def expressions(node: Node) -> Iterator[Node]:
+def expressions(node: CodeTree) -> Iterator[CodeTree]:
     """Iterate over an expression or definition and all expressions in it, which patterns and parameters are not."""
     stack = [node]
     while stack:
@@ -226,7 +226,7 @@ def expressions(node: Node) -> Iterator[Node]:
             stack.extend(reversed(list(_subexpressions(one))))
 
 
-def _subexpressions(node: Node) -> Iterator[Node]:
+def _subexpressions(node: CodeTree) -> Iterator[CodeTree]:
     head, items = node.head or "", node.items or []
     if head == "quote" or len(items) < 2:
         if head != "quote":
@@ -256,28 +256,28 @@ def _subexpressions(node: Node) -> Iterator[Node]:
         yield from items
 
 
-def _defaults(parameters: Node) -> Iterator[Node]:
+def _defaults(parameters: CodeTree) -> Iterator[CodeTree]:
     for one in parameters.items or ():
         if one.items:
             yield from one.items[1:]
 
 
-def _clauses(items: Sequence[Node]) -> Iterator[Node]:
+def _clauses(items: Sequence[CodeTree]) -> Iterator[CodeTree]:
     for clause in items[1:]:
         yield from (one for one in clause.items or () if one.name not in ("else", "=>"))
 
 
-def size(node: Node) -> int:
+def size(node: CodeTree) -> int:
     """Return the number of nodes: atoms, lists and arrays."""
     return sum(1 for _ in walk(node))
 
 
-def names(node: Node) -> Counter[str]:
+def names(node: CodeTree) -> Counter[str]:
     """Return how often each symbol occurs outside quoted data."""
     return Counter(str(one.value) for one in code(node) if type(one.value) is Symbol)
 
 
-def same(a: Node, b: Node) -> bool:
+def same(a: CodeTree, b: CodeTree) -> bool:
     """Return whether two nodes are equal, their comments aside."""
     if a.items is None or b.items is None:
         return a.items is b.items and type(a.value) is type(b.value) and a.value == b.value
@@ -286,7 +286,7 @@ def same(a: Node, b: Node) -> bool:
     return all(map(same, a.parts, b.parts))
 
 
-def is_constant(node: Node) -> bool:
+def is_constant(node: CodeTree) -> bool:
     """Return whether a node is a literal: a number, text, keyword, quoted datum, or array of these."""
     if node.items is None:
         return type(node.value) is not Symbol
@@ -295,7 +295,7 @@ def is_constant(node: Node) -> bool:
     return node.head == "quote"
 
 
-def bound_names(node: Node) -> Iterator[str]:
+def bound_names(node: CodeTree) -> Iterator[str]:
     """Iterate over the names that a form binds for what is inside it, and those that its body defines."""
     head, items = node.head, node.items or []
     if head in ("lambda", "let/ec") and len(items) > 1:
@@ -317,18 +317,18 @@ def bound_names(node: Node) -> Iterator[str]:
         yield from defined_names(item)
 
 
-def _parameters(node: Node, first: int = 0) -> Iterator[str]:
+def _parameters(node: CodeTree, first: int = 0) -> Iterator[str]:
     for item in [node] if node.items is None else [*node.items[first:], *([node.tail] if node.tail else [])]:
         target = item.items[0] if item.items else item
         if type(target.value) in (Symbol, Keyword):
             yield str(target.value).partition("::")[0]
 
 
-def _pattern(node: Node) -> Iterator[str]:
+def _pattern(node: CodeTree) -> Iterator[str]:
     yield from (str(one.value) for one in walk(node) if type(one.value) is Symbol)
 
 
-def defined_names(statement: Node) -> Iterator[str]:
+def defined_names(statement: CodeTree) -> Iterator[str]:
     """Iterate over the names that a definition defines in its body."""
     head, items = statement.head, statement.items or []
     if len(items) < 2:
@@ -346,7 +346,7 @@ def defined_names(statement: Node) -> Iterator[str]:
             yield from defined_names(item)
 
 
-def _record_names(items: Sequence[Node]) -> Iterator[str]:
+def _record_names(items: Sequence[CodeTree]) -> Iterator[str]:
     stem = str(items[1].value)
     yield from (stem, f"{stem}?")
     for item in items[2:]:
@@ -355,7 +355,7 @@ def _record_names(items: Sequence[Node]) -> Iterator[str]:
         yield from (f"{stem}-{name}", f"set-{stem}-{name}!")
 
 
-def body_start(node: Node) -> int | None:
+def body_start(node: CodeTree) -> int | None:
     """Return the index of the first statement of a form's body, or None if the form has no body."""
     head, items = node.head, node.items or []
     if head is None:
@@ -371,9 +371,9 @@ def body_start(node: Node) -> int | None:
     return start if start is not None and len(items) > start else None
 
 
-def bodies(node: Node) -> Iterator[tuple[Node, int]]:
+def bodies(node: CodeTree) -> Iterator[tuple[CodeTree, int]]:
     """Iterate over all forms with a body, inner ones first, and where it starts. Clauses of ``cond`` count as forms."""
-    found: list[tuple[Node, int]] = []
+    found: list[tuple[CodeTree, int]] = []
     for one in code(node):
         start = body_start(one)
         if start is not None:
@@ -383,7 +383,7 @@ def bodies(node: Node) -> Iterator[tuple[Node, int]]:
     return reversed(found)
 
 
-# Effects.
+# SideEffects.
 
 STD = "std/"  # prefix of names of the library that a program may have defined itself
 
@@ -402,7 +402,7 @@ ANY = "!"  # changes of data, prints, and what is not known
 
 
 @dataclass(frozen=True, slots=True)
-class Effects:
+class SideEffects:
     """What evaluating an expression does besides giving a value.
 
     Attributes
@@ -419,7 +419,7 @@ class Effects:
     changes: frozenset[str]
     reads: frozenset[str]
 
-    def commutes(self, other: Effects) -> bool:
+    def commutes(self, other: SideEffects) -> bool:
         """Return whether the order of two expressions does not matter."""
         if self.draws and other.draws:
             return False
@@ -430,14 +430,14 @@ class Effects:
         return not self.draws and not self.changes
 
 
-def _disturbs(first: Effects, second: Effects) -> bool:
+def _disturbs(first: SideEffects, second: SideEffects) -> bool:
     if ANY in first.changes:
         return bool(second.reads or second.changes or second.draws)
     return bool(first.changes & (second.reads | second.changes))
 
 
 @dataclass(slots=True)
-class Program:
+class Draft:
     """Top-level forms of a program while they are changed, and facts about its names.
 
     Attributes
@@ -452,14 +452,14 @@ class Program:
         Whether names come from other files, and the names of the program's macros.
     """
 
-    forms: list[Node]
+    forms: list[CodeTree]
     known: frozenset[str]
     is_blocks: bool
     has_imports: bool = False
     macros: frozenset[str] = frozenset()
     _names: frozenset[str] = frozenset()
-    _defined: dict[str, list[Node]] = field(default_factory=dict)
-    _closures: dict[str, Effects] = field(default_factory=dict)
+    _defined: dict[str, list[CodeTree]] = field(default_factory=dict)
+    _closures: dict[str, SideEffects] = field(default_factory=dict)
     _unknown: tuple[bool, frozenset[str]] = (False, frozenset())  # what a function that is not known may do
 
     def survey(self) -> None:
@@ -482,7 +482,7 @@ class Program:
         self._unknown = draws or self.has_imports, frozenset([ANY]) if acts else frozenset()
         self._close()
 
-    def is_understood(self, top: Node) -> bool:
+    def is_understood(self, top: CodeTree) -> bool:
         """Return whether a form surely consists of the language's forms: it uses no macro."""
         used = names(top).keys()
         if used & self.macros:
@@ -492,7 +492,7 @@ class Program:
             or used <= self.known | {name for one in code(top) for name in bound_names(one)} | self._names
         )
 
-    def _define(self, one: Node) -> None:
+    def _define(self, one: CodeTree) -> None:
         """Record a function. Reading any other variable has no effect, and calling its value is not known."""
         assert one.items is not None
         target, value = one.items[1], one.items[2]
@@ -504,7 +504,7 @@ class Program:
             for name in defined_names(one):
                 self._defined.setdefault(name, []).append(one)
 
-    def _define_bindings(self, one: Node) -> None:
+    def _define_bindings(self, one: CodeTree) -> None:
         assert one.items is not None
         if one.items[1].name is not None:  # a named loop
             self._defined.setdefault(one.items[1].name, []).append(one)
@@ -527,13 +527,13 @@ class Program:
             inner = own[used]
             for name in users.get(used, ()):
                 outer = own[name]
-                new = Effects(outer.draws or inner.draws, outer.changes | inner.changes, outer.reads | inner.reads)
+                new = SideEffects(outer.draws or inner.draws, outer.changes | inner.changes, outer.reads | inner.reads)
                 if new != outer:
                     own[name] = new
                     waiting.append(name)
         self._closures = own
 
-    def _direct(self, nodes: Iterable[Node]) -> Effects:
+    def _direct(self, nodes: Iterable[CodeTree]) -> SideEffects:
         draws, changes, reads = False, set[str](), set[str]()
         for node in nodes:
             for one in expressions(node):
@@ -553,9 +553,9 @@ class Program:
                 elif name in _ACTS or (name.endswith("!") and name != "set!"):
                     changes.add(ANY)
                 reads.add(name)
-        return Effects(draws, frozenset(changes), frozenset(reads - self.known))
+        return SideEffects(draws, frozenset(changes), frozenset(reads - self.known))
 
-    def _calls_unknown(self, node: Node) -> bool:
+    def _calls_unknown(self, node: CodeTree) -> bool:
         """Return whether an application calls a function that is the value of a parameter or of an expression."""
         if not node.items or node.is_array:
             return False
@@ -569,7 +569,7 @@ class Program:
     def _is_known(self, name: str) -> bool:
         return name in self.known or name in self._defined or name.startswith(STD)
 
-    def effects(self, *nodes: Node) -> Effects:
+    def effects(self, *nodes: CodeTree) -> SideEffects:
         """Return the effects of evaluating nodes."""
         direct = self._direct(nodes)
         draws, changes, reads = direct.draws, direct.changes, direct.reads
@@ -577,7 +577,7 @@ class Program:
             inner = self._closures.get(name)
             if inner is not None:
                 draws, changes, reads = draws or inner.draws, changes | inner.changes, reads | inner.reads
-        return Effects(draws, changes, reads)
+        return SideEffects(draws, changes, reads)
 
 
 # --- arithmetic -------------------------------------------------------------------------------------------------------
@@ -593,7 +593,7 @@ class Poly:
 
     __slots__ = ("atoms", "terms")
 
-    def __init__(self, terms: Mapping[Monomial, float], atoms: Mapping[str, Node]) -> None:
+    def __init__(self, terms: Mapping[Monomial, float], atoms: Mapping[str, CodeTree]) -> None:
         self.terms = {key: value for key, value in terms.items() if value != 0}
         self.atoms = atoms
 
@@ -602,7 +602,7 @@ class Poly:
         return cls({(): value}, {})
 
     @classmethod
-    def factor(cls, node: Node, text: str | None = None) -> Poly:
+    def factor(cls, node: CodeTree, text: str | None = None) -> Poly:
         text = text or print_datum(datum_of(node, {}, {}))
         return cls({((text, 1),): 1}, {text: node})
 
@@ -647,7 +647,7 @@ class Poly:
         pairs = [(self.terms.get(key, 0), other.terms.get(key, 0)) for key in keys]
         return all(math.isclose(x, y, rel_tol=_CLOSE) for x, y in pairs)
 
-    def split(self, name: str, depends: Callable[[Node], bool]) -> tuple[Poly, Poly] | None:
+    def split(self, name: str, depends: Callable[[CodeTree], bool]) -> tuple[Poly, Poly] | None:
         """Return slope and offset, if the polynomial is linear in the variable ``name``.
 
         ``depends`` tells whether another factor depends on the variable.
@@ -670,7 +670,7 @@ def _product(a: Monomial, b: Monomial) -> Monomial:
     return tuple(sorted((text, power) for text, power in powers.items() if power))
 
 
-def poly(node: Node, values: Mapping[str, Node], rebound: frozenset[str] = frozenset()) -> Poly:
+def poly(node: CodeTree, values: Mapping[str, CodeTree], rebound: frozenset[str] = frozenset()) -> Poly:
     """Return the polynomial of an expression. What is not arithmetic is a factor.
 
     Parameters
@@ -684,7 +684,7 @@ def poly(node: Node, values: Mapping[str, Node], rebound: frozenset[str] = froze
     return found if len(found.terms) <= _MAX_TERMS else Poly.factor(node)
 
 
-def _poly(node: Node, values: Mapping[str, Node], rebound: frozenset[str], depth: int) -> Poly:
+def _poly(node: CodeTree, values: Mapping[str, CodeTree], rebound: frozenset[str], depth: int) -> Poly:
     if node.is_number and math.isfinite(node.value):
         return Poly.number(node.value)
     name = node.name
@@ -717,7 +717,7 @@ def _poly(node: Node, values: Mapping[str, Node], rebound: frozenset[str], depth
     return first if head != "/" or rest else Poly.factor(node)
 
 
-def expression(value: Poly, like: Node) -> Node | None:
+def expression(value: Poly, like: CodeTree) -> CodeTree | None:
     """Return an expression for a polynomial, or None if it has no short one. ``like`` supplies the span."""
     span = like.span
     if not value.terms:
@@ -734,7 +734,7 @@ def expression(value: Poly, like: Node) -> Node | None:
     return form("-", total, *minus, span=span) if minus else total
 
 
-def _term(value: Poly, key: Monomial, number: float, like: Node) -> tuple[Node, bool] | None:
+def _term(value: Poly, key: Monomial, number: float, like: CodeTree) -> tuple[CodeTree, bool] | None:
     """Return the absolute value of a term, and whether it is negative."""
     span = like.span
     above = [copied(value.atoms[text]) for text, power in key for _ in range(power)]
