@@ -14,7 +14,7 @@ from scenelang.interpreter.lift import patterns, simplify
 from scenelang.interpreter.lift.tree import (
     NO_COMMENTS,
     CodeTree,
-    Draft,
+    OpenProgram,
     code,
     copied,
     datum_of,
@@ -102,12 +102,12 @@ def _same_form(
     return original if same(node, node_of(original, trivia, spelling)) else None
 
 
-def _program(nodes: list[CodeTree], library: Set[str]) -> Draft:
+def _program(nodes: list[CodeTree], library: Set[str]) -> OpenProgram:
     defined = {name for node in nodes for one in code(node) for name in defined_names(one)}
     called = {one.operands[0].value for node in nodes for one in code(node) if one.head == "call" and one.operands}
     macros = {name for node in nodes for one in code(node) if one.head in _MACROS for name in _macro_names(one)}
     imports = [node.operands[0].value for node in nodes if node.head == "import" and node.operands]
-    program = Draft(
+    program = OpenProgram(
         nodes,
         frozenset((FORMS.keys() | library) - defined),
         bool(called & _BLOCK_WORDS),
@@ -125,7 +125,7 @@ def _macro_names(node: CodeTree) -> Sequence[str]:
     return [str(binding.items[0].value) for binding in bindings or () if binding.items]
 
 
-_RULES: Sequence[Callable[[Draft, CodeTree], bool]] = (
+_RULES: Sequence[Callable[[OpenProgram, CodeTree], bool]] = (
     simplify.tidy,
     simplify.compose,
     simplify.inline,
@@ -134,7 +134,7 @@ _RULES: Sequence[Callable[[Draft, CodeTree], bool]] = (
 )
 
 
-def _lift_forms(program: Draft, fixed: Sequence[int]) -> None:
+def _lift_forms(program: OpenProgram, fixed: Sequence[int]) -> None:
     """Apply all rules to a program in place; a form that would become longer stays as it is."""
     before = sum(map(size, program.forms))
     if FORMS.keys() - program.known:  # the program gives a form another meaning
@@ -157,7 +157,7 @@ def _lift_forms(program: Draft, fixed: Sequence[int]) -> None:
         simplify.declare_params(program, before - sum(map(size, program.forms)))
 
 
-def _rewritten(program: Draft, top: CodeTree) -> CodeTree | None:
+def _rewritten(program: OpenProgram, top: CodeTree) -> CodeTree | None:
     """Return a form after one round of all rules, or None if that changes nothing or makes it longer."""
     new = copied(top, comments=True)
     changed = [rule(program, new) for rule in _RULES]

@@ -14,7 +14,7 @@ from scenelang.grammar.datum import Keyword
 from scenelang.interpreter.lift.simplify import factors, gives_parts, is_part, is_pose, is_zero, product, vector_of
 from scenelang.interpreter.lift.tree import (
     CodeTree,
-    Draft,
+    OpenProgram,
     Poly,
     array,
     atom,
@@ -46,7 +46,7 @@ class _Loop:
     node: CodeTree
 
 
-def _loop_of(program: Draft, node: CodeTree) -> _Loop | None:
+def _loop_of(program: OpenProgram, node: CodeTree) -> _Loop | None:
     operands = node.operands
     if node.head == "union-loop" and len(operands) == 2 and operands[1].head == "lambda":
         parameters = operands[1].operands[0].items
@@ -78,7 +78,7 @@ def _count(sequence: CodeTree) -> CodeTree | None:
 class _Body:
     """Body of a loop: local values, the part, and the factors of its pose."""
 
-    def __init__(self, program: Draft, loop: _Loop) -> None:
+    def __init__(self, program: OpenProgram, loop: _Loop) -> None:
         self.program, self.loop = program, loop
         self.rebound = frozenset(("+", "-", "*", "/", "pi", "tau", "sin", "cos")) - program.known
         self.values: dict[str, CodeTree] = {}
@@ -142,7 +142,7 @@ class _Body:
         return kept
 
 
-def find(program: Draft, top: CodeTree) -> bool:
+def find(program: OpenProgram, top: CodeTree) -> bool:
     """Apply the rules of this file to a top-level form."""
     changed = False
     for node in reversed(list(code(top))):
@@ -177,7 +177,7 @@ class _Circle:
     inner: list[CodeTree]
 
 
-def _ring(program: Draft, node: CodeTree) -> bool:
+def _ring(program: OpenProgram, node: CodeTree) -> bool:
     loop = _loop_of(program, node)
     if loop is None or "ring" not in program.known or program.is_blocks or program.effects(loop.count).draws:
         return False
@@ -321,7 +321,7 @@ def _numbers(node: CodeTree) -> list[float] | None:
 # --- loops over an index, and grids ----------------------------------------------------------------------------------
 
 
-def _index_loops(program: Draft, node: CodeTree) -> bool:
+def _index_loops(program: OpenProgram, node: CodeTree) -> bool:
     """Write a loop over an index that is divided into row and column as two loops."""
     loop = _loop_of(program, node)
     if loop is None or len(loop.body) < 2 or not {"floor/", "//", "%"} <= program.known:
@@ -393,13 +393,13 @@ def _quotient(count: CodeTree, divisor: CodeTree) -> CodeTree | None:
     return None
 
 
-def _line(program: Draft, node: CodeTree) -> bool:
+def _line(program: OpenProgram, node: CodeTree) -> bool:
     """Write a loop whose parts are spaced evenly about the origin along one axis as a grid."""
     loop = _loop_of(program, node)
     return loop is not None and _gridded(program, node, [(loop.variable, loop.count)], loop)
 
 
-def _grid(program: Draft, node: CodeTree) -> bool:
+def _grid(program: OpenProgram, node: CodeTree) -> bool:
     """Write nested loops whose parts are spaced evenly about the origin as a grid."""
     clauses = node.operands[0].items if node.operands else None
     if clauses is None or len(clauses) not in (2, 3):
@@ -417,7 +417,7 @@ def _grid(program: Draft, node: CodeTree) -> bool:
     return _gridded(program, node, counts, loop)
 
 
-def _gridded(program: Draft, node: CodeTree, counts: Sequence[tuple[str, CodeTree]], loop: _Loop) -> bool:
+def _gridded(program: OpenProgram, node: CodeTree, counts: Sequence[tuple[str, CodeTree]], loop: _Loop) -> bool:
     if "grid" not in program.known or program.is_blocks:
         return False
     if not all(program.effects(count).is_pure for _, count in counts):
@@ -494,7 +494,7 @@ def _without_axes(vector: Sequence[CodeTree], axes: _Axes) -> CodeTree | None:
 
 
 def _grid_copies(
-    program: Draft, body: _Body, part: CodeTree, axes: _Axes, counts: Sequence[tuple[str, CodeTree]]
+    program: OpenProgram, body: _Body, part: CodeTree, axes: _Axes, counts: Sequence[tuple[str, CodeTree]]
 ) -> CodeTree | None:
     statements = body._needed(part)
     free = not any(_mentions(body, part, name) for name, _ in counts)
@@ -524,7 +524,7 @@ _MAX_COLUMNS = 4
 _GAIN = 0.75  # a table must be this much shorter than the parts
 
 
-def _table(program: Draft, node: CodeTree) -> bool:
+def _table(program: OpenProgram, node: CodeTree) -> bool:
     """Write similar members of a union as a loop over a table of what differs."""
     assert node.items is not None
     members, position, changed = node.operands, 0, False
@@ -585,7 +585,7 @@ class _Column:
     cells: tuple[CodeTree, ...]
 
 
-def _table_loop(program: Draft, rows: Sequence[CodeTree]) -> CodeTree | None:
+def _table_loop(program: OpenProgram, rows: Sequence[CodeTree]) -> CodeTree | None:
     if any(not same(copied(row), copied(rows[0])) for row in rows[1:]):
         columns = list(_columns(rows, rows[0], ()))
     else:
@@ -739,7 +739,7 @@ def _datum(cell: CodeTree) -> CodeTree:
 _SIDES = {"compute-shape-min": "min", "compute-shape-max": "max"}
 
 
-def align(program: Draft, top: CodeTree) -> bool:
+def align(program: OpenProgram, top: CodeTree) -> bool:
     """Write a translation by the distance between two boxes as ``align``."""
     if "align" not in program.known or program.is_blocks:
         return False

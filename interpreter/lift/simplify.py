@@ -10,7 +10,7 @@ from scenelang.grammar.datum import Keyword, Symbol, atom_text
 from scenelang.grammar.layout import line_comment
 from scenelang.interpreter.lift.tree import (
     CodeTree,
-    Draft,
+    OpenProgram,
     SideEffects,
     array,
     atom,
@@ -101,7 +101,7 @@ def _sum(x: CodeTree, y: CodeTree) -> CodeTree | None:
     return total
 
 
-def compose(program: Draft, top: CodeTree) -> bool:
+def compose(program: OpenProgram, top: CodeTree) -> bool:
     """Write poses of poses as products, and unions of unions as one."""
     changed = False
     for node in reversed(list(code(top))):
@@ -114,7 +114,7 @@ def compose(program: Draft, top: CodeTree) -> bool:
     return changed
 
 
-def _compose_transform(program: Draft, node: CodeTree) -> bool:
+def _compose_transform(program: OpenProgram, node: CodeTree) -> bool:
     inner, outer = node.operands
     if inner.head != "transform" or len(inner.operands) != 2 or not is_pose(outer) or not is_pose(inner.operands[1]):
         return False
@@ -182,7 +182,7 @@ class _Use:
         return self.path[-1][1]
 
 
-def inline(program: Draft, top: CodeTree) -> bool:
+def inline(program: OpenProgram, top: CodeTree) -> bool:
     """Put the expressions of variables that are used once in the places where they are used."""
     changed = False
     for node, start in bodies(top):
@@ -230,7 +230,7 @@ def _unfold_let(node: CodeTree, start: int) -> bool:
     return True
 
 
-def _inline_body(program: Draft, node: CodeTree, start: int) -> bool:
+def _inline_body(program: OpenProgram, node: CodeTree, start: int) -> bool:
     assert node.items is not None
     statements = node.items[start:]
     if len(statements) < 2:
@@ -272,7 +272,7 @@ def _select_axis(definition: CodeTree, total: Counter[str]) -> None:
 
 
 def _inline_definition(
-    program: Draft, body: CodeTree, statements: list[CodeTree], position: int, total: Counter[str]
+    program: OpenProgram, body: CodeTree, statements: list[CodeTree], position: int, total: Counter[str]
 ) -> bool:
     definition = statements[position]
     assert definition.items is not None
@@ -377,7 +377,9 @@ def _repeats(node: CodeTree, position: int, path: Sequence[tuple[CodeTree, int]]
     return False
 
 
-def _may_move(program: Draft, value: CodeTree, effects: SideEffects, between: Sequence[CodeTree], use: _Use) -> bool:
+def _may_move(
+    program: OpenProgram, value: CodeTree, effects: SideEffects, between: Sequence[CodeTree], use: _Use
+) -> bool:
     if use.is_repeated and (not is_constant(value) or size(value) > _MAX_LITERAL):
         return False
     if use.is_conditional and not effects.is_pure and value.head != "lambda":
@@ -414,7 +416,7 @@ def is_part(node: CodeTree) -> bool:
     return head in _PARTS or head.endswith("/union")
 
 
-def _is_better(program: Draft, definition: CodeTree, value: CodeTree, use: _Use) -> bool:
+def _is_better(program: OpenProgram, definition: CodeTree, value: CodeTree, use: _Use) -> bool:
     parent, position = use.parent, use.position
     commented = bool(definition.trivia.before or definition.trivia.after or definition.trivia.end)
     if value.head == "lambda":
@@ -482,7 +484,7 @@ def _keep_comments(definition: CodeTree, following: CodeTree, only_section: bool
 # --- shorter forms of the same value -------------------------------------------------------------------------------
 
 
-def tidy(program: Draft, top: CodeTree) -> bool:
+def tidy(program: OpenProgram, top: CodeTree) -> bool:
     """Write conditions and arithmetic in their shortest form."""
     changed = False
     for node in reversed(list(code(top))):
@@ -508,7 +510,7 @@ def _to_if(node: CodeTree) -> bool:
     return True
 
 
-def _arithmetic(program: Draft, node: CodeTree) -> bool:
+def _arithmetic(program: OpenProgram, node: CodeTree) -> bool:
     """Write ``(* 2 pi x)`` as ``(* tau x)``, ``(/ (- x) 2)`` as ``(/ x -2)`` and ``(+ a (- b))`` as ``(- a b)``.
 
     These give the same floating-point numbers.
@@ -548,7 +550,7 @@ def _is_number(node: CodeTree, value: float) -> bool:
 # --- what nothing uses ---------------------------------------------------------------------------------------------
 
 
-def remove_unused(program: Draft) -> bool:
+def remove_unused(program: OpenProgram) -> bool:
     """Remove definitions and words that nothing reaches from the scene. Programs without a scene are libraries."""
     root = next((form.operands[0].value for form in program.forms if form.head == "scene" and form.operands), None)
     if type(root) is not str or any(form.head == "import" for form in program.forms):
@@ -604,7 +606,7 @@ def _needed(top: CodeTree) -> Iterator[str]:
 # --- params --------------------------------------------------------------------------------------------------------
 
 
-def declare_params(program: Draft, room: int) -> bool:
+def declare_params(program: OpenProgram, room: int) -> bool:
     """Declare numbers that shape the scene as params: those at top level, and those at the top of the scene's root.
 
     A default that becomes a param adds a node; ``room`` is how many may be added.
@@ -628,7 +630,7 @@ def _is_size(node: CodeTree) -> bool:
     return node.is_number
 
 
-def _hoist(program: Draft, assigned: set[str], room: int) -> bool:
+def _hoist(program: OpenProgram, assigned: set[str], room: int) -> bool:
     """Declare the numbers among the defaults and first definitions of the root as params."""
     scene = next((top for top in program.forms if top.head == "scene"), None)
     if scene is None or len(scene.operands) != 1 or type(scene.operands[0].value) is not str:
@@ -660,7 +662,7 @@ def _hoist(program: Draft, assigned: set[str], room: int) -> bool:
     return True
 
 
-def _is_called(program: Draft, word: str) -> bool:
+def _is_called(program: OpenProgram, word: str) -> bool:
     for top in program.forms:
         if top.head == "scene":
             continue

@@ -437,7 +437,7 @@ def _disturbs(first: SideEffects, second: SideEffects) -> bool:
 
 
 @dataclass(slots=True)
-class Draft:
+class OpenProgram:
     """Top-level forms of a program while they are changed, and facts about its names.
 
     Attributes
