@@ -103,13 +103,12 @@ def _same_form(
 
 
 def _program(nodes: list[CodeTree], library: Set[str]) -> OpenProgram:
-    defined = {name for node in nodes for one in code(node) for name in defined_names(one)}
     called = {one.operands[0].value for node in nodes for one in code(node) if one.head == "call" and one.operands}
     macros = {name for node in nodes for one in code(node) if one.head in _MACROS for name in _macro_names(one)}
     imports = [node.operands[0].value for node in nodes if node.head == "import" and node.operands]
     program = OpenProgram(
         nodes,
-        frozenset((FORMS.keys() | library) - defined),
+        frozenset(FORMS.keys() | library),
         bool(called & _BLOCK_WORDS),
         any(name not in _LIBRARY for name in imports),
         frozenset(macros),
@@ -128,8 +127,8 @@ def _macro_names(node: CodeTree) -> Sequence[str]:
 _RULES: Sequence[Callable[[OpenProgram, CodeTree], bool]] = (
     simplify.tidy,
     simplify.compose,
-    simplify.inline,
     patterns.find,
+    simplify.inline,
     patterns.align,
 )
 
@@ -139,8 +138,11 @@ def _lift_forms(program: OpenProgram, fixed: Sequence[int]) -> None:
     before = sum(map(size, program.forms))
     if FORMS.keys() - program.known:  # the program gives a form another meaning
         return
-    if not fixed and not program.macros:
+    is_whole = not fixed and not program.macros and not program.has_imports
+    if is_whole:
         simplify.remove_unused(program)
+        simplify.declare_params(program)
+        program.survey()
     for _ in range(_MAX_ROUNDS):
         changed = False
         for position, top in enumerate(program.forms):
@@ -153,7 +155,7 @@ def _lift_forms(program: OpenProgram, fixed: Sequence[int]) -> None:
         if not changed:
             break
         program.survey()
-    if not fixed and not program.macros and not program.has_imports:
+    if is_whole:
         simplify.declare_params(program, before - sum(map(size, program.forms)))
 
 

@@ -11,8 +11,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from scenelang.grammar.datum import Keyword
+from scenelang.interpreter.expand.forms import FORMS
 from scenelang.interpreter.lift.simplify import factors, gives_parts, is_part, is_pose, is_zero, product, vector_of
 from scenelang.interpreter.lift.tree import (
+    ANY,
     CodeTree,
     OpenProgram,
     Poly,
@@ -24,6 +26,7 @@ from scenelang.interpreter.lift.tree import (
     defined_names,
     expression,
     form,
+    joined,
     keyword,
     listed,
     names,
@@ -90,6 +93,12 @@ class _Body:
         if last.head == "transform" and len(last.operands) == 2 and is_pose(last.operands[1]):
             self.part, self.matrices = last.operands[0], factors(last.operands[1])
 
+    def is_placed_freely(self) -> bool:
+        """Return whether the poses may be computed before the parts, and once for all of them."""
+        poses = self.program.effects(*self.matrices, *self.values.values())
+        parts = self.program.effects(*self.loop.body[:-1], self.part)
+        return self.program.effects(*self.matrices).is_pure and not parts.changes & (poses.reads | {ANY})
+
     def depends(self, node: CodeTree) -> bool:
         """Return whether an expression depends on the variable of the loop."""
         seen, waiting = set[str](), [node]
@@ -147,11 +156,12 @@ def find(program: OpenProgram, top: CodeTree) -> bool:
     changed = False
     for node in reversed(list(code(top))):
         if node.head in ("union-loop", "for/union"):
-            changed |= _index_loops(program, node) or _ring(program, node) or _line(program, node)
+            rules = (_index_loops, _ring, _line, _filtered)
+            changed |= any(rule(program, node) for rule in rules)
         elif node.head == "for*/union":
             changed |= _grid(program, node)
         elif node.head == "union":
-            changed |= _table(program, node)
+            changed |= _table(node)
     return changed
 
 
@@ -161,6 +171,56 @@ def _accept(node: CodeTree, new: CodeTree) -> bool:
         return False
     node.become(new)
     return True
+
+
+def _filtered(program: OpenProgram, node: CodeTree) -> bool:
+    """Write a loop whose body gives nothing in some cases with ``:unless`` or ``:when``."""
+    loop = _loop_of(program, node)
+    if loop is None or len(loop.body) != 1:
+        return False
+    found = _test_for_nothing(loop.body[0])
+    if found is None:
+        return False
+    test, key, rest = found
+    span = node.span
+    if node.head == "for/union":
+        clauses = listed([*(node.operands[0].items or []), keyword(key, span), test], span)
+    else:
+        clause = listed([symbol(loop.variable, span), _counted(loop.count)], span)
+        clauses = listed([clause, keyword(key, span), test], span)
+    new = form("for/union", clauses, *rest, span=span)
+    if size(new) < size(node):
+        rest[0].trivia = joined(loop.body[0].trivia, rest[0].trivia)
+    return _accept(node, new)
+
+
+def _test_for_nothing(body: CodeTree) -> tuple[CodeTree, str, list[CodeTree]] | None:
+    """Return the test, whether it must hold, and what is done then, of ``(if test (union) part)``."""
+    if body.head == "if" and len(body.operands) == 3:
+        test, then, other = body.operands
+        if _is_nothing(then):
+            return *_positive(test, "unless"), [other]
+        return (*_positive(test, "when"), [then]) if _is_nothing(other) else None
+    clauses = body.operands if body.head == "cond" else []
+    if len(clauses) < 2 or any(not clause.items or len(clause.items) < 2 for clause in clauses):
+        return None
+    first, *others = (clause.items or [] for clause in clauses)
+    if len(first) != 2 or not _is_nothing(first[1]) or clauses[0].trivia.before or first[1].trivia.before:
+        return None
+    if others[0][0].name == "else":
+        return None if clauses[1].trivia.before else (*_positive(first[0], "unless"), others[0][1:])
+    return *_positive(first[0], "unless"), [form("cond", *clauses[1:], span=body.span)]
+
+
+def _is_nothing(node: CodeTree) -> bool:
+    return node.head == "union" and not node.operands
+
+
+def _positive(test: CodeTree, key: str) -> tuple[CodeTree, str]:
+    """Return a test without ``not``, and the keyword that fits it."""
+    if test.head == "not" and len(test.operands) == 1:
+        return test.operands[0], "when" if key == "unless" else "unless"
+    return test, key
 
 
 # --- rings ---------------------------------------------------------------------------------------------------------
@@ -182,7 +242,7 @@ def _ring(program: OpenProgram, node: CodeTree) -> bool:
     if loop is None or "ring" not in program.known or program.is_blocks or program.effects(loop.count).draws:
         return False
     body = _Body(program, loop)
-    if not body.matrices or not all(program.effects(matrix).is_pure for matrix in body.matrices):
+    if not body.matrices or not body.is_placed_freely():
         return False
     circle = _turned(body) or _placed(body)
     if circle is None:
@@ -424,7 +484,7 @@ def _gridded(program: OpenProgram, node: CodeTree, counts: Sequence[tuple[str, C
         return False
     body = _Body(program, loop)
     vector = vector_of(body.matrices[0]) if body.matrices else None
-    if vector is None or not all(program.effects(matrix).is_pure for matrix in body.matrices):
+    if vector is None or not body.is_placed_freely():
         return False
     axes = _axes(body, vector, counts)
     if axes is None:
@@ -524,14 +584,14 @@ _MAX_COLUMNS = 4
 _GAIN = 0.75  # a table must be this much shorter than the parts
 
 
-def _table(program: OpenProgram, node: CodeTree) -> bool:
+def _table(node: CodeTree) -> bool:
     """Write similar members of a union as a loop over a table of what differs."""
     assert node.items is not None
     members, position, changed = node.operands, 0, False
     kept: list[CodeTree] = []
     while position < len(members):
         run = _run(members, position)
-        loop = _table_loop(program, members[position : position + run]) if run >= _MIN_ROWS else None
+        loop = _table_loop(members[position : position + run]) if run >= _MIN_ROWS else None
         if loop is not None:
             kept.append(loop)
             position += run
@@ -585,13 +645,13 @@ class _Column:
     cells: tuple[CodeTree, ...]
 
 
-def _table_loop(program: OpenProgram, rows: Sequence[CodeTree]) -> CodeTree | None:
+def _table_loop(rows: Sequence[CodeTree]) -> CodeTree | None:
     if any(not same(copied(row), copied(rows[0])) for row in rows[1:]):
         columns = list(_columns(rows, rows[0], ()))
     else:
         return None
     span = rows[0].span
-    taken = {name for row in rows for name in names(row)} | program.known
+    taken = {name for row in rows for name in names(row)} | FORMS.keys()
     columns = _named(columns, taken)
     if not columns or len(columns) > _MAX_COLUMNS:
         return None

@@ -225,8 +225,9 @@ def _unfold_let(node: CodeTree, start: int) -> bool:
         definition = form(head, target, binding.items[1], span=binding.span)
         definition.trivia = binding.trivia
         statements.append(definition)
-    statements[0].trivia = joined(last.trivia, statements[0].trivia)
-    node.items[start:] = [*statements, *items[2:]]
+    new = [*statements, *items[2:]]
+    new[0].trivia = joined(last.trivia, new[0].trivia)
+    node.items[start:] = new
     return True
 
 
@@ -429,6 +430,10 @@ def _is_better(program: OpenProgram, definition: CodeTree, value: CodeTree, use:
             return True
     if commented:
         return False
+    if value.is_number:  # its name says what it means, unless the place does
+        name = next(defined_names(definition), None)
+        before = parent.items[position - 1].value if parent.items and position > 1 else None
+        return name in _VAGUE or (type(before) is Keyword and before == name)
     if is_constant(value):
         return size(value) <= _MAX_LITERAL and not _is_table(value)
     return size(value) <= _MAX_SCALAR and not (parent.head == "define" and position == 2)
@@ -560,7 +565,7 @@ def remove_unused(program: OpenProgram) -> bool:
         for name in _provided(top):
             owners.setdefault(name, []).append(top)
     used: set[int] = set()
-    waiting = [top for top in program.forms if not list(_provided(top))]
+    waiting = [top for top in program.forms if not list(_provided(top)) or not program.effects(*_run(top)).is_pure]
     while waiting:
         top = waiting.pop()
         if id(top) in used:
@@ -568,7 +573,7 @@ def remove_unused(program: OpenProgram) -> bool:
         used.add(id(top))
         for name in _needed(top):
             waiting += owners.get(name, ())
-    kept = [top for top in program.forms if id(top) in used or not program.effects(*_run(top)).is_pure]
+    kept = [top for top in program.forms if id(top) in used]
     if len(kept) == len(program.forms):
         return False
     for position, top in enumerate(program.forms):
@@ -606,10 +611,10 @@ def _needed(top: CodeTree) -> Iterator[str]:
 # --- params --------------------------------------------------------------------------------------------------------
 
 
-def declare_params(program: OpenProgram, room: int) -> bool:
+def declare_params(program: OpenProgram, room: int = 0) -> bool:
     """Declare numbers that shape the scene as params: those at top level, and those at the top of the scene's root.
 
-    A default that becomes a param adds a node; ``room`` is how many may be added.
+    A default of the root that becomes a param adds a node; ``room`` is how many may be added.
     """
     changed = False
     assigned = {
@@ -700,11 +705,12 @@ def _take_defaults(function: CodeTree, taken: set[str], found: list[CodeTree], r
 def _take_definitions(function: CodeTree, taken: set[str], found: list[CodeTree]) -> None:
     assert function.items is not None
     inner = Counter(name for one in code(function) for name in bound_names(one))
+    uses = names(function)
     kept: list[CodeTree] = []
     for statement in function.items[2:]:
         operands = statement.operands
         name = operands[0].name if statement.head == "define" and len(operands) == 2 else None
-        if name is None or not _is_size(operands[1]) or name in taken or inner[name] != 1:
+        if name is None or not _is_size(operands[1]) or name in taken or inner[name] != 1 or uses[name] < 2:
             kept.append(statement)
             continue
         assert statement.items is not None

@@ -444,19 +444,23 @@ class OpenProgram:
     ----------
     forms
         Trees of the top-level forms.
-    known
-        Names of the language that the program does not define.
+    language, known
+        Names of the language, and those that the program does not define itself.
     is_blocks
         Whether the program builds of blocks, whose poses are rounded.
     has_imports, macros
         Whether names come from other files, and the names of the program's macros.
+    catches
+        Whether the program catches errors.
     """
 
     forms: list[CodeTree]
-    known: frozenset[str]
+    language: frozenset[str]
     is_blocks: bool
     has_imports: bool = False
     macros: frozenset[str] = frozenset()
+    known: frozenset[str] = frozenset()
+    catches: bool = False
     _names: frozenset[str] = frozenset()
     _defined: dict[str, list[CodeTree]] = field(default_factory=dict)
     _closures: dict[str, SideEffects] = field(default_factory=dict)
@@ -465,6 +469,8 @@ class OpenProgram:
     def survey(self) -> None:
         """Find the definitions again, after the forms were changed."""
         self._defined, self._closures = {}, {}
+        nodes = [one for top in self.forms for one in code(top)]
+        self.known = self.language - {name for one in nodes for name in (*bound_names(one), *defined_names(one))}
         self._names = frozenset(name for top in self.forms for name in defined_names(top))
         draws, acts = False, False
         for top in self.forms:
@@ -478,6 +484,7 @@ class OpenProgram:
                     self._define(one)
                 elif head.startswith("let") and len(one.items or ()) > 1:
                     self._define_bindings(one)
+        self.catches = self.has_imports or any(one.head == "guard" for one in nodes)
         acts = acts or self.has_imports
         self._unknown = draws or self.has_imports, frozenset([ANY]) if acts else frozenset()
         self._close()
@@ -570,8 +577,10 @@ class OpenProgram:
         return name in self.known or name in self._defined or name.startswith(STD)
 
     def effects(self, *nodes: CodeTree) -> SideEffects:
-        """Return the effects of evaluating nodes."""
+        """Return the effects of evaluating nodes. Where the program catches errors, an error is an effect."""
         direct = self._direct(nodes)
+        if self.catches and not all(is_constant(node) or node.items is None for node in nodes):
+            direct = SideEffects(direct.draws, direct.changes | {ANY}, direct.reads)
         draws, changes, reads = direct.draws, direct.changes, direct.reads
         for name in direct.reads:
             inner = self._closures.get(name)

@@ -18,6 +18,7 @@ from typing import Any
 import copies
 import pytest
 
+import scenelang.interpreter.transpile.evaluation.folding  # noqa: F401  loaded before anything is watched
 from scenelang.cli.main import main
 
 MARK = "left_by_the_program"

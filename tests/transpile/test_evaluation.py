@@ -110,7 +110,7 @@ def test_large_values_are_refused_before_they_exist(body: str) -> None:
     start = time.monotonic()
     result = transpiled(f"x = thing.value(1)\n{body}")
     assert not result.ok
-    assert time.monotonic() - start < 3
+    assert time.monotonic() - start < 10
 
 
 @pytest.mark.slow

@@ -226,7 +226,9 @@ def kebab(name: str) -> str:
 
 
 class Namer:
-    """Chooses ``PythonVariable.text`` for all variables of the output.
+    """Chooses ``PythonVariable.text`` for all variables of the output, which keep their names where they can.
+
+    A builtin that a variable shadows is referred to by its qualified name, ``std/length``.
 
     ``table_keys`` are keyword parameters that tables contain as strings, which therefore keep their Python spelling.
     """
@@ -235,7 +237,7 @@ class Namer:
         self._forms = list(forms)
         self._keywords: dict[str, str] = {}
         self._table_keys = set(table_keys)
-        self._top: dict[str, str] = {}
+        self._own: set[str] = set()
 
     def choose(self) -> None:
         """Name all variables, outer scopes first, and spell keyword arguments like their parameters."""
@@ -243,18 +245,18 @@ class Namer:
         keyword_names |= {n.python for form in self._forms for n in walk(form) if type(n) is ArgumentName}
         for name in sorted(keyword_names):
             text = name if name in self._table_keys else kebab(name)
-            self._keywords[name] = f"{text}2" if text in _RESERVED or text in _MACROS else text
-        needed_anywhere = {n.text for form in self._forms for n in walk(form) if type(n) is Name}
+            self._keywords[name] = f"the-{text}" if text in _RESERVED or text in _MACROS else text
+        self._own = {name for form in self._forms for node in walk(form) for name in _own_names(node)}
         top = self._top_level_variables()
         taken: dict[str, PythonVariable] = {}
         for variable in top:
-            self._name(variable, needed_anywhere, taken, taken)
+            self._name(variable, taken, taken)
         for form in self._forms:
             self._scope(form, taken)
         for form in self._forms:
             for variable in _variables(form):  # undefined variables, which the checker reports
                 variable.text = variable.text or _safe(kebab(variable.name))
-            self._qualify_shadowed_builtins(form, frozenset())
+            self._qualify_shadowed_builtins(form, frozenset(v.text for v in top))
 
     def keyword(self, python: str) -> str:
         """Return the name of a keyword argument."""
@@ -284,12 +286,11 @@ class Namer:
             scope = _bound_variables(node)
             if scope:
                 names = dict(names)
-                needed = {n.text for n in walk(node) if type(n) is Name}
                 referred = {n.variable for n in walk(node) if type(n) is VariableRef}
                 outer = {t: v for t, v in names.items() if v in referred}
                 for variable in sorted(scope, key=lambda v: v.is_temporary):
                     if not variable.text:
-                        self._name(variable, needed, outer, names)
+                        self._name(variable, outer, names)
                     outer[variable.text] = variable
                     names[variable.text] = variable
             stack.extend((child, names) for child in children(node))
@@ -297,7 +298,6 @@ class Namer:
     def _name(
         self,
         variable: PythonVariable,
-        needed: set[str],
         conflicts: dict[str, PythonVariable],
         taken: dict[str, PythonVariable],
     ) -> None:
@@ -310,32 +310,40 @@ class Namer:
         else:
             stem = text = kebab(variable.name)
             count = 2
-            while (
-                text in _RESERVED
-                or text in _MACROS
-                or text in needed
-                or (text in conflicts and _differ(conflicts[text], variable))
-            ):
+            if text in _RESERVED or text in _MACROS:
+                stem = text = f"the-{stem}"
+            while text in self._own or (text in conflicts and _differ(conflicts[text], variable)):
                 text = f"{stem}{count}"
                 count += 1
             variable.text = text
         taken[variable.text] = variable
 
     def _qualify_shadowed_builtins(self, code: Code, shadowed: frozenset[str]) -> None:
-        """Refer to a builtin by its qualified name where a keyword parameter shadows it."""
+        """Refer to a builtin by its qualified name where a variable of the Python shadows it."""
         stack: list[tuple[Code, frozenset[str]]] = [(code, shadowed)]
         while stack:
             node, hidden = stack.pop()
             scope = _bound_variables(node)
             if scope:
-                hidden = hidden | {v.text for v in scope if v.is_keyword}
-            if type(node) is Name and node.text in hidden and node.text not in _RESERVED:
+                hidden = hidden | {v.text for v in scope}
+            if type(node) is Name and node.text in hidden and node.text not in _RESERVED | self._own:
                 node.text = f"std/{node.text}"
             stack.extend((child, hidden) for child in children(node))
 
 
+def _own_names(node: Code) -> Iterator[str]:
+    """Names that a form of the output defines itself, such as the exit of a loop."""
+    if is_form(node, "let/ec") or is_form(node, "define"):
+        assert isinstance(node, FormCode)
+        target = node.items[1]
+        if isinstance(target, FormCode) and target.items:
+            target = target.items[0]
+        if type(target) is Name:
+            yield target.text
+
+
 def _safe(text: str) -> str:
-    return f"{text}2" if text in _RESERVED or text in _MACROS else text
+    return f"the-{text}" if text in _RESERVED or text in _MACROS else text
 
 
 def _differ(a: PythonVariable, b: PythonVariable) -> bool:
