@@ -9,6 +9,7 @@ import textwrap
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from keyword import iskeyword
 from types import MappingProxyType
 from typing import TypeAlias
@@ -291,6 +292,10 @@ def _parse(text: PythonText) -> None:
                 )  # reports scope errors that the parser does not detect; executes nothing
             return
         except SyntaxError as error:
+            older = _without_type_parameters(lines)
+            if older != lines:
+                lines = older
+                continue
             text.diagnostics.append(_syntax_diagnostic(text, error))
             if len(text.diagnostics) >= _MAX_SYNTAX_ERRORS or not _skip_block(lines, error.lineno or 1):
                 return
@@ -300,6 +305,17 @@ def _parse(text: PythonText) -> None:
                 Diagnostic("python-syntax", message, Span(text.source, text.starts[0], text.starts[0]))
             )
             return
+
+
+_PARAMETERS = re.compile(r"^(\s*(?:def|class)\s+\w+\s*)(\[(?:[^\[\]]|\[[^\[\]]*\])*\])(?=\s*[(:])")
+_TYPE = re.compile(r"^(\s*)type (\s*)(\w+)(\s*)(\[(?:[^\[\]]|\[[^\[\]]*\])*\])?(?=\s*=[^=])")
+
+
+def _without_type_parameters(lines: list[str]) -> list[str]:
+    """Return lines without the type parameters and type statements of Python 3.12; all columns stay."""
+    found = [_PARAMETERS.sub(lambda m: m[1] + " " * len(m[2]), line) for line in lines]
+    name = lambda m: m[1] + m[3] + " " * (len(m[0]) - len(m[1]) - len(m[3]))
+    return [_TYPE.sub(name, line) for line in found]
 
 
 def _too_large(text: PythonText, tree: ast.Module) -> Diagnostic | None:
@@ -466,3 +482,39 @@ def _comments(lines: list[str]) -> list[PythonComment]:
         alone = not text[start:position].strip()
         found.append(PythonComment(line, position - start, body.removeprefix(" "), alone))
     return found
+
+
+@lru_cache(maxsize=10_000)
+def scope_of(node: ast.FunctionDef | ast.Lambda) -> tuple[frozenset[str], dict[str, bool], bool]:
+    """Return the names that a function assigns, those that it declares global or nonlocal, and whether it yields."""
+    given = node.args
+    arguments = [*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg]
+    local = {each.arg for each in arguments if each is not None}
+    shared: dict[str, bool] = {}
+    is_generator = False
+    pending: list[ast.AST] = list(node.body) if isinstance(node, ast.FunctionDef) else [node.body]
+    while pending:
+        each = pending.pop()
+        if isinstance(each, (ast.FunctionDef, ast.ClassDef)):
+            local.add(each.name)
+            pending += each.decorator_list
+            continue
+        if isinstance(each, ast.Lambda):
+            continue
+        if isinstance(each, (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)):
+            local |= {n.target.id for n in ast.walk(each) if isinstance(n, ast.NamedExpr)}
+            continue
+        if isinstance(each, (ast.Global, ast.Nonlocal)):
+            shared |= dict.fromkeys(each.names, isinstance(each, ast.Global))
+        elif isinstance(each, (ast.Yield, ast.YieldFrom)):
+            is_generator = True
+        elif isinstance(each, ast.Name) and not isinstance(each.ctx, ast.Load):
+            local.add(each.id)
+        elif isinstance(each, (ast.ExceptHandler, ast.MatchAs, ast.MatchStar)) and each.name:
+            local.add(each.name)
+        elif isinstance(each, ast.MatchMapping) and each.rest:
+            local.add(each.rest)
+        elif isinstance(each, (ast.Import, ast.ImportFrom)):
+            local |= {(alias.asname or alias.name).partition(".")[0] for alias in each.names}
+        pending += ast.iter_child_nodes(each)
+    return frozenset(local), shared, is_generator
