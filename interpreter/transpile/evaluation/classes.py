@@ -41,6 +41,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     is_shape,
     linearized,
     type_name,
+    undecided,
     value_type,
 )
 
@@ -857,6 +858,11 @@ def type_of(evaluator: Evaluating, value: Any) -> Any:
     own = getattr(value, "cls", None) if not isinstance(value, (Super, Residual)) else None
     if type(own) is PythonClass:
         return own
+    if type(value) is Residual:
+        hosts = {"int": int, "float": float, "bool": bool, "shape": list, "array": np.ndarray, "pose": np.ndarray}
+        if value.kind not in hosts:
+            raise undecided(value)
+        return type_named(evaluator, hosts[value.kind])
     is_type = type(value) is PythonClass or (type(value) is Native and value.type is not None)
     return type_named(evaluator, type if is_type else type(value))
 

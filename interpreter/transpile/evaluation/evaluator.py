@@ -15,7 +15,7 @@ import numpy as np
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.limits import resident_bytes
-from scenelang.interpreter.transpile.evaluation import MAX_BITS, MAX_ITEMS, NeedsPrimitives, UnsupportedPython
+from scenelang.interpreter.transpile.evaluation import MAX_BITS, MAX_ITEMS, NeedsPrimitives, UnsupportedPython, words
 from scenelang.interpreter.transpile.evaluation.classes import (
     attribute_of,
     bound_arguments,
@@ -49,6 +49,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     call_node,
     check_widths,
     formatted,
+    has_kind,
     has_residual,
     is_shape,
     node_of,
@@ -56,6 +57,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     renamed,
     residuals,
     type_name,
+    undecided,
     value_of_error,
 )
 from scenelang.interpreter.transpile.python_text import scope_of
@@ -442,6 +444,8 @@ class PythonEvaluator:
 
     def _matches(self, pattern: ast.pattern, value: Any, bound: dict[str, Any], frame: Frame) -> bool:
         self.tick()
+        if has_kind(value, "any") and not isinstance(pattern, ast.MatchAs):
+            raise undecided(value)
         if isinstance(pattern, ast.MatchValue):
             return bool(value == self.eval(pattern.value, frame))
         if isinstance(pattern, ast.MatchSingleton):
@@ -701,6 +705,8 @@ class PythonEvaluator:
             right = self.eval(each, frame)
             if type(op) in (ast.In, ast.NotIn) and isinstance(right, Iterator) and type(right) is not PythonObject:
                 right = self.iterate(right)
+            if type(op) in (ast.Is, ast.IsNot) and (has_kind(left, "any") or has_kind(right, "any")):
+                raise undecided(left if type(left) is Residual else right)
             try:
                 result = _COMPARISONS[type(op)](left, right)
             except TypeError as error:
@@ -712,11 +718,11 @@ class PythonEvaluator:
         test = self.eval(node.test, frame)
         if type(test) is not Residual or test.kind == "shape":
             return self.eval(node.body if test else node.orelse, frame)
-        body, other = self.eval(node.body, frame), self.eval(node.orelse, frame)
-        kinds = {each.kind for each in (body, other) if type(each) is Residual}
-        return Residual(
-            ast.IfExp(node_of(test), node_of(body), node_of(other)), next(iter(kinds), "number"), test.caller
-        )
+        if any(isinstance(each, ast.Call) for part in (node.body, node.orelse) for each in ast.walk(part)):
+            raise undecided(test)  # it may do things
+        values = self.eval(node.body, frame), self.eval(node.orelse, frame)
+        is_number = all(type(each) in (int, float) or has_kind(each, "number", "int", "float") for each in values)
+        return Residual(ast.IfExp(node_of(test), *map(node_of, values)), "number" if is_number else "any", test.holder)
 
     def _subscript(self, node: ast.Subscript, frame: Frame) -> Any:
         container = self.eval(node.value, frame)
@@ -902,6 +908,8 @@ class PythonEvaluator:
         held = next(residuals((*arguments, *named.values())))
         nodes = {name: node_of(value) for name, value in named.items()}
         kind = "array" if function.path.startswith("np.") and function.path not in SCALARS else "number"
+        if function.path in ("int", "float") or function.path.startswith("math."):
+            kind = "int" if function.path.rpartition(".")[2] in _WHOLE else "float"
         return Residual(call_node(function.path, [node_of(each) for each in arguments], nodes), kind, held.holder)
 
     # --- definitions -------------------------------------------------------------------------------------------
@@ -946,6 +954,9 @@ class PythonEvaluator:
     def set_attribute(self, value: Any, name: str, new: Any) -> None:
         """Assign an attribute of a value."""
         set_attribute(self, value, name, new)
+
+
+_WHOLE = words("int ceil floor trunc comb factorial gcd isqrt lcm perm prod isclose isfinite isinf isnan")
 
 
 def _attribute_name(node: ast.Attribute, frame: Frame) -> str:

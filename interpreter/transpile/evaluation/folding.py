@@ -277,6 +277,15 @@ _SIZE_AT = {
     "choice": 1, "random": 0, "random_sample": 0, "standard_normal": 0, "normal": 2, "randint": 2, "uniform": 2,
 }  # fmt: skip
 _MAX_DRAWN = 5_000
+_KINDS = {"randint": "int", "randrange": "int", "permutation": "number"}  # of draws; others are floats
+
+
+def _kind_of_items(items: Any) -> str:
+    """Return the kind of a draw from a collection."""
+    kinds = {type(each) for each in items} if isinstance(items, (list, tuple)) else {type(items)}
+    if len(kinds) == 1 and kinds <= {int, float}:
+        return kinds.pop().__name__
+    return "number" if kinds <= {int, float, range, np.ndarray} else "any"
 
 
 def _drawn_shape(method: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> tuple[int, ...]:
@@ -554,7 +563,10 @@ class Folding:
                 raise IndexError("Cannot choose from an empty sequence")
             if method == "shuffle":
                 return self._shuffle(path, arguments[0])
-            found = self._stated(call, "number", "draw")
+            kind = (
+                _KINDS.get(method, "float") if method not in ("choice", "choices", "sample") else _kind_of_items(given)
+            )
+            found = self._stated(call, "number" if path == "np.random.choice" and kind != "any" else kind, "draw")
             shape = _drawn_shape(method, arguments, named) if path.startswith("np.") else ()
             if shape:
                 items = np.empty(shape, dtype=object)

@@ -737,7 +737,8 @@ class TextMember(str):
 class Residual:
     """Value that is known when the translated program runs: an expression of Python.
 
-    ``kind`` is "shape", "pose", "array", "number", "bool" or "any"; ``name`` stands for it in what remains.
+    ``kind`` is "shape", "pose", "array", "int", "float", "number" (one of both, or numpy's), "bool" or "any"; ``name``
+    stands for it in what remains.
     ``primitives`` returns those of a shape, if they are known.
     """
 
@@ -750,11 +751,7 @@ class Residual:
     def __bool__(self) -> bool:
         if self.kind == "shape":
             return self.primitives is None or bool(self.primitives())
-        what = "a random number" if self.kind in ("number", "bool", "any") else "a value of the finished scene"
-        raise UnsupportedPython(
-            f"{what} decides here which part of the program runs",
-            "write this part with plain functions, loops and lists",
-        )
+        raise undecided(self)
 
     def __getitem__(self, index: Any) -> Residual:
         return self.parts()[index] if self.kind == "shape" else residual(self.holder, "item", (self, index))
@@ -771,10 +768,12 @@ class Residual:
         return self.primitives()
 
     def __hash__(self) -> int:
+        if self.kind != "shape":
+            raise undecided(self)
         return id(self) >> 4
 
     def __eq__(self, other: object) -> Any:
-        if self is other or other is None or isinstance(other, str):
+        if self is other or (self.kind != "any" and (other is None or isinstance(other, str))):
             return self is other
         if self.kind == "shape":
             raise UnsupportedPython("shapes cannot be compared here")
@@ -803,6 +802,11 @@ _COMPARED: dict[str, type[ast.cmpop]] = {
 }  # fmt: skip
 
 
+def has_kind(value: Any, *kinds: str) -> bool:
+    """Return whether a value is residual and of one of some kinds."""
+    return type(value) is Residual and value.kind in kinds
+
+
 def is_shape(value: Any) -> bool:
     """Return whether a value is a shape of the finished scene."""
     return type(value) is Residual and value.kind == "shape"
@@ -813,7 +817,8 @@ def residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Resid
     nodes = [node_of(each) for each in operands]
     kinds = [each.kind for each in operands if type(each) is Residual]
     if operation == "item":
-        return Residual(ast.Subscript(nodes[0], nodes[1], ast.Load()), "number", holder)
+        kind = operands[0].kind if operands[0].kind in ("int", "float") else "any"
+        return Residual(ast.Subscript(nodes[0], nodes[1], ast.Load()), kind, holder)
     if operation == "neg":
         return Residual(ast.UnaryOp(ast.USub(), nodes[0]), kinds[0], holder)
     if operation == "abs":
@@ -922,10 +927,22 @@ SCALARS = ("np.linalg.norm", "np.dot", "np.sum", "np.hypot", "np.arctan2", "np.m
 
 def is_kind_of(value: Residual, kind: Any) -> bool:
     """Return whether a residual value has a type."""
-    kinds: dict[str, tuple[type, ...]] = {
-        "shape": (list,), "pose": (np.ndarray,), "array": (np.ndarray,), "number": (float,), "bool": (bool,),
+    kinds: dict[str, tuple[Any, ...]] = {
+        "shape": (list,), "pose": (np.ndarray,), "array": (np.ndarray,), "int": (int,), "float": (float,),
+        "bool": (bool,), "number": (int, float, np.integer, np.floating), "any": (int, str, tuple, object()),
     }  # fmt: skip
-    return any(issubclass(each, kind) for each in kinds.get(value.kind, ()))
+    found = {isinstance(each, type) and issubclass(each, kind) for each in kinds[value.kind]}
+    if len(found) > 1:
+        raise undecided(value)
+    return True in found
+
+
+def undecided(value: Residual) -> UnsupportedPython:
+    """Return the error of a program that depends on a residual value."""
+    is_drawn = value.kind in ("int", "float", "number", "bool", "any")
+    what = "a random number" if is_drawn else "a value of the finished scene"
+    hint = "write this part with plain functions, loops and lists"
+    return UnsupportedPython(f"{what} decides here which part of the program runs", hint)
 
 
 def residuals(values: Iterable[Any]) -> Iterator[Residual]:
