@@ -68,7 +68,9 @@ def translate(source: Source, with_text: bool = True) -> Translation:
     text = parse_python(source)
     if text.response.ignored:
         span = Span(source, text.response.end, text.response.end)
-        message = f"only one Python code block is used; {text.response.ignored} more in the response are ignored"
+        number = text.response.ignored
+        which = f"{number} more Python code blocks" if number > 1 else "another Python code block"
+        message = f"{which} of the response {'are' if number > 1 else 'is'} ignored"
         text.diagnostics.append(Diagnostic("ignored-block", message, span))
     analysed = analyse(text)
     translation = _translation(text, analysed, with_text)

@@ -116,7 +116,7 @@ _STATEMENTS = r"""
 show({i})|show({f})|show({s})|show({l})|show({t}, {b})|show({d})|show({a})|show({e}.value, {s})|show(*{l})|show(sorted({z}))
 if {b}:\n    {S}|if {b}:\n    {S}\nelse:\n    {S}|if {b}:\n    {S}\nelif {b}:\n    {S}\nelse:\n    {S}
 for v in {l}:\n    {S}|for k, v in {d}.items():\n    show(k, v)\n    {S}|for v in {g}:\n    if {b}:\n        {X}\n    {S}
-for j in range({i} % 4):\n    {S}\nelse:\n    {S}|w = 0\nwhile w < 3:\n    w += 1\n    {S}|for p, q in zip({l}, {t}):\n    show(p - q)
+for j in range({i} % 4):\n    {S}\nelse:\n    {S}|{W} = 0\nwhile {W} < 3:\n    {W} += 1\n    {S}|for p, q in zip({l}, {t}):\n    show(p - q)
 try:\n    {S}\n    show({i} // {i})\nexcept ZeroDivisionError as e:\n    show(str(e))\n    {S}
 try:\n    show({l}[{i}])\nexcept (IndexError, KeyError):\n    {S}\nelse:\n    {S}\nfinally:\n    {S}
 try:\n    raise Wrong({s}, {i})\nexcept Wrong as e:\n    show(e.n, str(e))|try:\n    checked({i})\n    {S}\nexcept ValueError as e:\n    show(str(e))
@@ -451,7 +451,8 @@ class ModernWriter(Writer):
         template = self.pick([s for s in STATEMENTS if "{S}" not in s] if depth <= 0 else STATEMENTS)
         if "global" in template and depth < 3:
             return ["pass"]
-        for line in template.split("\\n"):
+        self.counter += 1
+        for line in template.replace("{W}", f"w{self.counter}").split("\\n"):
             bare = line.lstrip()
             indent = line[: len(line) - len(bare)]
             if bare == "{S}":
