@@ -499,9 +499,11 @@ class Session:
         error = replace(problem, span=Span(source, place.start, place.end))
         work = lambda: with_evaluated_parts(source, translate(source, False), [error], False)
         translation = run_with_room(work, EXPANSION_DEPTH, folders=self.folders(source))
-        exceptions = tuple(d for d in translation.diagnostics if d.name == "python-exception")
-        if exceptions:
-            return Evaluated(None, None, exceptions)
+        exception = next((d for d in translation.diagnostics if d.name == "python-exception"), None)
+        if exception is not None:
+            if exception.span is not None and exception.span.overlaps(place):  # whose place is more exact
+                exception = replace(_in_python(problem), message=exception.message, hint=None)
+            return Evaluated(None, None, (exception,))
         if not translation.ok:
             return None
         again = run_with_room(lambda: self._check(source, translation), EXPANSION_DEPTH, folders=self.folders(source))

@@ -221,7 +221,10 @@ def _outline(code: str) -> _Outline | None:
         elif isinstance(node, (ast.Assign, ast.AnnAssign)):
             defined |= {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
         own = node.name if isinstance(node, ast.FunctionDef) else ""
-        used |= {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)} - {own}
+        names = [n for n in ast.walk(node) if isinstance(n, ast.Name)]
+        bound = {n.id for n in names if not isinstance(n.ctx, ast.Load)}
+        bound |= {n.arg for n in ast.walk(node) if isinstance(n, ast.arg)}
+        used |= {n.id for n in names if isinstance(n.ctx, ast.Load)} - bound - {own}
         calls = [n for n in ast.walk(node) if isinstance(n, ast.Call) and n.args]
         words = {c.args[0].value for c in calls if "library_call" in ast.unparse(c.func) and _is_word(c.args[0])}
         used |= {str(word) for word in words} - {own}

@@ -63,7 +63,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
 from scenelang.interpreter.transpile.python_text import scope_of
 
 MAX_STEPS, MAX_SECONDS, MAX_DEPTH = 20_000_000, 8.0, 300
-MAX_BYTES = 600_000_000
+MAX_BYTES = 1_000_000_000
 _SMALL = 20_000  # items
 _BINARY: dict[type[ast.operator], tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]] = {
     ast.Add: (operator.add, operator.iadd), ast.Sub: (operator.sub, operator.isub),
