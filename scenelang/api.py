@@ -64,7 +64,8 @@ def load(
     Parameters
     ----------
     path : path
-        ``.scene``, ``.py`` or ``.txt`` (a model response; its Python is translated, never executed), ``.json``.
+        ``.scene``, ``.py``, ``.ipynb`` or ``.txt`` (a model response; its Python is translated, never executed),
+        ``.json``.
     seed : int
         Random seed.
     defines : mapping, optional

@@ -78,7 +78,7 @@ def _lines(text: str) -> list[str]:
 
 def _program_text(name: str) -> str:
     """Read the text of a program, preserving byte order mark and line ends; raises SceneError."""
-    if name.endswith((".py", ".txt")):
+    if name.endswith((".py", ".txt", ".ipynb")):
         hint = "convert it to a program with `scenelang transpile`"
         raise SceneError("unsupported", f"{name} is a model response or Python, not a program", hint)
     if name.endswith(".json"):

@@ -493,6 +493,44 @@ class Session:
         if is_scene_file(source):
             return self._read_scene(source)
         checked = self.check(source)
+        found = self._evaluate_checked(source, checked, started)
+        if found.scene is not None or not is_python(source) or found.program is None:
+            return found
+        if not (checked.ok or _may_run(found.program, checked.diagnostics)):
+            return found
+        problem = next((d for d in found.diagnostics if d.is_error), None)
+        if problem is None or CODES[problem.name].code.startswith("E5"):
+            return found
+        return self._evaluate_python(source, problem, started) or replace(
+            found, diagnostics=tuple(_in_python(d) if d.is_error else d for d in found.diagnostics)
+        )
+
+    def _evaluate_python(self, source: Source, problem: Diagnostic, started: float) -> Evaluated | None:
+        """Evaluate a program again whose translation has ended with an error, with the part evaluated in which it is.
+
+        Returns the scene, or the exception in Python's words; None if there is neither.
+        """
+        from scenelang.interpreter.transpile.translate import translate, with_evaluated_parts
+
+        places = (problem.span, *(span for _, span in problem.chain))
+        place = next((span for span in places if span is not None and span.source.name == source.name), None)
+        if place is None or self.options.seed:
+            return None
+        error = replace(problem, span=Span(source, place.start, place.end))
+        work = lambda: with_evaluated_parts(source, translate(source, False), [error], False)
+        translation = run_with_room(work, EXPANSION_DEPTH, folders=self.folders(source))
+        exception = next((d for d in translation.diagnostics if d.name == "python-exception"), None)
+        if exception is not None:
+            if exception.span is not None and exception.span.overlaps(place):  # whose place is more exact
+                exception = replace(_in_python(problem), message=exception.message, hint=None)
+            return Evaluated(None, None, (exception,))
+        if not translation.ok:
+            return None
+        again = run_with_room(lambda: self._check(source, translation), EXPANSION_DEPTH, folders=self.folders(source))
+        found = self._evaluate_checked(source, again, started)
+        return found if found.scene is not None else None
+
+    def _evaluate_checked(self, source: Source, checked: Checked, started: float) -> Evaluated:
         program = checked.program
         if program is None or not (checked.ok or _may_run(program, checked.diagnostics)):
             return Evaluated(program, None, checked.diagnostics)
@@ -646,9 +684,15 @@ def is_scene_file(source: Source) -> bool:
 
 def is_python(source: Source) -> bool:
     """Return whether a source is a language model's Python, by file extension, or by content for standard input."""
-    if source.name.endswith((".py", ".txt")):
+    if source.name.endswith((".py", ".txt", ".ipynb")):
         return True
     return source.name.startswith("<") and bool(_REGISTERS.search(source.text))
+
+
+def _in_python(diagnostic: Diagnostic) -> Diagnostic:
+    from scenelang.interpreter.transpile.translate import in_python
+
+    return in_python(diagnostic)
 
 
 def _outside_library(diagnostic: Diagnostic) -> Diagnostic:
@@ -807,11 +851,24 @@ def _read_source(path: str, shown: str) -> Source:
         raise SceneError("file", f"{shown} exceeds the maximum program size of {_MAX_FILE_SIZE:,} bytes")
     name = "<stdin>" if path == "-" else shown
     try:
-        return Source(name, data.decode("utf-8-sig"))
+        text = data.decode("utf-8-sig")
+        return Source(name, _code_of_notebook(name, text) if name.endswith(".ipynb") else text)
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
         raise SceneError(
             "encoding", f"{name} is not UTF-8 text (line {line}, byte {error.start + 1})", "save it as UTF-8"
+        ) from None
+
+
+def _code_of_notebook(name: str, text: str) -> str:
+    """Return the Python of a notebook; places in it are those of the code cells as one file."""
+    from scenelang.interpreter.transpile.python_text import notebook_code
+
+    try:
+        return notebook_code(text)
+    except (ValueError, AttributeError, TypeError, RecursionError):
+        raise SceneError(
+            "file", f"{name} is not a notebook", "save it as a notebook, or its code as a .py file"
         ) from None
 
 

@@ -14,7 +14,7 @@ from argcomplete import autocomplete
 from argcomplete.completers import SuppressCompleter
 
 Completer = Callable[..., Iterable[str]]
-_PROGRAMS = (".scene", ".py", ".txt", ".json")  # file extensions of programs
+_PROGRAMS = (".scene", ".py", ".txt", ".ipynb", ".json")  # file extensions of programs
 _CAMERAS = ("turntable", "top", "isometric", "follow")
 _BINDING = re.compile(r'\(bind\s+"([^"]*)"')
 

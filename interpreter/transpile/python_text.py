@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import ast
+import json
 import re
 import symtable
 import textwrap
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import pairwise
 from keyword import iskeyword
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import TypeAlias, TypeGuard
 
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic
@@ -91,6 +94,13 @@ _FENCE = re.compile(r"^[ \t]*+(?:```++|~~~++)[ \t]*+([\w+-]*+)[^\n`]*+$", re.M)
 _PYTHON_FENCE = re.compile(r"^[ \t]*(?:```|~~~)[ \t]*(?:python3?|py)[ \t]*$", re.M | re.I)
 _CLOSING = re.compile(r"^[ \t]*(?:```|~~~)", re.M)
 _REGISTERS = re.compile(r"^[ \t]*@register", re.M)
+_BLANK = re.compile(r"[^\n]")
+_MAGIC = re.compile(r"\s*(?:[!%]{1,2}[a-zA-Z]|\?|[\w.]+\?{1,2}$)")
+_OTHER_LANGUAGE = re.compile(r"%%(?!time\b|timeit\b|capture\b|prun\b)")
+
+
+# A block: start of the opening fence, start and end of the code, end of the closing fence.
+Block: TypeAlias = tuple[int, int, int, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +115,8 @@ class Response:
         Prose around the code.
     ignored
         Number of further code blocks.
+    gaps
+        Offsets of what is no code between the start and the end: prose and fences between blocks that are one program.
     """
 
     start: int
@@ -112,23 +124,132 @@ class Response:
     before: str
     after: str
     ignored: int = 0
+    gaps: tuple[tuple[int, int], ...] = ()
+
+    def code(self, text: str) -> str:
+        """Return the code, with blank lines in place of the gaps."""
+        for start, end in self.gaps:
+            text = text[:start] + _BLANK.sub(" ", text[start:end]) + text[end:]
+        return text[self.start : self.end]
 
 
 def find_code(text: str) -> Response:
     """Find the code of a response.
 
     As in the paper's tool, it starts at the first line "```python" and ends at the next "```". If that block registers
-    nothing, the first block that does is used. If there are no fences, or the whole text is valid Python (so that
-    fences are inside strings), the whole text is used.
+    nothing, the first block that does is used. Other blocks are added that continue this one: see ``_parts``. If there
+    are no fences, or the whole text is valid Python (so that fences are inside strings), the whole text is used.
     """
     blocks = _python_blocks(text) or _blocks(text)
     if not blocks or _is_python(text):
         return Response(0, len(text), "", "")
-    chosen = next((block for block in blocks if _REGISTERS.search(text, block[1], block[2])), blocks[0])
-    opening, start, end, closing = chosen
-    before = _FENCE.sub("", _without_blocks(text, blocks, 0, opening))
-    after = _FENCE.sub("", _without_blocks(text, blocks, closing, len(text)))
-    return Response(start, end, before.strip(), after.strip(), len(blocks) - 1)
+    chosen = next((i for i, block in enumerate(blocks) if _REGISTERS.search(text, block[1], block[2])), 0)
+    parts = _parts(text, blocks, chosen)
+    gaps = tuple((before[2], after[1]) for before, after in pairwise(parts))
+    start, end = parts[0][1], parts[-1][2]
+    before = _FENCE.sub("", _without_blocks(text, blocks, 0, parts[0][0]))
+    after = _FENCE.sub("", _without_blocks(text, blocks, parts[0][3], len(text)))
+    return Response(start, end, before.strip(), after.strip(), len(blocks) - len(parts), gaps)
+
+
+def _parts(text: str, blocks: list[Block], chosen: int) -> list[Block]:
+    """Return the blocks that are one program with the chosen one.
+
+    These are earlier blocks that define what it needs, and later ones that define what it needs, that register further
+    functions and use what it defines, or that define some of its functions anew, except for its root. A later block
+    that is a whole program itself is another version, and one that only calls functions is an example of their use.
+    """
+    outlines = [_outline(text[start:end]) for _, start, end, _ in blocks]
+    known = outlines[chosen]
+    if known is None:
+        return [blocks[chosen]]
+    found = {chosen}
+    for _ in blocks:  # one that is added may need others
+        for i, outline in enumerate(outlines):
+            if i not in found and outline is not None and _continues(outline, known, i < chosen):
+                found.add(i)
+                known = known.joined(outline)
+    parts = [blocks[i] for i in sorted(found)]
+    gaps = tuple((before[2], after[1]) for before, after in pairwise(parts))
+    is_program = len(parts) == 1 or _is_python(Response(parts[0][1], parts[-1][2], "", "", 0, gaps).code(text))
+    return parts if is_program else [blocks[chosen]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Outline:
+    """Names that a block defines at its top level, those of its registered functions, and those that it uses."""
+
+    defined: frozenset[str]
+    registered: frozenset[str]
+    used: frozenset[str]
+    roots: frozenset[str]
+
+    def joined(self, other: _Outline) -> _Outline:
+        """Return the outline of both blocks."""
+        pairs = zip((self.defined, self.registered, self.used), (other.defined, other.registered, other.used))
+        defined, registered, used = (a | b for a, b in pairs)
+        return _Outline(defined, registered, used, (self.roots - other.used) | (other.roots - self.used))
+
+
+def _continues(outline: _Outline, known: _Outline, is_earlier: bool) -> bool:
+    """Return whether a block belongs to a program that is known in part."""
+    if outline.defined & (known.used - known.defined):
+        return True
+    if is_earlier or not outline.registered:
+        return False
+    if outline.registered - known.registered:
+        return bool(known.defined & (outline.used - outline.defined)) and not known.roots & outline.registered
+    return outline.defined <= known.defined and not known.roots & outline.registered
+
+
+def _outline(code: str) -> _Outline | None:
+    """Return the outline of a block, None if it does not parse."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tree = ast.parse(textwrap.dedent(code))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return None
+    registered: set[str] = set()
+    defined: set[str] = set()
+    used: set[str] = set()
+    for node in tree.body:
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            defined.add(node.name)
+            if any("register" in ast.unparse(each) for each in node.decorator_list):
+                registered.add(node.name)
+        elif isinstance(node, (ast.Assign, ast.AnnAssign)):
+            defined |= {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+        own = node.name if isinstance(node, ast.FunctionDef) else ""
+        names = [n for n in ast.walk(node) if isinstance(n, ast.Name)]
+        bound = {n.id for n in names if not isinstance(n.ctx, ast.Load)}
+        bound |= {n.arg for n in ast.walk(node) if isinstance(n, ast.arg)}
+        used |= {n.id for n in names if isinstance(n.ctx, ast.Load)} - bound - {own}
+        calls = [n for n in ast.walk(node) if isinstance(n, ast.Call) and n.args]
+        words = {c.args[0].value for c in calls if "library_call" in ast.unparse(c.func) and _is_word(c.args[0])}
+        used |= {str(word) for word in words} - {own}
+    return _Outline(frozenset(defined), frozenset(registered), frozenset(used), frozenset(registered - used))
+
+
+def _is_word(node: ast.expr) -> TypeGuard[ast.Constant]:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
+
+
+def notebook_code(text: str) -> str:
+    """Return the Python of a Jupyter notebook: its code cells, with the text cells as comments before them.
+
+    Lines for IPython (``%`` and ``!``) are left out, and cells in other languages. Raises ValueError.
+    """
+    cells = json.loads(text).get("cells", ())
+    parts: list[str] = []
+    for cell in cells:
+        source = cell.get("source", "")
+        lines = ("".join(source) if isinstance(source, list) else str(source)).splitlines()
+        if cell.get("cell_type") == "markdown":
+            parts.append("\n".join(f"# {line}".rstrip() for line in lines))
+        elif cell.get("cell_type") == "code" and not (lines and _OTHER_LANGUAGE.match(lines[0])):
+            parts.append("\n".join("" if _MAGIC.match(line) else line for line in lines))
+    return "\n\n".join(part for part in parts if part.strip()) + "\n"
 
 
 def _is_python(text: str) -> bool:
@@ -145,11 +266,7 @@ def _is_python(text: str) -> bool:
 def code_of(text: str) -> str:
     """Return the code of a response, ending in one newline."""
     found = find_code(text)
-    return text[found.start : found.end].strip() + "\n"
-
-
-# A block: start of the opening fence, start and end of the code, end of the closing fence.
-Block: TypeAlias = tuple[int, int, int, int]
+    return found.code(text).strip() + "\n"
 
 
 def _python_blocks(text: str) -> list[Block]:
@@ -254,7 +371,7 @@ class PythonText:
 def parse_python(source: Source) -> PythonText:
     """Parse the code of a response. After a syntax error, the block around it is skipped to find further errors."""
     response = find_code(source.text)
-    code = source.text[response.start : response.end]
+    code = response.code(source.text)
     raw = code.split("\n")
     indent = _common_indent(raw)
     lines = [line[indent:].rstrip("\r") if line.strip() else "" for line in raw]
@@ -291,6 +408,10 @@ def _parse(text: PythonText) -> None:
                 )  # reports scope errors that the parser does not detect; executes nothing
             return
         except SyntaxError as error:
+            older = ["" if _MAGIC.match(line) else line for line in _without_type_parameters(lines)]
+            if older != lines:
+                lines = older
+                continue
             text.diagnostics.append(_syntax_diagnostic(text, error))
             if len(text.diagnostics) >= _MAX_SYNTAX_ERRORS or not _skip_block(lines, error.lineno or 1):
                 return
@@ -300,6 +421,17 @@ def _parse(text: PythonText) -> None:
                 Diagnostic("python-syntax", message, Span(text.source, text.starts[0], text.starts[0]))
             )
             return
+
+
+_PARAMETERS = re.compile(r"^(\s*(?:def|class)\s+\w+\s*)(\[(?:[^\[\]]|\[[^\[\]]*\])*\])(?=\s*[(:])")
+_TYPE = re.compile(r"^(\s*)type (\s*)(\w+)(\s*)(\[(?:[^\[\]]|\[[^\[\]]*\])*\])?(?=\s*=[^=])")
+
+
+def _without_type_parameters(lines: list[str]) -> list[str]:
+    """Return lines without the type parameters and type statements of Python 3.12; all columns stay."""
+    found = [_PARAMETERS.sub(lambda m: m[1] + " " * len(m[2]), line) for line in lines]
+    name = lambda m: m[1] + m[3] + " " * (len(m[0]) - len(m[1]) - len(m[3]))
+    return [_TYPE.sub(name, line) for line in found]
 
 
 def _too_large(text: PythonText, tree: ast.Module) -> Diagnostic | None:
@@ -466,3 +598,39 @@ def _comments(lines: list[str]) -> list[PythonComment]:
         alone = not text[start:position].strip()
         found.append(PythonComment(line, position - start, body.removeprefix(" "), alone))
     return found
+
+
+@lru_cache(maxsize=10_000)
+def scope_of(node: ast.FunctionDef | ast.Lambda) -> tuple[frozenset[str], dict[str, bool], bool]:
+    """Return the names that a function assigns, those that it declares global or nonlocal, and whether it yields."""
+    given = node.args
+    arguments = [*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg]
+    local = {each.arg for each in arguments if each is not None}
+    shared: dict[str, bool] = {}
+    is_generator = False
+    pending: list[ast.AST] = list(node.body) if isinstance(node, ast.FunctionDef) else [node.body]
+    while pending:
+        each = pending.pop()
+        if isinstance(each, (ast.FunctionDef, ast.ClassDef)):
+            local.add(each.name)
+            pending += each.decorator_list
+            continue
+        if isinstance(each, ast.Lambda):
+            continue
+        if isinstance(each, (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)):
+            local |= {n.target.id for n in ast.walk(each) if isinstance(n, ast.NamedExpr)}
+            continue
+        if isinstance(each, (ast.Global, ast.Nonlocal)):
+            shared |= dict.fromkeys(each.names, isinstance(each, ast.Global))
+        elif isinstance(each, (ast.Yield, ast.YieldFrom)):
+            is_generator = True
+        elif isinstance(each, ast.Name) and not isinstance(each.ctx, ast.Load):
+            local.add(each.id)
+        elif isinstance(each, (ast.ExceptHandler, ast.MatchAs, ast.MatchStar)) and each.name:
+            local.add(each.name)
+        elif isinstance(each, ast.MatchMapping) and each.rest:
+            local.add(each.rest)
+        elif isinstance(each, (ast.Import, ast.ImportFrom)):
+            local |= {(alias.asname or alias.name).partition(".")[0] for alias in each.names}
+        pending += ast.iter_child_nodes(each)
+    return frozenset(local), shared, is_generator

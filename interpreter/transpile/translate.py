@@ -71,7 +71,9 @@ def translate(source: Source, with_text: bool = True, finish: Finish | None = No
     text = parse_python(source)
     if text.response.ignored:
         span = Span(source, text.response.end, text.response.end)
-        message = f"only one Python code block is used; {text.response.ignored} more in the response are ignored"
+        number = text.response.ignored
+        which = f"{number} more Python code blocks" if number > 1 else "another Python code block"
+        message = f"{which} of the response {'are' if number > 1 else 'is'} ignored"
         text.diagnostics.append(Diagnostic("ignored-block", message, span))
     analysed = analyse(text)
     translation = _translation(text, analysed, with_text, finish)
@@ -110,6 +112,8 @@ def _with_evaluated_parts(
         folded = fold(text, root, errors)
         if isinstance(folded, Diagnostic):
             mistakes = tuple(d for d in found if d.name in (*_MISTAKES, folded.name) and d.name != "python-unsupported")
+            if folded.name == "python-exception":  # of what runs before it nothing is a mistake
+                mistakes = tuple(d for d in mistakes if d.span and folded.span and d.span.overlaps(folded.span))
             is_mistaken = any(d.name in _MISTAKES for d in mistakes)  # of which the checker may find more
             return Translation((), "", mistakes or (folded,), translation.partial if is_mistaken else ())
         if folded is None:

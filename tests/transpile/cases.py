@@ -45,7 +45,7 @@ class Case:
     def code(self) -> str:
         """The Python between the fences."""
         found = find_code(self.text)
-        return self.text[found.start : found.end]
+        return found.code(self.text)
 
     def golden_scene(self) -> Any:
         """It as read, not to be changed; the tests of one case come one after the other."""

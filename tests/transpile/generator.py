@@ -86,6 +86,9 @@ class Writer:
     def whole(self, low: int, high: int) -> int:
         return self.draw(st.integers(low, high))
 
+    def flip(self) -> bool:
+        return self.draw(st.booleans())
+
     def several(self, most: int) -> Iterator[int]:
         """One to `most` turns; each further one is a choice of its own, which shrinks to none."""
         for k in range(most):
@@ -116,7 +119,7 @@ class Writer:
     # --- expressions ---
 
     def number(self, scope: Scope, depth: int = 2) -> str:
-        return self.integer(scope, depth) if self.draw(st.booleans()) else self.real(scope, depth)
+        return self.integer(scope, depth) if self.flip() else self.real(scope, depth)
 
     def integer(self, scope: Scope, depth: int = 2) -> str:
         kinds = ["literal"] + ["name"] * 2 * bool(scope.ints)
@@ -266,7 +269,7 @@ class Writer:
         given = [
             f", {name}={self.integer(scope, 1) if kind == 'int' else self.real(scope, 1)}"
             for name, kind in target.parameters
-            if self.draw(st.booleans())
+            if self.flip()
         ]
         return f"library_call('{target.name}'{''.join(given)})"
 
@@ -391,10 +394,10 @@ class Writer:
     def branches(self, scope: Scope) -> None:
         with self.block(f"if {self.truth(scope)}:"):
             self.body(scope)
-        if self.draw(st.booleans()):
+        if self.flip():
             with self.block(f"elif {self.truth(scope)}:"):
                 self.body(scope)
-        if self.draw(st.booleans()):
+        if self.flip():
             with self.block("else:"):
                 self.body(scope)
 
@@ -407,11 +410,11 @@ class Writer:
         inner.ints.append("i")
         with self.block(f"def {name}(i):"):
             self.in_loop = False
-            if self.draw(st.booleans()):
+            if self.flip():
                 local = self.fresh("n")
                 self.line(f"{local} = {self.integer(inner)}")
                 inner.ints.append(local)
-            if self.draw(st.booleans()):
+            if self.flip():
                 with self.block(f"if {self.truth(inner)}:"):
                     self.line(f"return {self.pick(['[]', self.shape(inner)])}")
             self.line(f"return {self.shape(inner)}")

@@ -15,11 +15,22 @@ import numpy as np
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.limits import resident_bytes
-from scenelang.interpreter.transpile.evaluation.classes import attribute_of, create, define, set_attribute
+from scenelang.interpreter.transpile.evaluation import MAX_BITS, MAX_ITEMS, NeedsPrimitives, UnsupportedPython, words
+from scenelang.interpreter.transpile.evaluation.classes import (
+    attribute_of,
+    bound_arguments,
+    create,
+    define,
+    is_instance,
+    mapping_of,
+    private_name,
+    set_attribute,
+    type_of,
+)
 from scenelang.interpreter.transpile.evaluation.objects import (
-    MAX_BITS,
-    MAX_ITEMS,
     MISSING,
+    SCALARS,
+    STRUCTURAL,
     BoundMethod,
     ClassMethod,
     Exhausted,
@@ -35,18 +46,21 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     Residual,
     StaticMethod,
     Super,
-    UnsupportedPython,
-    bound_arguments,
     call_node,
     check_widths,
     formatted,
+    has_kind,
+    has_residual,
     is_shape,
     node_of,
-    scope_of,
+    refused,
+    renamed,
+    residuals,
     type_name,
+    undecided,
     value_of_error,
-    words,
 )
+from scenelang.interpreter.transpile.python_text import scope_of
 
 MAX_STEPS, MAX_SECONDS, MAX_DEPTH = 20_000_000, 8.0, 300
 MAX_BYTES = 1_000_000_000
@@ -68,7 +82,7 @@ _COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.GtE: operator.ge, ast.Is: lambda a, b: a is b, ast.IsNot: lambda a, b: a is not b,
     ast.In: lambda a, b: a in b, ast.NotIn: lambda a, b: a not in b,
 }  # fmt: skip
-_PASSED = (UnsupportedPython, SceneError, RecursionError, MemoryError)  # never caught by the program
+_PASSED = (UnsupportedPython, NeedsPrimitives, SceneError, RecursionError, MemoryError)  # never caught by the program
 
 
 class _Return(Exception):
@@ -104,6 +118,8 @@ class PythonEvaluator:
         self.modules = modules
         self.module = Frame({"__name__": "scene"}, None)
         self.mixins: dict[str, Any] = {}  # classes of `collections.abc` with methods
+        self.mixin: Callable[[str], Any] = lambda name: None
+        self.module_of: Callable[[str], Any] = modules.get
         self.node: ast.AST | None = None  # the statement that is evaluated
         self.failed: ast.AST | None = None  # the statement that has raised the last exception
         self._error: BaseException | None = None
@@ -112,6 +128,9 @@ class PythonEvaluator:
         self._most_bytes = resident_bytes() + MAX_BYTES
         self._depth = 0
         self._handled: list[BaseException] = []  # by the `except` clauses that are evaluated
+        self.is_exact = False  # whether lists contain primitives where shapes are added to them
+        self._spread: set[int] = set()
+        self.types: dict[type, Native] = {}  # types that have no name in the program
         self._expressions: dict[type[ast.expr], Callable[[Any, Frame], Any]] = {
             ast.Constant: lambda node, frame: self.checked(node.value), ast.Name: self._name,
             ast.Attribute: self._attribute,
@@ -246,9 +265,10 @@ class PythonEvaluator:
             self._store_name(target.id, self.operate(node.op, in_place, old, self.eval(node.value, frame)), frame)
         elif isinstance(target, ast.Attribute):
             owner = self.eval(target.value, frame)
-            old = self.attribute(owner, target.attr)
+            name = _attribute_name(target, frame)
+            old = self.attribute(owner, name)
             new = self.operate(node.op, in_place, old, self.eval(node.value, frame))
-            self.set_attribute(owner, target.attr, new)
+            self.set_attribute(owner, name, new)
         else:
             container, index = self.eval(target.value, frame), self.eval(target.slice, frame)
             old = self._item(container, index)
@@ -308,8 +328,7 @@ class PythonEvaluator:
             raise
         except Exception as error:
             value = value_of_error(error)
-            kind = value.cls if type(value) is PythonObject else Native(type(value).__name__, type(value), type(value))
-            if not self.call(leave, (kind, value, None), {}):
+            if not self.call(leave, (type_of(self, value), value, None), {}):
                 raise
         else:
             self.call(leave, (None, None, None), {})
@@ -340,7 +359,7 @@ class PythonEvaluator:
     def _catches(self, handler: ast.ExceptHandler, error: Exception, frame: Frame) -> bool:
         if handler.type is None:
             return True
-        return self.is_instance(value_of_error(error), self.eval(handler.type, frame))
+        return is_instance(self, value_of_error(error), self.eval(handler.type, frame))
 
     def _raise(self, node: ast.Raise, frame: Frame) -> None:
         if node.exc is None:
@@ -375,9 +394,13 @@ class PythonEvaluator:
                 container, index = self.eval(target.value, frame), self.eval(target.slice, frame)
                 del self._plain_container(container)[index]
             elif isinstance(target, ast.Attribute):
-                self._delete_attribute(self.eval(target.value, frame), target.attr)
+                self.delete_attribute(self.eval(target.value, frame), _attribute_name(target, frame))
 
-    def _delete_attribute(self, owner: Any, name: str) -> None:
+    def delete_attribute(self, owner: Any, name: str) -> None:
+        """Delete an attribute of a value."""
+        if type(owner) is PythonClass and name in owner.names:
+            del owner.names[name]
+            return
         if type(owner) is not PythonObject:
             raise UnsupportedPython("only attributes of the program's own objects can be deleted")
         found = owner.cls.find(name)
@@ -389,42 +412,22 @@ class PythonEvaluator:
     def _import(self, node: ast.Import, frame: Frame) -> None:
         for alias in node.names:
             path = alias.name if alias.asname else alias.name.partition(".")[0]
-            self._store_name(alias.asname or path, self._module(path), frame)
+            self._store_name(alias.asname or path, self.module_of(path), frame)
 
     def _import_from(self, node: ast.ImportFrom, frame: Frame) -> None:
         if node.module in ("__future__", "helper", "minecraft_helper", "mi_helper"):
             return
-        module = self._module(node.module or "")
-        missing: list[str] = []
+        module = self.module_of(node.module or "")
         for alias in node.names:
             if alias.name == "*":
-                frame.names.update(module.names)
-                continue
-            value = self.attribute(module, alias.name, MISSING)
-            if value is MISSING:
-                missing.append(alias.name)
-            else:
+                frame.names.update(getattr(module, "names", {}))
+            elif type(module) is Module:
+                value = module.names.get(alias.name, MISSING)
+                if value is MISSING:
+                    value = refused(UnsupportedPython(f"`{module.path}.{alias.name}` is not supported"))
                 self._store_name(alias.asname or alias.name, value, frame)
-        if missing:
-            raise UnsupportedPython(f"`{module.path}.{missing[0]}` is not supported")
-
-    def _module(self, path: str) -> Module:
-        found = self.modules.get(path)
-        if found is None:
-            unsafe = path.partition(".")[0] in (
-                "os",
-                "sys",
-                "subprocess",
-                "socket",
-                "pickle",
-                "shutil",
-                "pathlib",
-                "io",
-            )
-            raise UnsupportedPython(
-                f"the module `{path}` cannot be used", None, "python-forbidden" if unsafe else "python-unsupported"
-            )
-        return found
+            else:
+                self._store_name(alias.asname or alias.name, module, frame)
 
     # --- match -------------------------------------------------------------------------------------------------
 
@@ -441,6 +444,8 @@ class PythonEvaluator:
 
     def _matches(self, pattern: ast.pattern, value: Any, bound: dict[str, Any], frame: Frame) -> bool:
         self.tick()
+        if has_kind(value, "any") and not isinstance(pattern, ast.MatchAs):
+            raise undecided(value)
         if isinstance(pattern, ast.MatchValue):
             return bool(value == self.eval(pattern.value, frame))
         if isinstance(pattern, ast.MatchSingleton):
@@ -491,7 +496,7 @@ class PythonEvaluator:
 
     def _matches_class(self, pattern: ast.MatchClass, value: Any, bound: dict[str, Any], frame: Frame) -> bool:
         cls = self.eval(pattern.cls, frame)
-        if not self.is_instance(value, cls):
+        if not is_instance(self, value, cls):
             return False
         names = list(pattern.kwd_attrs)
         patterns = list(pattern.kwd_patterns)
@@ -540,7 +545,7 @@ class PythonEvaluator:
         if frame.shared[name]:
             return self.module
         scope = frame.outer
-        while scope is not None and name not in scope.local:
+        while scope is not None and (name not in scope.local or name in scope.shared):
             scope = scope.outer
         return scope or self.module
 
@@ -557,7 +562,7 @@ class PythonEvaluator:
         elif isinstance(target, (ast.Tuple, ast.List)):
             self._unpack(target.elts, value, frame)
         elif isinstance(target, ast.Attribute):
-            self.set_attribute(self.eval(target.value, frame), target.attr, value)
+            self.set_attribute(self.eval(target.value, frame), _attribute_name(target, frame), value)
         elif isinstance(target, ast.Subscript):
             self._set_item(self.eval(target.value, frame), self.eval(target.slice, frame), value)
         else:
@@ -583,7 +588,11 @@ class PythonEvaluator:
 
     def _first_items(self, value: Any, count: int) -> list[Any]:
         items: list[Any] = []
-        for item in self.iterate(value):
+        try:
+            iterator = value if type(value) is Residual else iter(value)
+        except TypeError:
+            raise TypeError(f"cannot unpack non-iterable {type_name(value)} object") from None
+        for item in self.iterate(iterator):
             items.append(item)
             if len(items) > count:
                 raise ValueError(f"too many values to unpack (expected {count})")
@@ -606,7 +615,7 @@ class PythonEvaluator:
         for node in nodes:
             if isinstance(node, ast.Starred):
                 value = self.eval(node.value, frame)
-                items += [value] if is_shape(value) else self.iterate(value)
+                items += self.spread(value) if is_shape(value) else self.iterate(value)
             else:
                 items.append(self.eval(node, frame))
         return items
@@ -615,11 +624,27 @@ class PythonEvaluator:
         found: dict[Any, Any] = {}
         for key, value in zip(node.keys, node.values):
             if key is None:
-                found.update(self.eval(value, frame))
+                found.update(mapping_of(self, self.eval(value, frame)))
             else:
                 name = self.eval(key, frame)
                 found[name] = self.eval(value, frame)
         return found
+
+    def spread(self, shape: Residual) -> list[Residual]:
+        """Return a shape for a list to which its primitives are added; it stays whole until someone looks."""
+        if self.is_exact and shape.primitives is not None:
+            return shape.parts()
+        self._spread.add(id(shape))
+        return [shape]
+
+    def look(self, items: Any) -> Any:
+        """Return a list that the program counts or takes items of; raises NeedsPrimitives if that matters."""
+        if self._spread and type(items) is list:
+            for each in items:
+                if id(each) in self._spread and is_shape(each) and each.primitives is not None and not self.is_exact:
+                    if len(each.parts()) != 1:
+                        raise NeedsPrimitives
+        return items
 
     def _binary(self, node: ast.BinOp, frame: Frame) -> Any:
         left, right = self.eval(node.left, frame), self.eval(node.right, frame)
@@ -638,13 +663,16 @@ class PythonEvaluator:
             if "%" in template:
                 check_widths(template)
         elif kind is ast.Add and isinstance(left, list) and is_shape(right):
-            right = [right]
-        elif kind is ast.BitOr and isinstance(left, (Native, PythonClass)):
-            return left  # a union of types
+            right = self.spread(right)
+        elif kind is ast.BitOr and (isinstance(left, (Native, PythonClass)) or type(right) in (Native, PythonClass)):
+            return (*_kinds(left), *_kinds(right))  # a union of types
         if isinstance(left, np.ndarray) and isinstance(right, np.ndarray) and left.size * right.size > MAX_ITEMS:
             if kind is not ast.MatMult and int(np.prod(np.broadcast_shapes(left.shape, right.shape))) > MAX_ITEMS:
                 raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
-        return self.checked(function(left, right))
+        try:
+            return self.checked(function(left, right))
+        except TypeError as error:
+            raise renamed(error, left, right) from None
 
     def _check_product(self, left: Any, right: Any) -> None:
         for sequence, count in ((left, right), (right, left)):
@@ -653,7 +681,11 @@ class PythonEvaluator:
                     raise UnsupportedPython(f"this {type_name(sequence)} has more than {MAX_ITEMS:,} items")
 
     def _unary(self, node: ast.UnaryOp, frame: Frame) -> Any:
-        return _UNARY[type(node.op)](self.eval(node.operand, frame))
+        value = self.eval(node.operand, frame)
+        try:
+            return _UNARY[type(node.op)](value)
+        except TypeError as error:
+            raise renamed(error, value) from None
 
     def _boolean(self, node: ast.BoolOp, frame: Frame) -> Any:
         is_and = type(node.op) is ast.And
@@ -673,7 +705,12 @@ class PythonEvaluator:
             right = self.eval(each, frame)
             if type(op) in (ast.In, ast.NotIn) and isinstance(right, Iterator) and type(right) is not PythonObject:
                 right = self.iterate(right)
-            result = _COMPARISONS[type(op)](left, right)
+            if type(op) in (ast.Is, ast.IsNot) and (has_kind(left, "any") or has_kind(right, "any")):
+                raise undecided(left if type(left) is Residual else right)
+            try:
+                result = _COMPARISONS[type(op)](left, right)
+            except TypeError as error:
+                raise renamed(error, left, right) from None
             left = right
         return result
 
@@ -681,15 +718,17 @@ class PythonEvaluator:
         test = self.eval(node.test, frame)
         if type(test) is not Residual or test.kind == "shape":
             return self.eval(node.body if test else node.orelse, frame)
-        body, other = self.eval(node.body, frame), self.eval(node.orelse, frame)
-        kinds = {each.kind for each in (body, other) if type(each) is Residual}
-        return Residual(
-            ast.IfExp(node_of(test), node_of(body), node_of(other)), next(iter(kinds), "number"), test.caller
-        )
+        if any(isinstance(each, ast.Call) for part in (node.body, node.orelse) for each in ast.walk(part)):
+            raise undecided(test)  # it may do things
+        values = self.eval(node.body, frame), self.eval(node.orelse, frame)
+        is_number = all(type(each) in (int, float) or has_kind(each, "number", "int", "float") for each in values)
+        return Residual(ast.IfExp(node_of(test), *map(node_of, values)), "number" if is_number else "any", test.holder)
 
     def _subscript(self, node: ast.Subscript, frame: Frame) -> Any:
         container = self.eval(node.value, frame)
         if isinstance(container, (Native, PythonClass)) and getattr(container, "members", None) is None:
+            if type(container) is Native and container.path in ("typing.Union", "typing.Optional"):
+                return _kinds(self.eval(node.slice, frame)) + ((None,) if container.path[-1] == "l" else ())
             return container  # a generic type
         return self._item(container, self.eval(node.slice, frame))
 
@@ -698,7 +737,10 @@ class PythonEvaluator:
             return container
         if type(index) is Residual:
             return self._residual_item(container, index)
-        return container[index]
+        try:
+            return self.look(container)[index]
+        except TypeError as error:
+            raise renamed(error, container) from None
 
     def _residual_item(self, container: Any, index: Residual) -> Any:
         return Residual(ast.Subscript(node_of(container), node_of(index), ast.Load()), "any", index.holder)
@@ -764,7 +806,7 @@ class PythonEvaluator:
         for keyword in node.keywords:
             value = self.eval(keyword.value, frame)
             if keyword.arg is None:
-                named.update(value)
+                named.update(mapping_of(self, value))
             else:
                 named[keyword.arg] = value
         return self.call(function, arguments, named)
@@ -834,11 +876,13 @@ class PythonEvaluator:
         return None
 
     def _call_native(self, function: Native, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
-        if function.is_numeric and any(map(_has_residual, (*arguments, *named.values()))):
+        if function.is_numeric and any(map(has_residual, (*arguments, *named.values()))):
             return self._numeric_call(function, arguments, named)
-        plain = tuple(self._argument(each) for each in arguments)
+        plain = arguments if function.path in ("iter", "next") else tuple(map(self._argument, arguments))
         try:
             return self.checked(function.function(*plain, **named))
+        except TypeError as error:
+            raise renamed(error, *arguments) from None
         except StopIteration as error:
             raise Exhausted(error.value) from None
 
@@ -856,36 +900,17 @@ class PythonEvaluator:
         if arrays and isinstance(host, np.ufunc) and not named:
             each = np.frompyfunc(lambda *items: self._call_native(function, items, {}), len(arguments), 1)
             return each(*(np.asarray(value) if isinstance(value, (list, tuple)) else value for value in arguments))
-        if function.path in _STRUCTURAL:
+        if function.path in STRUCTURAL:
             return function.function(*arguments, **named)
         return self._residual_call(function, arguments, named)
 
     def _residual_call(self, function: Native, arguments: tuple[Any, ...], named: dict[str, Any]) -> Residual:
-        held = next(_residuals((*arguments, *named.values())))
+        held = next(residuals((*arguments, *named.values())))
         nodes = {name: node_of(value) for name, value in named.items()}
-        kind = "array" if function.path.startswith("np.") and function.path not in _SCALARS else "number"
+        kind = "array" if function.path.startswith("np.") and function.path not in SCALARS else "number"
+        if function.path in ("int", "float") or function.path.startswith("math."):
+            kind = "int" if function.path.rpartition(".")[2] in _WHOLE else "float"
         return Residual(call_node(function.path, [node_of(each) for each in arguments], nodes), kind, held.holder)
-
-    def is_instance(self, value: Any, kind: Any) -> bool:
-        """Return whether a value is an instance of a class, or of one of several."""
-        if isinstance(kind, tuple):
-            return any(self.is_instance(value, each) for each in kind)
-        cls = getattr(value, "cls", None) if not isinstance(value, (Residual, Super)) else None
-        if isinstance(kind, PythonClass) and "protocol" in kind.options:
-            return all(self.attribute(value, name, MISSING) is not MISSING for name in kind.options["protocol"])
-        if isinstance(kind, PythonClass):
-            return cls is not None and type(cls) is PythonClass and cls.is_subclass(kind)
-        if not isinstance(kind, Native) or kind.type is None:
-            raise TypeError("isinstance() arg 2 must be a type, a tuple of types, or a union")
-        if type(value) is Residual:
-            return _is_kind_of(value, kind.type)
-        if type(value) is PythonObject and cls is not None:
-            return bool(cls.is_subclass(kind.type))
-        if kind.type is Callable:
-            return callable(value)
-        if isinstance(value, (PythonFunction, BoundMethod, Native, PythonClass, Module)):
-            return kind.type is object
-        return isinstance(value, kind.type)
 
     # --- definitions -------------------------------------------------------------------------------------------
 
@@ -920,7 +945,7 @@ class PythonEvaluator:
     # --- attributes --------------------------------------------------------------------------------------------
 
     def _attribute(self, node: ast.Attribute, frame: Frame) -> Any:
-        return self.attribute(self.eval(node.value, frame), node.attr)
+        return self.attribute(self.eval(node.value, frame), _attribute_name(node, frame))
 
     def attribute(self, value: Any, name: str, default: Any = UnsupportedPython) -> Any:
         """Return an attribute of a value."""
@@ -929,6 +954,23 @@ class PythonEvaluator:
     def set_attribute(self, value: Any, name: str, new: Any) -> None:
         """Assign an attribute of a value."""
         set_attribute(self, value, name, new)
+
+
+_WHOLE = words("int ceil floor trunc comb factorial gcd isqrt lcm perm prod isclose isfinite isinf isnan")
+
+
+def _attribute_name(node: ast.Attribute, frame: Frame) -> str:
+    """Return the name of an attribute, as the class mangles it in whose methods it stands."""
+    scope: Frame | None = frame if node.attr.startswith("__") and not node.attr.endswith("__") else None
+    while scope is not None:
+        if scope.function is not None and scope.function.owner is not None:
+            return private_name(scope.function.owner.name, node.attr)
+        scope = scope.outer
+    return node.attr
+
+
+def _kinds(value: Any) -> tuple[Any, ...]:
+    return value if isinstance(value, tuple) else (value,)
 
 
 class _Metered:
@@ -943,36 +985,3 @@ class _Metered:
     def __next__(self) -> Any:
         self._evaluator.tick()
         return next(self._items)
-
-
-_STRUCTURAL = tuple(
-    f"np.{name}"
-    for name in words(
-        "append array asarray atleast_1d atleast_2d broadcast_to column_stack concatenate copy diag dot dstack "
-        "expand_dims flip fliplr flipud hstack insert matmul moveaxis outer ravel repeat reshape roll rot90 shape "
-        "size split squeeze stack sum swapaxes tile transpose vstack cumsum cross trace array_split add subtract "
-        "multiply divide"
-    )
-)
-_SCALARS = ("np.linalg.norm", "np.dot", "np.sum", "np.hypot", "np.arctan2", "np.mean", "np.max", "np.min")
-
-
-def _is_kind_of(value: Residual, kind: Any) -> bool:
-    kinds: dict[str, tuple[type, ...]] = {
-        "shape": (list,), "pose": (np.ndarray,), "array": (np.ndarray,), "number": (float,), "bool": (bool,),
-    }  # fmt: skip
-    return any(issubclass(each, kind) for each in kinds.get(value.kind, ()))
-
-
-def _residuals(values: Iterable[Any]) -> Iterator[Residual]:
-    for value in values:
-        if type(value) is Residual:
-            yield value
-        elif isinstance(value, (list, tuple)):
-            yield from _residuals(value)
-        elif isinstance(value, np.ndarray) and value.dtype == object:
-            yield from _residuals(value.ravel().tolist())
-
-
-def _has_residual(value: Any) -> bool:
-    return next(_residuals((value,)), None) is not None

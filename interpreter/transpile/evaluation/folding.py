@@ -22,7 +22,9 @@ from typing import Any
 import numpy as np
 
 from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.interpreter.transpile.evaluation import METHODS, NeedsPrimitives, UnsupportedPython, words
+from scenelang.interpreter.transpile.evaluation.classes import limited_draw
 from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
 from scenelang.interpreter.transpile.evaluation.library import PythonLibrary
 from scenelang.interpreter.transpile.evaluation.objects import (
@@ -31,15 +33,12 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     PythonFunction,
     PythonGenerator,
     PythonObject,
-    Raised,
     Residual,
-    UnsupportedPython,
     call_node,
     is_shape,
     node_of,
     type_name,
     value_of_error,
-    words,
 )
 from scenelang.interpreter.transpile.python_text import PythonText
 
@@ -50,12 +49,8 @@ _DRAWS = words(
     "triangular uniform"
 )
 _ARRAY_DRAWS = words(
-    "choice exponential normal permutation poisson rand randint randn random random_sample shuffle uniform"
-)
-_MORE_DRAWS = words(
-    "beta binomial gamma geometric laplace lognormal multinomial multivariate_normal poisson rayleigh "
-    "standard_normal triangular vonmises weibull"
-)
+    "choice normal permutation rand randint randn random random_sample shuffle standard_normal uniform"
+)  # those that the language has; others are drawn while the program is evaluated
 _ALIASES = {"np": "numpy_module", "math": "math_module", "random": "random_module"}
 _STATE = "state"  # parameter of a function that depends on more than its arguments
 _POSES = ("translation_matrix", "rotation_matrix", "scale_matrix", "reflection_matrix", "identity_matrix")
@@ -185,33 +180,37 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic]) -> Py
     evaluated = closure(items, wrong & reached, is_user=True) & reached
     if not start & evaluated:
         return _rewritten(text, items, reached - evaluated, {})
-    folding = Folding(text, items, evaluated)
-    try:
-        definitions = folding.definitions(str(root))
-    except _FAILURES as error:
-        fixed = _with_fixed_draws(text, items, reached, str(root)) if folding.draws else None
-        return fixed or _problem(text, folding, error)
-    return _rewritten(text, items, reached - evaluated, definitions, folding.printed)
+    folding = _evaluated(text, items, evaluated, str(root))
+    if folding.error is None:
+        return _rewritten(text, items, reached - evaluated, folding.found, folding.printed)
+    if folding.draws:
+        return _with_fixed_draws(text, items, reached, str(root))
+    return _problem(text, folding, folding.error)
 
 
-def _with_fixed_draws(text: PythonText, items: Sequence[Item], reached: set[int], root: str) -> PythonText | None:
+def _evaluated(text: PythonText, items: Sequence[Item], evaluated: set[int], root: str, *fixed: bool) -> Folding:
+    """Evaluate a program; lists contain primitives in place of shapes only if that makes a difference."""
+    folding = Folding(text, items, evaluated, *fixed)
+    folding.evaluate(root)
+    if isinstance(folding.error, NeedsPrimitives):
+        folding = Folding(text, items, evaluated, *fixed)
+        folding.evaluator.is_exact = True
+        folding.evaluate(root)
+    return folding
+
+
+def _with_fixed_draws(
+    text: PythonText, items: Sequence[Item], reached: set[int], root: str
+) -> PythonText | Diagnostic | None:
     """Evaluate all of a program in which random numbers decide what happens: they are those of the seed 0."""
-    folding = Folding(text, items, reached, has_fixed_draws=True)
-    try:
-        definitions = folding.definitions(root)
-    except _FAILURES:
-        return None
+    folding = _evaluated(text, items, reached, root, True)
+    if folding.error is not None:
+        return _problem(text, folding, folding.error)
     span = text.span(next(items[n].node for n in reached if root in items[n].names))
     message = "random numbers decide what this program builds, and are those of the seed 0"
     warning = Diagnostic("fixed-draws", message, Span(span.source, span.start, span.start + 1))
-    rewritten = _rewritten(text, items, set(), definitions, folding.printed)
+    rewritten = _rewritten(text, items, set(), folding.found, folding.printed)
     return replace(rewritten, diagnostics=[*text.diagnostics, warning]) if rewritten is not None else None
-
-
-_FAILURES = (  # of an evaluation; a recursion that is too deep is a RuntimeError
-    UnsupportedPython, Raised, Exhausted, ArithmeticError, LookupError, TypeError, ValueError, AttributeError,
-    NameError, AssertionError, RuntimeError,
-)  # fmt: skip
 
 
 def _inside(text: PythonText, item: Item) -> Callable[[Diagnostic], bool]:
@@ -275,10 +274,18 @@ def _located(node: Any, line: int) -> Any:
 
 
 _SIZE_AT = {
-    "choice": 1, "exponential": 1, "poisson": 1, "random": 0, "random_sample": 0, "normal": 2, "randint": 2,
-    "uniform": 2,
+    "choice": 1, "random": 0, "random_sample": 0, "standard_normal": 0, "normal": 2, "randint": 2, "uniform": 2,
 }  # fmt: skip
 _MAX_DRAWN = 5_000
+_KINDS = {"randint": "int", "randrange": "int", "permutation": "number"}  # of draws; others are floats
+
+
+def _kind_of_items(items: Any) -> str:
+    """Return the kind of a draw from a collection."""
+    kinds = {type(each) for each in items} if isinstance(items, (list, tuple)) else {type(items)}
+    if len(kinds) == 1 and kinds <= {int, float}:
+        return kinds.pop().__name__
+    return "number" if kinds <= {int, float, range, np.ndarray} else "any"
 
 
 def _drawn_shape(method: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> tuple[int, ...]:
@@ -356,7 +363,19 @@ class Folding:
         self.printed: list[ast.stmt] = []  # by the statements at the top level
         self._objects: dict[str, dict[str, int]] = {}  # numbers of arguments by their states
         self._failed: dict[str, UnsupportedPython] = {}
+        self._is_started = False
+        self.found: Mapping[str, ast.FunctionDef] = {}
+        self.error: Exception | None = None
         self.draws = "random" in text.source.text and not has_fixed_draws
+
+    def evaluate(self, root: str) -> None:
+        """Evaluate the module and its root function; ``found`` or ``error`` is what comes of it."""
+        try:
+            self.found = self.definitions(root)
+        except SceneError:
+            raise
+        except Exception as error:
+            self.error = error
 
     def definitions(self, root: str) -> dict[str, ast.FunctionDef]:
         """Evaluate the module and its root function; return what remains of the functions, by name."""
@@ -377,6 +396,7 @@ class Folding:
         function = self._functions[root][0]
         for stream in self._streams:
             stream.seed(0)
+        self._is_started = True
         try:
             self._variant(root, function, {})
         except NameError as error:
@@ -521,13 +541,13 @@ class Folding:
         """Draw random numbers while the program is evaluated, as the paper's tool does."""
         plain, arrays = library.modules["random"].names, library.modules["np"].names["random"].names
         stream, array_stream = self._streams
-        for name in (*_DRAWS, "seed", "getrandbits", "vonmisesvariate"):
-            plain[name] = Native(f"random.{name}", getattr(stream, name))
-        for name in (*_ARRAY_DRAWS, "seed", *_MORE_DRAWS):
-            arrays[name] = Native(f"np.random.{name}", getattr(array_stream, name))
+        for name in METHODS[random.Random]:
+            plain[name] = Native(f"random.{name}", limited_draw(name, getattr(stream, name)))
+        for name in METHODS[np.random.RandomState]:
+            arrays[name] = Native(f"np.random.{name}", limited_draw(name, getattr(array_stream, name)))
 
     def _seed(self, *rest: Any) -> None:
-        if len(self._parts) > 1 or self._variants:
+        if self._is_started:
             raise UnsupportedPython(
                 "a seed inside a function is not supported here", "seed once, at the top of the program"
             )
@@ -538,9 +558,15 @@ class Folding:
         def draw(*arguments: Any, **named: Any) -> Any:
             nodes = {key: node_of(value) for key, value in named.items()}
             call = call_node(path, [node_of(each) for each in arguments], nodes)
+            given = arguments[0] if arguments else named.get("a", named.get("seq", named.get("population")))
+            if method in ("choice", "choices") and isinstance(given, (list, tuple, str)) and not len(given):
+                raise IndexError("Cannot choose from an empty sequence")
             if method == "shuffle":
                 return self._shuffle(path, arguments[0])
-            found = self._stated(call, "number", "draw")
+            kind = (
+                _KINDS.get(method, "float") if method not in ("choice", "choices", "sample") else _kind_of_items(given)
+            )
+            found = self._stated(call, "number" if path == "np.random.choice" and kind != "any" else kind, "draw")
             shape = _drawn_shape(method, arguments, named) if path.startswith("np.") else ()
             if shape:
                 items = np.empty(shape, dtype=object)
@@ -555,9 +581,12 @@ class Folding:
     @staticmethod
     def _drawn(method: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> int | None:
         """Return the length of the list that a draw gives, None for a number."""
-        if method == "sample":
-            return int(named["k"] if "k" in named else arguments[1])
-        return int(named.get("k", 1)) if method == "choices" else None
+        if method not in ("sample", "choices"):
+            return None
+        count = int(named.get("k", arguments[1] if method == "sample" and len(arguments) > 1 else 1))
+        if count > _MAX_DRAWN:
+            raise UnsupportedPython("this draw has too many numbers")
+        return count
 
     def _shuffle(self, path: str, items: list[Any]) -> None:
         held = self._stated(node_of(list(items)), "any", "items")

@@ -11,6 +11,7 @@ import collections.abc
 import colorsys
 import fractions
 import functools
+import hashlib
 import heapq
 import itertools
 import json
@@ -21,32 +22,47 @@ import re
 import statistics
 import string
 import textwrap
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
+from scenelang.interpreter.transpile.evaluation import (
+    CREATORS,
+    LINALG,
+    MAX_BITS,
+    MAX_ITEMS,
+    NUMPY,
+    NUMPY_TYPES,
+    PRODUCTS,
+    UnsupportedPython,
+    words,
+)
 from scenelang.interpreter.transpile.evaluation.classes import (
     AUTO,
     ENUMERATIONS,
     attribute_of,
     create,
-    deep_copy,
     host_type,
+    is_instance,
     make_dataclass,
+    mapping_of,
     named_tuple,
     set_attribute,
     shallow_copy,
+    type_named,
+    type_of,
 )
 from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
 from scenelang.interpreter.transpile.evaluation.objects import (
-    MAX_BITS,
-    MAX_ITEMS,
     MISSING,
     BoundMethod,
     ClassMethod,
     DataField,
+    Frame,
     Module,
+    NamedTuple,
     Native,
     Property,
     PythonClass,
@@ -57,12 +73,23 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     Residual,
     StaticMethod,
     Super,
-    UnsupportedPython,
+    ValueObject,
     formatted,
     is_shape,
-    type_name,
-    words,
+    linearized,
+    refused,
 )
+
+_INSTEAD = {
+    "datetime": "a scene does not depend on time: leave this out", "logging": "use `print`", "warnings": "use `print`",
+    "decimal": "use `fractions.Fraction`, or floats", "scipy": "use numpy", "pandas": "use lists and dictionaries",
+    "noise": "write the noise with numpy, or with `math`", "opensimplex": "write the noise with numpy, or with `math`",
+    "secrets": "use `random`", "uuid": "use `random`", "asyncio": "build the scene in one go, without tasks",
+    "threading": "build the scene in one go, without threads", "sys": "leave this out", "os": "leave this out",
+    "inspect": "name the functions in a list or dictionary", "argparse": "use constants at the top of the program",
+    "trimesh": "build the scene from primitives", "matplotlib": "write colours as tuples of three numbers",
+}  # fmt: skip
+_UNSAFE = ("os", "sys", "subprocess", "socket", "pickle", "shutil", "pathlib", "io", "importlib", "ctypes", "inspect")
 
 
 class PythonLibrary:
@@ -80,6 +107,7 @@ class PythonLibrary:
             "contextlib": self._contextlib(), "copy": self._copy(), "re": _patterns(), "string": _strings(),
             "textwrap": _only("textwrap", textwrap, "dedent fill indent shorten wrap"),
             "fractions": {"Fraction": _kind("fractions.Fraction", fractions.Fraction)},
+            "hashlib": _hashes(), "zlib": _only("zlib", zlib, "adler32 crc32"),
             "json": _only("json", json, "dumps loads"), "numbers": {}, "types": self._types(), "__future__": {},
             "time": self._refused("time", "time perf_counter monotonic sleep", "a scene does not depend on time"),
         }  # fmt: skip
@@ -93,33 +121,50 @@ class PythonLibrary:
         for path in ("linalg", "random"):
             self.modules[f"numpy.{path}"] = self.modules["numpy"].names[path]
         self.builtins = self._builtins()
+        evaluator.mixin = functools.partial(_mixin, evaluator)
+        evaluator.module_of = self.module_of
+
+    def module_of(self, path: str) -> Any:
+        """Return a module, or what is an error when it is used."""
+        if path in self.modules:
+            return self.modules[path]
+        top = path.partition(".")[0]
+        kind = "python-forbidden" if top in _UNSAFE else "python-unsupported"
+        return refused(UnsupportedPython(f"the module `{path}` cannot be used", _INSTEAD.get(top), kind))
 
     # --- builtins ----------------------------------------------------------------------------------------------
 
     def _builtins(self) -> dict[str, Any]:
         types: dict[str, Any] = {
             "int": int, "float": float, "str": str, "bool": bool, "complex": complex, "list": list, "tuple": tuple,
-            "dict": dict, "set": set, "frozenset": frozenset, "range": range, "bytes": bytes, "object": object,
+            "set": set, "frozenset": frozenset, "range": range, "object": object,
             "slice": slice,
         }  # fmt: skip
         found: dict[str, Any] = {name: _kind(name, kind, name in ("int", "float")) for name, kind in types.items()}
         found["object"] = Native("object", lambda: PythonObject(PythonClass("object", {}, (), self.evaluator)), object)
-        found["list"] = Native("list", _list, list)
+        found["list"] = Native("list", self._list, list)
+        found["dict"] = Native("dict", self._dict, dict)
+        for name, kind in (("bytes", bytes), ("bytearray", bytearray)):
+            found[name] = Native(name, _limited_bytes(kind), kind)
+        found["delattr"] = Native("delattr", self.evaluator.delete_attribute)
         found["sum"] = Native("sum", _sum)
         for name in ("abs", "round", "divmod", "pow", "min", "max"):
             found[name] = Native(name, getattr(builtins, name), None, True)
         found["pow"] = Native("pow", self._pow, None, True)
-        found["len"] = Native("len", lambda value: len(value.parts()) if type(value) is Residual else len(value))
-        for name in words(
-            "all any ascii bin chr enumerate filter hash hex iter map next oct ord repr reversed sorted zip"
-        ):
+        look = self.evaluator.look
+        found["enumerate"] = Native("enumerate", lambda items, start=0: enumerate(look(items), start))
+        found["reversed"] = Native("reversed", lambda items: reversed(look(items)))
+        count = lambda value: len(value.parts()) if type(value) is Residual else len(look(value))
+        found["len"] = Native("len", count)
+        for name in words("all any ascii bin chr filter hash hex iter map next oct ord repr sorted zip"):
             found[name] = Native(name, getattr(builtins, name))
         for name, value in vars(builtins).items():
             if isinstance(value, type) and issubclass(value, Exception):
                 found[name] = Native(name, value, value)
         special: dict[str, Callable[..., Any]] = {
-            "isinstance": self.evaluator.is_instance, "issubclass": self._is_subclass, "callable": _is_callable,
-            "type": self._type, "getattr": self._getattr, "hasattr": self._hasattr, "setattr": self._setattr,
+            "isinstance": functools.partial(is_instance, self.evaluator), "issubclass": self._is_subclass,
+            "callable": _is_callable,
+            "getattr": self._getattr, "hasattr": self._hasattr, "setattr": self._setattr,
             "id": id, "vars": self._vars, "format": self._format,
             "super": Super, "input": self._unsafe("input"), "open": self._unsafe("open"), "eval": self._unsafe("eval"),
             "exec": self._unsafe("exec"), "compile": self._unsafe("compile"), "__import__": self._unsafe("__import__"),
@@ -127,6 +172,7 @@ class PythonLibrary:
             "breakpoint": self._unsafe("breakpoint"), "dir": self._unsafe("dir"),
         }  # fmt: skip
         found |= {name: Native(name, function) for name, function in special.items()}
+        found["type"] = Native("type", self._type, type)
         found["property"] = Native("property", Property)
         found["staticmethod"] = Native("staticmethod", StaticMethod)
         found["classmethod"] = Native("classmethod", ClassMethod)
@@ -141,7 +187,7 @@ class PythonLibrary:
 
     def _refused(self, module: str, names: str, reason: str) -> dict[str, Any]:
         def refuse(*arguments: Any, **named: Any) -> Any:
-            raise UnsupportedPython(f"`{module}` cannot be used: {reason}")
+            raise UnsupportedPython(f"`{module}` cannot be used: {reason}", "leave this out")
 
         return {name: Native(f"{module}.{name}", refuse) for name in names.split()}
 
@@ -160,18 +206,28 @@ class PythonLibrary:
     def _type(self, value: Any, *rest: Any) -> Any:
         if rest:
             raise UnsupportedPython("`type` with three arguments is not supported", "write a `class` statement")
-        own = getattr(value, "cls", None) if not isinstance(value, (Super, Residual)) else None
-        if type(own) is PythonClass:
-            return own
-        known = self.builtins.get(type(value).__name__)
-        is_known = type(known) is Native and known.type is type(value)
-        return known if is_known else Native(type_name(value), lambda: None, type(value))
+        return type_of(self.evaluator, value)
 
     def _getattr(self, value: Any, name: str, default: Any = UnsupportedPython) -> Any:
-        return attribute_of(self.evaluator, value, name, default)
+        try:
+            return attribute_of(self.evaluator, value, name, default)
+        except AttributeError:  # of the program's own methods
+            if default is UnsupportedPython:
+                raise
+            return default
+        except Raised as error:
+            if default is UnsupportedPython or not error.value.cls.is_subclass(AttributeError):
+                raise
+            return default
 
     def _hasattr(self, value: Any, name: str) -> bool:
-        return attribute_of(self.evaluator, value, name, MISSING) is not MISSING
+        return self._getattr(value, name, MISSING) is not MISSING
+
+    def _list(self, items: Any = ()) -> list[Any]:
+        return self.evaluator.spread(items) if is_shape(items) else list(items)
+
+    def _dict(self, *items: Any, **named: Any) -> dict[Any, Any]:
+        return dict(*(mapping_of(self.evaluator, each) for each in items), **named)
 
     def _setattr(self, value: Any, name: str, new: Any) -> None:
         set_attribute(self.evaluator, value, name, new)
@@ -250,7 +306,7 @@ class PythonLibrary:
 
             def dispatch(*values: Any, **named: Any) -> Any:
                 value = values[place]
-                fitting = [(kind, each) for kind, each in kinds if self.evaluator.is_instance(value, kind)]
+                fitting = [(kind, each) for kind, each in kinds if is_instance(self.evaluator, value, kind)]
                 best = max(fitting, key=lambda pair: _specificity(pair[0], value), default=(None, function))
                 return call(best[1], values, named)
 
@@ -387,7 +443,7 @@ class PythonLibrary:
 
         def suppress(*kinds: Any) -> Any:
             def leave(kind: Any, value: Any, trace: Any) -> bool:
-                return value is not None and evaluator.is_instance(value, kinds)
+                return value is not None and is_instance(evaluator, value, kinds)
 
             return _manager(evaluator, lambda: None, leave)
 
@@ -426,14 +482,22 @@ class PythonLibrary:
         return {"copy": Native("copy.copy", shallow_copy), "deepcopy": Native("copy.deepcopy", deep_copy)}
 
     def _types(self) -> dict[str, Any]:
+        kinds: dict[str, type] = {
+            "FunctionType": PythonFunction, "LambdaType": PythonFunction, "MethodType": BoundMethod,
+            "GeneratorType": PythonGenerator, "NoneType": type(None), "ModuleType": Module,
+        }  # fmt: skip
+
         def namespace(**fields: Any) -> PythonObject:
-            cls = PythonClass("SimpleNamespace", {}, (object,), self.evaluator)
+            shown = lambda value: f"namespace({', '.join(f'{k}={v!r}' for k, v in value.fields.items())})"
+            cls = PythonClass("SimpleNamespace", {"__repr__": Native("__repr__", shown)}, (object,), self.evaluator)
+            cls.options["eq"] = True
             cls.order = (cls, object)
             return PythonObject(cls, fields)
 
         return {
             "SimpleNamespace": Native("types.SimpleNamespace", namespace),
             "MappingProxyType": Native("types.MappingProxyType", dict),
+            **{name: type_named(self.evaluator, kind) for name, kind in kinds.items()},
         }
 
 
@@ -492,8 +556,13 @@ def _batched(items: Iterable[Any], count: int) -> Iterator[tuple[Any, ...]]:
         yield group
 
 
-def _list(items: Any = ()) -> list[Any]:
-    return [items] if is_shape(items) else list(items)
+def _limited_bytes(kind: Any) -> Callable[..., Any]:
+    def make(*arguments: Any, **named: Any) -> Any:
+        if any(isinstance(each, int) and each > MAX_ITEMS for each in arguments):
+            raise UnsupportedPython(f"this {kind.__name__} has more than {MAX_ITEMS:,} items")
+        return kind(*arguments, **named)
+
+    return make
 
 
 def _sum(items: Any, start: Any = 0) -> Any:
@@ -603,6 +672,17 @@ def _patterns() -> dict[str, Any]:
     return found
 
 
+def _hashes() -> dict[str, Any]:
+    kinds = ("md5", "sha1", "sha224", "sha256", "sha384", "sha512", "blake2b", "blake2s")
+    return {kind: Native(f"hashlib.{kind}", functools.partial(_hash_of, kind)) for kind in kinds}
+
+
+def _hash_of(kind: str, data: bytes = b"", **_: Any) -> Native:
+    found = hashlib.new(kind, data, usedforsecurity=False)
+    methods = {name: Native(name, getattr(found, name)) for name in ("digest", "hexdigest", "update")}
+    return Native(f"hashlib.{kind}", _no_call, attributes=methods)
+
+
 def _strings() -> dict[str, Any]:
     found: dict[str, Any] = {
         name: value for name, value in vars(string).items() if type(value) is str and name[0] != "_"
@@ -612,45 +692,50 @@ def _strings() -> dict[str, Any]:
     return found
 
 
+def deep_copy(value: Any, memo: dict[int, Any] | None = None) -> Any:
+    """Copy a value with all that it contains."""
+    memo = {} if memo is None else memo
+    if id(value) in memo:
+        return memo[id(value)]
+    if type(value) is PythonObject:
+        made = memo[id(value)] = PythonObject(value.cls)
+        made.fields = {name: deep_copy(each, memo) for name, each in value.fields.items()}
+        return value if value.cls.members is not None else made
+    if type(value) is NamedTuple:
+        copied = NamedTuple(deep_copy(each, memo) for each in value)
+        copied.cls, copied.fields = value.cls, {}
+        return copied
+    if isinstance(value, ValueObject):
+        made = memo[id(value)] = shallow_copy(value)
+        made.fields = {name: deep_copy(each, memo) for name, each in value.fields.items()}
+        return made
+    if type(value) is list:
+        items: list[Any] = []
+        memo[id(value)] = items
+        items += [deep_copy(each, memo) for each in value]
+        return items
+    if isinstance(value, dict):
+        found = value.copy()
+        found.clear()
+        memo[id(value)] = found
+        found.update({deep_copy(key, memo): deep_copy(each, memo) for key, each in value.items()})
+        return found
+    if type(value) in (tuple, set, collections.deque):
+        return type(value)(deep_copy(each, memo) for each in value)
+    return value.copy() if isinstance(value, np.ndarray) else value
+
+
 # numpy.
-
-
-_NUMPY = words(
-    "abs absolute add all allclose any append arange arccos arccosh arcsin arcsinh arctan arctan2 arctanh argmax "
-    "argmin argsort argwhere around array array_equal array_split asarray atleast_1d atleast_2d average bincount "
-    "broadcast_arrays broadcast_to ceil clip column_stack concatenate copy copysign corrcoef cos cosh "
-    "count_nonzero cov cross cumprod cumsum deg2rad degrees delete diag diagonal diff digitize divide dot dstack "
-    "ediff1d einsum empty empty_like equal exp exp2 expand_dims expm1 eye fabs flatnonzero flip fliplr flipud "
-    "float_power floor floor_divide fmax fmin fmod full full_like gcd geomspace gradient greater greater_equal "
-    "histogram hsplit hstack hypot identity in1d indices inner insert interp intersect1d invert isclose isfinite "
-    "isin isinf isnan ix_ kron lcm less less_equal lexsort linspace log log10 log1p log2 logical_and logical_not "
-    "logical_or logical_xor logspace matmul max maximum mean median meshgrid min minimum mod moveaxis multiply "
-    "nan_to_num nanmax nanmean nanmin nansum ndenumerate ndindex ndim negative nonzero not_equal ones ones_like "
-    "outer pad percentile piecewise poly1d polyfit polyval power prod ptp quantile rad2deg radians ravel "
-    "reciprocal repeat reshape resize rint roll rollaxis rot90 round searchsorted select setdiff1d sign sin sinc "
-    "sinh size sort split sqrt square squeeze stack std subtract sum swapaxes take tan tanh tensordot tile trace "
-    "transpose trapz tri tril triu true_divide trunc union1d unique unravel_index var vdot vectorize vsplit "
-    "vstack where zeros zeros_like apply_along_axis tril_indices triu_indices diag_indices unwrap shape fromiter "
-    "fromfunction fill_diagonal put_along_axis take_along_axis full_like copyto block convolve "
-    "triu_indices_from nancumsum nanstd cbrt array_repr isscalar vander ravel_multi_index"
-)
-_LINALG = words("cond det eig eigh eigvals eigvalsh inv lstsq matrix_power matrix_rank norm pinv qr solve svd")
-_TYPES = words("bool_ float16 float32 float64 int8 int16 int32 int64 uint8 uint16 uint32 uint64 intp")
-_PRODUCTS = ("einsum", "ix_", "kron", "meshgrid", "outer", "tensordot")
-_CREATORS = words(
-    "arange broadcast_to empty eye full geomspace identity indices linspace logspace ones pad repeat resize tile tri "
-    "zeros"
-)
 
 
 def numpy_names(evaluator: PythonEvaluator) -> dict[str, Any]:
     """Return the names of numpy that programs may use."""
     found: dict[str, Any] = {}
-    for name in _NUMPY:
+    for name in NUMPY:
         function = getattr(np, name, None)
         if function is not None:
             found[name] = Native(f"np.{name}", _array_function(name, function), None, True)
-    found |= {name: _kind(f"np.{name}", getattr(np, name)) for name in _TYPES}
+    found |= {name: _kind(f"np.{name}", getattr(np, name)) for name in NUMPY_TYPES}
     found["ndarray"], found["float_"] = Native("np.ndarray", _no_call, np.ndarray), _kind("np.float64", np.float64)
     found["integer"], found["floating"] = Native("np.integer", _no_call, np.integer), Native("", _no_call, np.floating)
     found["number"], found["bool"] = Native("np.number", _no_call, np.number), _kind("np.bool_", np.bool_)
@@ -661,7 +746,7 @@ def numpy_names(evaluator: PythonEvaluator) -> dict[str, Any]:
     found |= {"pi": np.pi, "e": np.e, "inf": np.inf, "nan": np.nan, "newaxis": None}
     linalg: dict[str, Any] = {
         name: Native(f"np.linalg.{name}", _array_function(name, getattr(np.linalg, name)), None, True)
-        for name in _LINALG
+        for name in LINALG
     }
     linalg["LinAlgError"] = Native("LinAlgError", np.linalg.LinAlgError, np.linalg.LinAlgError)
     found["linalg"] = Module("np.linalg", linalg)
@@ -712,7 +797,7 @@ def _seeded(name: str, make: Callable[[Any], Any]) -> Callable[..., Any]:
 
 def _array_function(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     def call(*arguments: Any, **named: Any) -> Any:
-        if name in _CREATORS or name in _PRODUCTS:
+        if name in CREATORS or name in PRODUCTS:
             _check_size(name, arguments, named)
         for key in ("dtype", "otypes"):
             if key in named:
@@ -746,7 +831,7 @@ def _check_size(name: str, arguments: tuple[Any, ...], named: Mapping[str, Any])
     else:
         size = 1.0
         for value in (*arguments, *named.values()):
-            if name in _PRODUCTS:
+            if name in PRODUCTS:
                 size *= max(np.size(value), 1) if isinstance(value, (tuple, list, np.ndarray)) else 1
             elif isinstance(value, np.ndarray):
                 size *= max(value.size, 1)
@@ -756,3 +841,156 @@ def _check_size(name: str, arguments: tuple[Any, ...], named: Mapping[str, Any])
                     size *= max(abs(each), 1) if isinstance(each, (int, float)) else 1
     if size > MAX_ITEMS:
         raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
+
+
+# Classes that are written in Python: the mixin methods of `collections.abc`, and what builds on them.
+
+
+MIXINS = (
+    "Collection", "Container", "Iterable", "Iterator", "Mapping", "MutableMapping", "MutableSequence", "Sequence",
+    "Sized", "UserDict", "UserList",
+)  # fmt: skip
+_MIXINS = """
+class Iterator(Iterable):
+    def __iter__(self):
+        return self
+class Sequence(Collection):
+    def __iter__(self):
+        index = 0
+        while index < len(self):
+            yield self[index]
+            index += 1
+    def __contains__(self, value):
+        return any(value is each or value == each for each in self.__iter__())
+    def __reversed__(self):
+        return iter([self[i] for i in reversed(range(len(self)))])
+    def index(self, value):
+        for i in range(len(self)):
+            if self[i] == value:
+                return i
+        raise ValueError
+    def count(self, value):
+        return sum(1 for each in self if each == value)
+class MutableSequence(Sequence):
+    def append(self, value):
+        self.insert(len(self), value)
+    def extend(self, values):
+        for each in list(values):
+            self.append(each)
+    def pop(self, index=-1):
+        value = self[index]
+        del self[index]
+        return value
+    def remove(self, value):
+        del self[self.index(value)]
+    def clear(self):
+        while len(self):
+            self.pop()
+    def reverse(self):
+        n = len(self)
+        for i in range(n // 2):
+            self[i], self[n - i - 1] = self[n - i - 1], self[i]
+    def __iadd__(self, values):
+        self.extend(values)
+        return self
+class Mapping(Collection):
+    def get(self, key, default=None):
+        try:
+            return self[key]
+        except KeyError:
+            return default
+    def __contains__(self, key):
+        try:
+            self[key]
+        except KeyError:
+            return False
+        return True
+    def keys(self):
+        return dict.fromkeys(self).keys()
+    def values(self):
+        return {key: self[key] for key in self}.values()
+    def items(self):
+        return {key: self[key] for key in self}.items()
+    def __eq__(self, other):
+        return dict(self.items()) == dict(other.items())
+class MutableMapping(Mapping):
+    def pop(self, key, *default):
+        try:
+            value = self[key]
+        except KeyError:
+            if default:
+                return default[0]
+            raise
+        del self[key]
+        return value
+    def popitem(self):
+        for key in self:
+            return key, self.pop(key)
+        raise KeyError
+    def clear(self):
+        for key in list(self):
+            del self[key]
+    def setdefault(self, key, default=None):
+        if key not in self:
+            self[key] = default
+        return self[key]
+    def update(self, other=(), **named):
+        for key, value in (other.items() if hasattr(other, "items") else other):
+            self[key] = value
+        for key, value in named.items():
+            self[key] = value
+class UserDict(MutableMapping):
+    def __init__(self, data=None, **named):
+        self.data = {}
+        self.update(data or {}, **named)
+    def __len__(self):
+        return len(self.data)
+    def __getitem__(self, key):
+        if key in self.data:
+            return self.data[key]
+        if hasattr(self, "__missing__"):
+            return self.__missing__(key)
+        raise KeyError(key)
+    def __setitem__(self, key, value):
+        self.data[key] = value
+    def __delitem__(self, key):
+        del self.data[key]
+    def __iter__(self):
+        return iter(self.data)
+    def __contains__(self, key):
+        return key in self.data
+class UserList(MutableSequence):
+    def __init__(self, data=None):
+        self.data = list(data or [])
+    def __len__(self):
+        return len(self.data)
+    def __getitem__(self, index):
+        return self.data[index]
+    def __setitem__(self, index, value):
+        self.data[index] = value
+    def __delitem__(self, index):
+        del self.data[index]
+    def insert(self, index, value):
+        self.data.insert(index, value)
+"""
+
+
+def _mixin(evaluator: PythonEvaluator, name: str) -> Any:
+    """Return a class of ``collections.abc`` with its methods, Python's own if it has none, None for another name."""
+    if name not in MIXINS:
+        return None
+    if name not in evaluator.mixins:
+        frame = Frame(dict(evaluator.modules["typing"].names), None)
+        for statement in ast.parse(_MIXINS).body:
+            if isinstance(statement, ast.ClassDef):
+                cls = PythonClass(statement.name, {}, (), evaluator)
+                base = getattr(collections.abc, statement.name, None)
+                parents = [evaluator.eval(each, frame) for each in statement.bases]
+                bases = [each for each in parents if type(each) is PythonClass] + ([base] if base is not None else [])
+                body = Frame(cls.names, frame, is_class=True)
+                for _ in evaluator.execute(statement.body, body):
+                    pass
+                cls.bases = tuple(bases) or (object,)
+                cls.order = linearized(cls)
+                frame.names[statement.name] = evaluator.mixins[statement.name] = cls
+    return evaluator.mixins.get(name, getattr(collections.abc, name, object))

@@ -8,29 +8,14 @@ from __future__ import annotations
 
 import ast
 import operator
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
 
-
-def words(text: str) -> tuple[str, ...]:
-    """Return the words of a text; long lists of names are easier to read so."""
-    return tuple(text.split())
-
-
-MAX_ITEMS, MAX_BITS = 2_000_000, 20_000  # of a container or text, of an integer
-
-
-class UnsupportedPython(Exception):
-    """Raised for Python that cannot be evaluated; ``node`` is its place once it is known."""
-
-    def __init__(self, message: str, hint: str | None = None, name: str = "python-unsupported") -> None:
-        super().__init__(message)
-        self.message, self.hint, self.name = message, hint, name
-        self.node: ast.AST | None = None
+from scenelang.interpreter.transpile.evaluation import UnsupportedPython, words
 
 
 class Raised(Exception):
@@ -46,7 +31,7 @@ class Exhausted(Exception):
 
     def __init__(self, value: Any = None) -> None:
         super().__init__()
-        self.value = StopIteration(value)
+        self.value = StopIteration() if value is None else StopIteration(value)
 
 
 def value_of_error(error: Exception) -> Any:
@@ -66,7 +51,16 @@ class Evaluating(Caller, Protocol):
     """What the classes of the program need of the evaluator."""
 
     modules: Mapping[str, Module]
-    mixins: dict[str, Any]
+    builtins: dict[str, Any]
+    types: dict[type, Native]
+
+    def spread(self, shape: Residual) -> list[Residual]:
+        """Return a shape for a list to which its primitives are added."""
+        ...
+
+    def mixin(self, name: str) -> Any:
+        """Return a class of ``collections.abc`` with its methods, None for another name."""
+        ...
 
     def eval(self, node: ast.expr, frame: Frame) -> Any:
         """Evaluate an expression."""
@@ -76,7 +70,7 @@ class Evaluating(Caller, Protocol):
         """Evaluate statements; iterate over what they yield."""
         ...
 
-    def attribute(self, value: Any, name: str) -> Any:
+    def attribute(self, value: Any, name: str, default: Any = ...) -> Any:
         """Return an attribute of a value."""
         ...
 
@@ -121,6 +115,14 @@ class PythonFunction:
     keyword_defaults: dict[str, Any] = field(default_factory=dict)
     owner: PythonClass | None = None
     attributes: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def qualified(self) -> str:
+        """Name with those of the class and of the functions around it."""
+        if self.owner is not None:
+            return f"{self.owner.name}.{self.name}"
+        around = self.outer.function
+        return self.name if around is None else f"{around.qualified}.<locals>.{self.name}"
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         return self.caller.call(self, arguments, named)
@@ -168,6 +170,25 @@ class Native:
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         return self.function(*arguments, **named)
+
+    def __eq__(self, other: object) -> bool:
+        is_type = type(other) is Native and self.type is not None and other.type is not None
+        return self is other or (is_type and bool(self.type == other.type))  # type: ignore[attr-defined]
+
+    def __hash__(self) -> int:
+        return id(self) >> 4 if self.type is None else hash(self.type)
+
+    def __repr__(self) -> str:
+        return f"<class '{self.path}'>" if self.type is not None else f"<built-in function {self.path}>"
+
+
+def refused(error: UnsupportedPython) -> Native:
+    """Return what an import binds that is not supported; it is an error when it is used."""
+
+    def refuse(*_: Any, **__: Any) -> Any:
+        raise UnsupportedPython(error.message, error.hint, error.name)
+
+    return Native("refused", refuse, attributes={"__refused__": refuse})
 
 
 @dataclass(slots=True, eq=False)
@@ -277,12 +298,14 @@ class PythonClass:
     def __iter__(self) -> Iterator[Any]:
         if self.members is None:
             raise TypeError("'type' object is not iterable")
-        return iter(dict.fromkeys(self.members.values()))
+        members = dict.fromkeys(self.members.values())
+        is_flag = any(type(each) is IntMember and each.is_flag for each in members)
+        return iter([m for m in members if m.bit_count() == 1] if is_flag else members)  # others are aliases
 
     def __len__(self) -> int:
         if self.members is None:
             raise TypeError("object of type 'type' has no len()")
-        return len(dict.fromkeys(self.members.values()))
+        return sum(1 for _ in self)
 
     def __bool__(self) -> bool:
         return True
@@ -446,14 +469,18 @@ class PythonObject:
         if "args" in self.fields and self.cls.is_subclass(BaseException):
             args = self.fields["args"]
             return str(args[0]) if len(args) == 1 else str(args) if args else ""
-        return repr(self)
+        return repr(self) if self.cls.members is None else f"{self.cls.name}.{self.fields['name']}"
 
     def __repr__(self) -> str:
         method = self.method("__repr__")
         if method is not None:
             return str(method())
         if self.cls.data is not None:
-            shown = (f"{each.name}={self.fields[each.name]!r}" for each in self.cls.data if each.in_repr)
+            shown = (
+                f"{each.name}={self.fields[each.name]!r}"
+                for each in self.cls.data
+                if each.in_repr and not each.is_init_only
+            )
             return f"{self.cls.name}({', '.join(shown)})"
         if self.cls.members is not None:
             return f"<{self.cls.name}.{self.fields['name']}: {self.fields['value']!r}>"
@@ -525,8 +552,9 @@ def _by_total_order(value: PythonObject, name: str, other: Any) -> Any:
 
 
 _BINARY = words(
-    "add sub mul truediv floordiv mod pow matmul and or xor lshift rshift radd rsub rmul rtruediv rfloordiv rmod "
-    "rpow rmatmul rand ror rxor rlshift rrshift iadd isub imul itruediv ifloordiv imod ipow imatmul iand ior ixor"
+    "divmod rdivmod add sub mul truediv floordiv mod pow matmul and or xor lshift rshift radd rsub rmul rtruediv "
+    "rfloordiv rmod rpow rmatmul rand ror rxor rlshift rrshift iadd isub imul "
+    "itruediv ifloordiv imod ipow imatmul iand ior ixor"
 )
 for _name in _BINARY:
     setattr(PythonObject, f"__{_name}__", _binary(_name))
@@ -537,91 +565,84 @@ for _name in _COMPARISONS:
 PythonObject.__array_ufunc__ = None  # type: ignore[attr-defined]  # numpy leaves operations to the methods above
 
 
-class NamedTuple(tuple[Any, ...]):
-    """Instance of a named tuple of the program."""
-
-    cls: PythonClass
-
-    def __repr__(self) -> str:
-        method = self.cls.find("__repr__")
-        if method is not MISSING:
-            return str(self.cls.caller.call(method, (self,), {}))
-        shown = (f"{name}={value!r}" for name, value in zip(self.cls.tuple_fields or (), self))
-        return f"{self.cls.name}({', '.join(shown)})"
-
-    def __str__(self) -> str:
-        method = self.cls.find("__str__")
-        return repr(self) if method is MISSING else str(self.cls.caller.call(method, (self,), {}))
-
-
-def _tuple_operation(name: str) -> Callable[[NamedTuple, Any], Any]:
-    inherited = getattr(tuple, f"__{name}__", None)
-
-    def operation(self: NamedTuple, other: Any) -> Any:
-        method = self.cls.find(f"__{name}__")
-        if method is not MISSING:
-            return self.cls.caller.call(method, (self, other), {})
-        return NotImplemented if inherited is None else inherited(self, other)
-
-    return operation
-
-
-for _name in [*_BINARY, "eq", "ne", "lt", "le", "gt", "ge"]:
-    if not _name.startswith("i"):
-        setattr(NamedTuple, f"__{_name}__", _tuple_operation(_name))
-NamedTuple.__hash__ = tuple.__hash__  # type: ignore[method-assign]
-
-
-def _negated(self: NamedTuple) -> Any:
-    method = self.cls.find("__neg__")
-    if method is MISSING:
-        raise TypeError(f"bad operand type for unary -: '{self.cls.name}'")
-    return self.cls.caller.call(method, (self,), {})
-
-
-setattr(NamedTuple, "__neg__", _negated)  # noqa: B010
-
-
-class _Container:
-    """What instances of the program's classes derived from containers share."""
+class ValueObject:
+    """What instances of the program's classes derived from Python's own types share."""
 
     cls: PythonClass
     fields: dict[str, Any]
+    host: type
 
     def own(self, name: str) -> Any:
         """Return a bound method of the program's class, else None."""
         function = self.cls.find(name)
         return None if function is MISSING else BoundMethod(function, self, self.cls.caller)
 
-
-class DictObject(_Container, dict[Any, Any]):
-    """Instance of a class of the program that is derived from ``dict``."""
-
-    def __missing__(self, key: Any) -> Any:
-        method = self.own("__missing__")
-        if method is None:
-            raise KeyError(key)
-        return method(key)
+    def plain(self) -> Any:
+        """Return the value as one of Python's type."""
+        host: Any = self.host
+        if issubclass(host, (tuple, list, str, bytes)):
+            return host.__getitem__(self, slice(None))
+        return host.__pos__(self) if issubclass(host, (int, float, complex)) else host.copy(self)
 
 
-class ListObject(_Container, list[Any]):
-    """Instance of a class of the program that is derived from ``list``."""
-
-
-def _container_operation(kind: type, name: str) -> Callable[..., Any]:
-    inherited = getattr(kind, name)
+def _value_operation(host: Any, name: str) -> Callable[..., Any]:
+    inherited = getattr(host, name, None)
 
     def operation(self: Any, *arguments: Any) -> Any:
         method = self.own(name)
-        return inherited(self, *arguments) if method is None else method(*arguments)
+        if method is not None:
+            return method(*arguments)
+        return NotImplemented if inherited is None else inherited(self, *arguments)
 
     return operation
 
 
-for _kind in (DictObject, ListObject):
-    for _name in ("getitem", "setitem", "delitem", "contains", "iter", "len", "eq", "repr", "add", "mul"):
-        if hasattr(_kind, f"__{_name}__"):
-            setattr(_kind, f"__{_name}__", _container_operation(_kind.__mro__[2], f"__{_name}__"))
+_BINARY_METHODS = (*(f"__{_name}__" for _name in _BINARY if _name[0] != "i"), "__iter__")
+_VALUE_METHODS = words(
+    "__getitem__ __setitem__ __delitem__ __contains__ __iter__ __len__ __repr__ __str__ __format__ __bool__ __neg__ "
+    "__pos__ __abs__ __invert__ __round__ __hash__ __eq__ __ne__ __lt__ __le__ __gt__ __ge__ __reversed__ __iadd__ "
+    "__call__ __missing__"
+)
+
+
+@lru_cache(maxsize=100)
+def value_type(host: type) -> Any:
+    """Return the type of instances of classes of the program that are derived from one of Python's types."""
+    made: Any = type("ValueObject", (ValueObject, host), {"host": host})
+    for name in (*_VALUE_METHODS, *_BINARY_METHODS):
+        if getattr(host, name, None) is not None or name in _BINARY_METHODS[:-1]:
+            setattr(made, name, _value_operation(host, name))
+    if issubclass(host, dict):
+        made.__missing__ = _missing
+    return made
+
+
+def _missing(self: Any, key: Any) -> Any:
+    method = self.own("__missing__")
+    if method is not None:
+        return method(key)
+    if getattr(self, "default_factory", None) is None:
+        raise KeyError(key)
+    self[key] = found = self.default_factory()
+    return found
+
+
+class NamedTuple(value_type(tuple)):  # type: ignore[misc]
+    """Instance of a named tuple of the program."""
+
+    def __repr__(self) -> str:
+        method = self.own("__repr__")
+        if method is not None:
+            return str(method())
+        shown = (f"{name}={value!r}" for name, value in zip(self.cls.tuple_fields or (), self))
+        return f"{self.cls.name}({', '.join(shown)})"
+
+    def __str__(self) -> str:
+        method = self.own("__str__")
+        return repr(self) if method is None else str(method())
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        return self.cls.caller.call(self.own("__call__"), arguments, named)
 
 
 class IntMember(int):
@@ -716,7 +737,8 @@ class TextMember(str):
 class Residual:
     """Value that is known when the translated program runs: an expression of Python.
 
-    ``kind`` is "shape", "pose", "array", "number", "bool" or "any"; ``name`` stands for it in what remains.
+    ``kind`` is "shape", "pose", "array", "int", "float", "number" (one of both, or numpy's), "bool" or "any"; ``name``
+    stands for it in what remains.
     ``primitives`` returns those of a shape, if they are known.
     """
 
@@ -729,11 +751,7 @@ class Residual:
     def __bool__(self) -> bool:
         if self.kind == "shape":
             return self.primitives is None or bool(self.primitives())
-        what = "a random number" if self.kind in ("number", "bool", "any") else "a value of the finished scene"
-        raise UnsupportedPython(
-            f"{what} decides here which part of the program runs",
-            "write this part with plain functions, loops and lists",
-        )
+        raise undecided(self)
 
     def __getitem__(self, index: Any) -> Residual:
         return self.parts()[index] if self.kind == "shape" else residual(self.holder, "item", (self, index))
@@ -750,10 +768,12 @@ class Residual:
         return self.primitives()
 
     def __hash__(self) -> int:
+        if self.kind != "shape":
+            raise undecided(self)
         return id(self) >> 4
 
     def __eq__(self, other: object) -> Any:
-        if self is other or other is None or isinstance(other, str):
+        if self is other or (self.kind != "any" and (other is None or isinstance(other, str))):
             return self is other
         if self.kind == "shape":
             raise UnsupportedPython("shapes cannot be compared here")
@@ -782,6 +802,11 @@ _COMPARED: dict[str, type[ast.cmpop]] = {
 }  # fmt: skip
 
 
+def has_kind(value: Any, *kinds: str) -> bool:
+    """Return whether a value is residual and of one of some kinds."""
+    return type(value) is Residual and value.kind in kinds
+
+
 def is_shape(value: Any) -> bool:
     """Return whether a value is a shape of the finished scene."""
     return type(value) is Residual and value.kind == "shape"
@@ -792,7 +817,8 @@ def residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Resid
     nodes = [node_of(each) for each in operands]
     kinds = [each.kind for each in operands if type(each) is Residual]
     if operation == "item":
-        return Residual(ast.Subscript(nodes[0], nodes[1], ast.Load()), "number", holder)
+        kind = operands[0].kind if operands[0].kind in ("int", "float") else "any"
+        return Residual(ast.Subscript(nodes[0], nodes[1], ast.Load()), kind, holder)
     if operation == "neg":
         return Residual(ast.UnaryOp(ast.USub(), nodes[0]), kinds[0], holder)
     if operation == "abs":
@@ -846,6 +872,8 @@ def node_of(value: Any) -> ast.expr:
         return value.holder.hold(value).node
     if isinstance(value, (np.generic, IntMember)):
         value = value.item() if isinstance(value, np.generic) else int(value)
+    if isinstance(value, ValueObject):
+        value = value.plain()
     if isinstance(value, TextMember):
         value = str.__str__(value)
     if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):
@@ -874,8 +902,10 @@ def node_of(value: Any) -> ast.expr:
 
 def type_name(value: Any) -> str:
     """Return the name of the type of a value, as Python calls it."""
-    if isinstance(value, (PythonObject, NamedTuple, IntMember, TextMember, DictObject, ListObject)):
+    if isinstance(value, (PythonObject, ValueObject, IntMember, TextMember)):
         return value.cls.name
+    if type(value) is Native and value.type is not None:
+        return "type"
     names: dict[type, str] = {
         PythonFunction: "function", BoundMethod: "method", Native: "builtin_function_or_method", PythonClass: "type",
         Module: "module", PythonGenerator: "generator", Residual: "list",
@@ -883,78 +913,67 @@ def type_name(value: Any) -> str:
     return names.get(type(value), type(value).__name__)
 
 
+STRUCTURAL = tuple(
+    f"np.{name}"
+    for name in words(
+        "append array asarray atleast_1d atleast_2d broadcast_to column_stack concatenate copy diag dot dstack "
+        "expand_dims flip fliplr flipud hstack insert matmul moveaxis outer ravel repeat reshape roll rot90 shape "
+        "size split squeeze stack sum swapaxes tile transpose vstack cumsum cross trace array_split add subtract "
+        "multiply divide"
+    )
+)
+SCALARS = ("np.linalg.norm", "np.dot", "np.sum", "np.hypot", "np.arctan2", "np.mean", "np.max", "np.min")
+
+
+def is_kind_of(value: Residual, kind: Any) -> bool:
+    """Return whether a residual value has a type."""
+    kinds: dict[str, tuple[Any, ...]] = {
+        "shape": (list,), "pose": (np.ndarray,), "array": (np.ndarray,), "int": (int,), "float": (float,),
+        "bool": (bool,), "number": (int, float, np.integer, np.floating), "any": (int, str, tuple, object()),
+    }  # fmt: skip
+    found = {isinstance(each, type) and issubclass(each, kind) for each in kinds[value.kind]}
+    if len(found) > 1:
+        raise undecided(value)
+    return True in found
+
+
+def undecided(value: Residual) -> UnsupportedPython:
+    """Return the error of a program that depends on a residual value."""
+    is_drawn = value.kind in ("int", "float", "number", "bool", "any")
+    what = "a random number" if is_drawn else "a value of the finished scene"
+    hint = "write this part with plain functions, loops and lists"
+    return UnsupportedPython(f"{what} decides here which part of the program runs", hint)
+
+
+def residuals(values: Iterable[Any]) -> Iterator[Residual]:
+    """Iterate over the residual values in some values."""
+    for value in values:
+        if type(value) is Residual:
+            yield value
+        elif isinstance(value, (list, tuple)):
+            yield from residuals(value)
+        elif isinstance(value, np.ndarray) and value.dtype == object:
+            yield from residuals(value.ravel().tolist())
+
+
+def has_residual(value: Any) -> bool:
+    """Return whether a value is residual, or contains one that is."""
+    return next(residuals((value,)), None) is not None
+
+
 # --- calls and texts ---------------------------------------------------------------------------------------------
 
 
-@lru_cache(maxsize=10_000)
-def scope_of(node: ast.FunctionDef | ast.Lambda) -> tuple[frozenset[str], dict[str, bool], bool]:
-    """Return the names that a function assigns, those that it declares global or nonlocal, and whether it yields."""
-    given = node.args
-    arguments = [*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg]
-    local = {each.arg for each in arguments if each is not None}
-    shared: dict[str, bool] = {}
-    is_generator = False
-    pending: list[ast.AST] = list(node.body) if isinstance(node, ast.FunctionDef) else [node.body]
-    while pending:
-        each = pending.pop()
-        if isinstance(each, (ast.FunctionDef, ast.ClassDef)):
-            local.add(each.name)
-            pending += each.decorator_list
-            continue
-        if isinstance(each, ast.Lambda):
-            continue
-        if isinstance(each, (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)):
-            local |= {n.target.id for n in ast.walk(each) if isinstance(n, ast.NamedExpr)}
-            continue
-        if isinstance(each, (ast.Global, ast.Nonlocal)):
-            shared |= dict.fromkeys(each.names, isinstance(each, ast.Global))
-        elif isinstance(each, (ast.Yield, ast.YieldFrom)):
-            is_generator = True
-        elif isinstance(each, ast.Name) and not isinstance(each.ctx, ast.Load):
-            local.add(each.id)
-        elif isinstance(each, (ast.ExceptHandler, ast.MatchAs, ast.MatchStar)) and each.name:
-            local.add(each.name)
-        elif isinstance(each, ast.MatchMapping) and each.rest:
-            local.add(each.rest)
-        elif isinstance(each, (ast.Import, ast.ImportFrom)):
-            local |= {(alias.asname or alias.name).partition(".")[0] for alias in each.names}
-        pending += ast.iter_child_nodes(each)
-    return frozenset(local), shared, is_generator
-
-
-def bound_arguments(function: PythonFunction, arguments: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
-    """Return the values of the parameters for a call, as Python binds them. Raises TypeError."""
-    given, name = function.node.args, function.name
-    positional = [each.arg for each in (*given.posonlyargs, *given.args)]
-    by_name = {each.arg for each in (*given.args, *given.kwonlyargs)}
-    values: dict[str, Any] = dict(zip(positional, arguments))
-    rest = arguments[len(positional) :]
-    if rest and given.vararg is None:
-        raise TypeError(f"{name}() takes {len(positional)} positional arguments but {len(arguments)} were given")
-    extra: dict[str, Any] = {}
-    for key, value in named.items():
-        if key in by_name:
-            if key in values:
-                raise TypeError(f"{name}() got multiple values for argument '{key}'")
-            values[key] = value
-        elif given.kwarg is not None:
-            extra[key] = value
-        else:
-            raise TypeError(f"{name}() got an unexpected keyword argument '{key}'")
-    for key, value in zip(positional[len(positional) - len(function.defaults) :], function.defaults):
-        values.setdefault(key, value)
-    for key, value in function.keyword_defaults.items():
-        values.setdefault(key, value)
-    missing = [key for key in (*positional, *(each.arg for each in given.kwonlyargs)) if key not in values]
-    if missing:
-        plural = "s" if len(missing) > 1 else ""
-        listed = " and ".join(f"'{key}'" for key in missing)
-        raise TypeError(f"{name}() missing {len(missing)} required positional argument{plural}: {listed}")
-    if given.vararg is not None:
-        values[given.vararg.arg] = rest
-    if given.kwarg is not None:
-        values[given.kwarg.arg] = extra
-    return values
+def renamed(error: TypeError, *values: Any) -> TypeError:
+    """Return an error of the host with the names that the program knows the types of some values by."""
+    text = str(error)
+    for value in values:
+        for quote in "'\"":
+            name, shown = f"{quote}{type(value).__name__}{quote}", f"{quote}{type_name(value)}{quote}"
+            if name != shown and name in text:
+                text = text.replace(name, shown, 1)
+                break
+    return error if text == str(error) else TypeError(text)
 
 
 def check_widths(specification: str) -> None:

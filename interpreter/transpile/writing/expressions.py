@@ -140,6 +140,11 @@ def check_path(w: Writer, node: ast.expr, path: str) -> None:
         module, _, name = path.rpartition(".")
         near = [p.removeprefix(module + ".") for p in RESULTS if p.startswith(module + ".")]
         raise w.error("python-unsupported", f"`{w.text.text(node)}` is not supported", node, suggest(name, near))
+    first = node
+    while isinstance(first, ast.Attribute):
+        first = first.value
+    if w.names.variables.get(first) in w.names.imports:
+        raise w.unsupported(f"`{w.text.text(node)}`", node)
     visible = {v.name for v in w.names.variables.values()} | set(HELPERS) | BUILTINS
     near = near_names(path, sorted(visible))
     error = w.error("python-name", f"`{path}` is not defined", node, did_you_mean(near))
