@@ -10,7 +10,7 @@ from scenelang.grammar.datum import Datum, Source, walk
 from scenelang.grammar.formatter import settled
 from scenelang.grammar.layout import AuthorLayout, Trivia, layout_lines
 from scenelang.interpreter.expand.forms import FORMS, INDENTS
-from scenelang.interpreter.lift import patterns, simplify
+from scenelang.interpreter.lift import patterns, simplify, tables
 from scenelang.interpreter.lift.tree import (
     NO_COMMENTS,
     CodeTree,
@@ -128,6 +128,7 @@ _RULES: Sequence[Callable[[OpenProgram, CodeTree], bool]] = (
     simplify.tidy,
     simplify.compose,
     patterns.find,
+    tables.find,
     simplify.inline,
     patterns.align,
 )

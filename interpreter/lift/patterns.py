@@ -7,12 +7,10 @@ is a repetition with a name. A rewriting is kept only if it needs fewer nodes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from scenelang.grammar.datum import Keyword
-from scenelang.interpreter.expand.forms import FORMS
-from scenelang.interpreter.lift.simplify import factors, gives_parts, is_part, is_pose, is_zero, product, vector_of
+from scenelang.interpreter.lift.simplify import factors, is_pose, is_zero, product, vector_of
 from scenelang.interpreter.lift.tree import (
     ANY,
     CodeTree,
@@ -156,16 +154,14 @@ def find(program: OpenProgram, top: CodeTree) -> bool:
     changed = False
     for node in reversed(list(code(top))):
         if node.head in ("union-loop", "for/union"):
-            rules = (_index_loops, _ring, _line, _filtered)
+            rules = (_index_loops, find_ring, _line, _filtered)
             changed |= any(rule(program, node) for rule in rules)
         elif node.head == "for*/union":
             changed |= _grid(program, node)
-        elif node.head == "union":
-            changed |= _table(node)
     return changed
 
 
-def _accept(node: CodeTree, new: CodeTree) -> bool:
+def accept(node: CodeTree, new: CodeTree) -> bool:
     """Replace a node if that makes the program shorter."""
     if size(new) >= size(node):
         return False
@@ -191,7 +187,7 @@ def _filtered(program: OpenProgram, node: CodeTree) -> bool:
     new = form("for/union", clauses, *rest, span=span)
     if size(new) < size(node):
         rest[0].trivia = joined(loop.body[0].trivia, rest[0].trivia)
-    return _accept(node, new)
+    return accept(node, new)
 
 
 def _test_for_nothing(body: CodeTree) -> tuple[CodeTree, str, list[CodeTree]] | None:
@@ -237,7 +233,7 @@ class _Circle:
     inner: list[CodeTree]
 
 
-def _ring(program: OpenProgram, node: CodeTree) -> bool:
+def find_ring(program: OpenProgram, node: CodeTree) -> bool:
     loop = _loop_of(program, node)
     if loop is None or "ring" not in program.known or program.is_blocks or program.effects(loop.count).draws:
         return False
@@ -256,7 +252,7 @@ def _ring(program: OpenProgram, node: CodeTree) -> bool:
     if new is None:
         return False
     new.trivia = loop.body[-1].trivia if node.head == "for/union" else new.trivia
-    return _accept(node, new)
+    return accept(node, new)
 
 
 def _ring_form(loop: _Loop, copies: CodeTree, circle: _Circle, sweep: Poly) -> CodeTree | None:
@@ -502,7 +498,7 @@ def _gridded(program: OpenProgram, node: CodeTree, counts: Sequence[tuple[str, C
         items += [keyword(["nx", "ny", "nz"][axis], span), copied(count)]
     if not (spacing.is_number and spacing.value == 1):
         items += [keyword("spacing", span), spacing]
-    return _accept(node, form("grid", *items, span=span))
+    return accept(node, form("grid", *items, span=span))
 
 
 _Axes = dict[int, tuple[str, CodeTree, Poly]]
@@ -575,223 +571,6 @@ def _spacing(axes: _Axes, like: CodeTree) -> CodeTree | None:
     if all(same(first, spacing) for spacing in known.values()):
         return first
     return array([known.get(axis) or atom(0, like.span) for axis in range(3)], like.span)
-
-
-# --- tables --------------------------------------------------------------------------------------------------------
-
-_MIN_ROWS = 3
-_MAX_COLUMNS = 4
-_GAIN = 0.75  # a table must be this much shorter than the parts
-
-
-def _table(node: CodeTree) -> bool:
-    """Write similar members of a union as a loop over a table of what differs."""
-    assert node.items is not None
-    members, position, changed = node.operands, 0, False
-    kept: list[CodeTree] = []
-    while position < len(members):
-        run = _run(members, position)
-        loop = _table_loop(members[position : position + run]) if run >= _MIN_ROWS else None
-        if loop is not None:
-            kept.append(loop)
-            position += run
-            changed = True
-        else:
-            kept.append(members[position])
-            position += 1
-    if changed:
-        node.items[1:] = kept
-        if len(kept) == 1 and gives_parts(kept[0]):
-            node.become(kept[0])
-    return changed
-
-
-def _run(members: Sequence[CodeTree], start: int) -> int:
-    """Return how many members from ``start`` on differ from it in constants only."""
-    first = members[start]
-    if not is_part(first) and first.items is None:
-        return 1
-    end = start + 1
-    while end < len(members) and _is_similar(first, members[end]) and not members[end].trivia.blank:
-        end += 1
-    return end - start
-
-
-def _is_similar(a: CodeTree, b: CodeTree) -> bool:
-    if a.items is None or b.items is None:
-        if a.items is not b.items:
-            return False
-        if _is_cell(a) and _is_cell(b):
-            return (type(a.value) is str) is (type(b.value) is str)
-        return type(a.value) is type(b.value) and a.value == b.value
-    if a.is_array is not b.is_array or len(a.items) != len(b.items) or a.tail is not None or b.tail is not None:
-        return False
-    if a.head == "quote" or b.head == "quote":
-        return same(a, b)
-    return all(map(_is_similar, a.items, b.items))
-
-
-def _is_cell(node: CodeTree) -> bool:
-    """Return whether a node may differ between the rows of a table."""
-    return node.is_number or (node.items is None and type(node.value) is str)
-
-
-@dataclass(frozen=True, slots=True)
-class _Column:
-    """Cells of a table, as paths from each row's part."""
-
-    path: tuple[int, ...]
-    name: str
-    cells: tuple[CodeTree, ...]
-
-
-def _table_loop(rows: Sequence[CodeTree]) -> CodeTree | None:
-    if any(not same(copied(row), copied(rows[0])) for row in rows[1:]):
-        columns = list(_columns(rows, rows[0], ()))
-    else:
-        return None
-    span = rows[0].span
-    taken = {name for row in rows for name in names(row)} | FORMS.keys()
-    columns = _named(columns, taken)
-    if not columns or len(columns) > _MAX_COLUMNS:
-        return None
-    template = _replaced(rows[0], {column.path: column.name for column in columns})
-    comments = [row.trivia for row in rows]
-    if any(trivia.before or trivia.after for trivia in comments[1:]) and any(t.before for t in comments[1:]):
-        return None
-    loop = _product_loop(columns, template) or _row_loop(columns, template)
-    notes = [trivia.after.lstrip("; ") for trivia in comments if trivia.after]
-    if size(loop) > _GAIN * sum(map(size, rows)):
-        return None
-    if notes and len(notes) == len(rows) and len(set(notes)) > 1:
-        return None  # each part has its own meaning
-    loop.span = span
-    loop.trivia = rows[0].trivia
-    return loop
-
-
-def _columns(rows: Sequence[CodeTree], first: CodeTree, path: tuple[int, ...], name: str = "") -> Iterator[_Column]:
-    """Find what differs between rows. A vector of which several components differ is one column."""
-    if first.items is None:
-        if not all(same(row, first) for row in rows):
-            yield _Column(path, name, tuple(rows))
-        return
-    if first.is_array and _is_vector(rows):
-        different = [
-            k
-            for k in range(len(first.items))
-            if not all(same(row.items[k], first.items[k]) for row in rows if row.items)
-        ]
-        if len(different) > 1 and all(row.is_array and all(map(_is_cell, row.items or ())) for row in rows):
-            if not (len(different) == 2 and _is_product(rows, different)):
-                yield _Column(path, name or "p", tuple(rows))
-                return
-    for position, item in enumerate(first.items):
-        inner = [row.items[position] for row in rows if row.items is not None]
-        before = first.items[position - 1].value if position else None
-        own = str(before) if type(before) is Keyword else _place(first, position, name)
-        yield from _columns(inner, item, (*path, position), own)
-
-
-def _is_vector(rows: Sequence[CodeTree]) -> bool:
-    return all(row.is_array and row.items is not None and len(row.items) in (2, 3) for row in rows)
-
-
-def _is_product(rows: Sequence[CodeTree], columns: Sequence[int]) -> bool:
-    cells = [tuple(row.items[k].value for k in columns) for row in rows if row.items]
-    outer = list(dict.fromkeys(cell[0] for cell in cells))
-    inner = list(dict.fromkeys(cell[1] for cell in cells))
-    return len(outer) > 1 and len(inner) > 1 and cells == [(a, b) for a in outer for b in inner]
-
-
-def _place(node: CodeTree, position: int, name: str) -> str:
-    if node.is_array and len(node.items or ()) == 3:
-        return "xyz"[position]
-    if node.head == "call" and position == 1:
-        return "word"
-    if node.head == "rotate" and position == 1:
-        return "angle"
-    return name or "value"
-
-
-def _named(columns: Sequence[_Column], taken: set[str] | frozenset[str]) -> list[_Column]:
-    """Merge columns with equal cells, and give each a name of its own."""
-    named: list[_Column] = []
-    used = set(taken)
-    for column in columns:
-        twin = next((one for one in named if all(map(same, one.cells, column.cells))), None)
-        if twin is not None:
-            named.append(_Column(column.path, twin.name, column.cells))
-            continue
-        stem = text = column.name
-        number = 2
-        while text in used:
-            text = f"{stem}-{number}"
-            number += 1
-        used.add(text)
-        named.append(_Column(column.path, text, column.cells))
-    return named
-
-
-def _replaced(node: CodeTree, variables: dict[tuple[int, ...], str], path: tuple[int, ...] = ()) -> CodeTree:
-    if path in variables:
-        return symbol(variables[path], node.span)
-    if node.items is None:
-        return copied(node)
-    new = CodeTree(
-        [_replaced(item, variables, (*path, position)) for position, item in enumerate(node.items)], None, node.span
-    )
-    new.is_array = node.is_array
-    return new
-
-
-def _unique(columns: Sequence[_Column]) -> list[_Column]:
-    return list({column.name: column for column in columns}.values())
-
-
-def _product_loop(columns: Sequence[_Column], template: CodeTree) -> CodeTree | None:
-    """Return nested loops if the rows are all pairs of two columns' values, in order."""
-    distinct = _unique(columns)
-    if len(distinct) != 2 or any(cell.items is not None for column in distinct for cell in column.cells):
-        return None
-    values = [[cell.value for cell in column.cells] for column in distinct]
-    for outer, inner in ((0, 1), (1, 0)):
-        first = list(dict.fromkeys(values[outer]))
-        second = list(dict.fromkeys(values[inner]))
-        pairs = list(zip(values[outer], values[inner]))
-        if len(first) > 1 and len(second) > 1 and pairs == [(a, b) for a in first for b in second]:
-            clauses = [_clause(distinct[outer], len(second)), _clause(distinct[inner], 1, len(second))]
-            return form("for*/union", listed(clauses, template.span), template, span=template.span)
-    return None
-
-
-def _clause(column: _Column, step: int, count: int | None = None) -> CodeTree:
-    span = column.cells[0].span
-    cells = column.cells[::step][:count]
-    return listed([symbol(column.name, span), _quoted([_datum(cell) for cell in cells], span)], span)
-
-
-def _row_loop(columns: Sequence[_Column], template: CodeTree) -> CodeTree:
-    distinct, span = _unique(columns), template.span
-    if len(distinct) == 1:
-        clause = _clause(distinct[0], 1)
-    else:
-        rows = [listed([_datum(column.cells[k]) for column in distinct], span) for k in range(len(distinct[0].cells))]
-        variables = listed([symbol(column.name, span) for column in distinct], span)
-        clause = listed([variables, _quoted(rows, span)], span)
-    return form("for/union", listed([clause], span), template, span=span)
-
-
-def _quoted(items: Sequence[CodeTree], span: object) -> CodeTree:
-    return form("quote", listed(items, items[0].span), span=items[0].span)
-
-
-def _datum(cell: CodeTree) -> CodeTree:
-    """Return a cell as quoted data: an array is a list there."""
-    new = copied(cell)
-    if new.is_array:
-        new.is_array = False
-    return new
 
 
 # --- parts that are aligned by their boxes -------------------------------------------------------------------------
@@ -867,4 +646,4 @@ def _align(node: CodeTree, boxes: dict[str, _Box]) -> bool:
         return False
     span = node.span
     keys = [key for axis, side in found for key in (keyword(axis, span), keyword(side, span))]
-    return _accept(node, form("align", part, copied(target), *keys, span=span))
+    return accept(node, form("align", part, copied(target), *keys, span=span))

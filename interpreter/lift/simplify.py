@@ -498,6 +498,8 @@ def tidy(program: OpenProgram, top: CodeTree) -> bool:
             changed |= _to_if(node)
         elif head in ("*", "/", "+") and head in program.known:
             changed |= _arithmetic(program, node)
+        elif head == "transform" and len(node.operands) == 2 and is_pose(node.operands[1]):
+            _shorten_numbers(node.operands[1])
     return changed
 
 
@@ -546,6 +548,15 @@ def _arithmetic(program: OpenProgram, node: CodeTree) -> bool:
         node.become(form("-", first, second.operands[0], span=span))
         return True
     return False
+
+
+def _shorten_numbers(matrix: CodeTree) -> None:
+    """Drop the error in the last digits of numbers in a pose: 2.5999999999999996 is 2.6."""
+    for one in code(matrix):
+        if one.items is None and type(one.value) is float and len(repr(one.value)) > 15:
+            short = float(f"{one.value:.13g}")
+            if len(repr(short)) < 12 and abs(short - one.value) <= 1e-14 * abs(one.value):
+                one.value, one.spelling = short, None
 
 
 def _is_number(node: CodeTree, value: float) -> bool:

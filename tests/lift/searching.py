@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 import sys
 from pathlib import Path
 from random import Random
@@ -208,6 +210,8 @@ class ShapePrograms:
         body = f"(transform {part} {pose})"
         if pick.random() < 0.3:
             body = f"(define a9 {angle}) {body.replace(angle, 'a9')}"
+        if pick.random() < 0.3:
+            return self.table(part.replace(i, "x"))
         if pick.random() < 0.2:
             return (
                 f"(union-loop 12 (lambda (k) (define-values (row col) (floor/ k 4)) (transform {part.replace(i, 'row')} "
@@ -221,6 +225,33 @@ class ShapePrograms:
                 f"(for/union (({i} '(0 1 2))) {body})",
             ]
         )
+
+    def table(self, part: str) -> str:
+        """Loop over a table, or similar parts, with columns that may follow a formula."""
+        pick, n = self.random, self.random.randint(3, 7)
+        start, step = pick.choice([0, 1, 0.5, -2.0, 1.25]), pick.choice([1, 2, 0.1, -0.3, 1 / 3, 0.125])
+        turn = pick.choice([math.tau / n, 0.4, -math.tau / n])
+        columns = {
+            "x": [start + step * k for k in range(n)],
+            "y": [pick.choice([0, 1, 0.5]) for _ in range(n)],
+            "u": [2 * math.sin(start + turn * k) for k in range(n)],
+            "v": [2 * math.cos(start + turn * k) for k in range(n)],
+        }
+        pose = pick.choice(["(translate [u y v])", "(translate [x 0 y])", "(rotate x [0 1 0])", "(translate [u x v])"])
+        pose = pick.choice([pose, f"(@ {pose} (rotate x [0 1 0]))"])
+        shape = pick.choice([part, '(call "cube" :scale x)', '(call "sphere" :color [.1 .2 y])'])
+        body = f"(transform {shape} {pose})"
+        rows = list(zip(*columns.values()))
+        if pick.random() < 0.5:
+            table = " ".join(f"({' '.join(map(repr, row))})" for row in rows)
+            return f"(for/union (((x y u v) '({table}))) {body})"
+        members = []
+        for row in rows:
+            text = body
+            for name, value in zip(columns, row):
+                text = re.sub(rf"(?<![\w.-]){name}(?![\w-])", repr(value), text)
+            members.append(text)
+        return f"(union {' '.join(members)})"
 
 
 def main(count: int, first: int = 0) -> None:

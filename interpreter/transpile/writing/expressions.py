@@ -25,7 +25,7 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     is_module,
 )
 from scenelang.interpreter.transpile.python_text import HELPERS
-from scenelang.interpreter.transpile.writing.calls import CALLS, CONSTANTS, VALUES
+from scenelang.interpreter.transpile.writing.calls import CALLS, CONSTANTS, VALUES, call_method
 from scenelang.interpreter.transpile.writing.code import (
     Brackets,
     Code,
@@ -39,7 +39,6 @@ from scenelang.interpreter.transpile.writing.code import (
     none,
     quote,
 )
-from scenelang.interpreter.transpile.writing.methods import call_method
 from scenelang.interpreter.transpile.writing.operators import (
     binary,
     boolean,
