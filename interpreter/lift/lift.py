@@ -26,6 +26,7 @@ from scenelang.interpreter.lift.tree import (
 )
 
 _MAX_ROUNDS = 8
+_MAX_SURVEYS = 2
 _MAX_SIZE = 60_000  # nodes of a program
 _BLOCK_WORDS = frozenset(("set-cuboid", "delete-blocks"))
 _MACROS = ("define-syntax", "define-macro", "let-syntax", "letrec-syntax")
@@ -144,24 +145,28 @@ def _lift_forms(program: OpenProgram, fixed: Sequence[int]) -> None:
         simplify.remove_unused(program)
         simplify.declare_params(program)
         program.survey()
-    for _ in range(_MAX_ROUNDS):
-        changed = False
-        for position, top in enumerate(program.forms):
-            if id(top) in fixed or not program.is_understood(top):
-                continue
-            shorter = _rewritten(program, top)
-            if shorter is not None:
-                program.forms[position] = shorter
-                changed = True
-        if not changed:
+    waiting = [
+        position for position, top in enumerate(program.forms) if id(top) not in fixed and program.is_understood(top)
+    ]
+    everything = list(waiting)
+    for number in range(_MAX_ROUNDS):
+        waiting = [position for position in waiting if _rewrite(program, position)]
+        if not waiting:
             break
-        program.survey()
+        if number < _MAX_SURVEYS:  # later, what is known of the first rounds still holds
+            known = program.known
+            program.survey()
+            waiting = waiting if program.known == known else list(everything)  # a name of the library is free again
     if is_whole:
         simplify.declare_params(program, before - sum(map(size, program.forms)))
 
 
-def _rewritten(program: OpenProgram, top: CodeTree) -> CodeTree | None:
-    """Return a form after one round of all rules, or None if that changes nothing or makes it longer."""
+def _rewrite(program: OpenProgram, position: int) -> bool:
+    """Apply all rules to a form once; return whether that changes it, which must not make it longer."""
+    top = program.forms[position]
     new = copied(top, comments=True)
     changed = [rule(program, new) for rule in _RULES]
-    return new if any(changed) and size(new) <= size(top) else None
+    if not any(changed) or size(new) > size(top):
+        return False
+    program.forms[position] = new
+    return True

@@ -209,11 +209,15 @@ def walk(node: CodeTree) -> Iterator[CodeTree]:
 def code(node: CodeTree) -> Iterator[CodeTree]:
     """Iterate over a node and all below it that is not quoted."""
     stack = [node]
+    pop, extend = stack.pop, stack.extend
     while stack:
-        one = stack.pop()
+        one = pop()
         yield one
-        if one.items is not None and one.head != "quote":
-            stack.extend(reversed(one.parts))
+        items = one.items
+        if items:
+            first = items[0].value
+            if type(first) is not Symbol or first != "quote" or one.is_array:
+                extend(reversed(items) if one.tail is None else (one.tail, *reversed(items)))
 
 
 def expressions(node: CodeTree) -> Iterator[CodeTree]:
@@ -274,7 +278,8 @@ def size(node: CodeTree) -> int:
 
 def names(node: CodeTree) -> Counter[str]:
     """Return how often each symbol occurs outside quoted data."""
-    return Counter(str(one.value) for one in code(node) if type(one.value) is Symbol)
+    found: list[str] = [one.value for one in code(node) if type(one.value) is Symbol]
+    return Counter(found)  # a Symbol hashes and compares like its name
 
 
 def same(a: CodeTree, b: CodeTree) -> bool:
@@ -470,7 +475,8 @@ class OpenProgram:
         """Find the definitions again, after the forms were changed."""
         self._defined, self._closures = {}, {}
         nodes = [one for top in self.forms for one in code(top)]
-        self.known = self.language - {name for one in nodes for name in (*bound_names(one), *defined_names(one))}
+        lists = [one for one in nodes if one.items]
+        self.known = self.language - {name for one in lists for name in (*bound_names(one), *defined_names(one))}
         self._names = frozenset(name for top in self.forms for name in defined_names(top))
         draws, acts = False, False
         for top in self.forms:
