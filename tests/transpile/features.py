@@ -1595,7 +1595,7 @@ words = ['Banana', 'apple', 'cherry']
 return people, sorted(words, key=str.lower), sorted(words, key=len, reverse=True), sorted(people, key=lambda p: p[1]), sorted([0.5, -1, 2], key=lambda x: x ** 2), sorted({'b': 1, 'a': 2}.items()), sorted([True, False, True]), sorted([[2, 1], [1, 9]]), list(map(str.upper, words)), sorted(range(5), key=lambda i: (i % 2, -i)), [w for _, w in sorted(zip([3, 1, 2], words))], max(words, key=lambda w: w.count('a'))
 ## bytes
 b = b'abc'
-return b[0], len(b), list(b), b.decode(), 'é'.encode('utf-8')[0], bytes(2), bytearray([1, 2])[1], b'ab' + b'c' == b, b[1:].hex(), int.from_bytes(b'\x01\x00', 'big'), (258).to_bytes(2, 'little')[0]
+return b[0], len(b), list(b), b.decode(), 'é'.encode('utf-8')[0], bytes(2), bytearray([1, 2])[1], b'ab' + b'c' == b, b[1:].hex(), int.from_bytes(b'\x01\x00', 'big')
 ## hashes of texts
 import hashlib, zlib
 n = int(hashlib.md5(b'oak').hexdigest(), 16) % 100

@@ -6,11 +6,15 @@ What the translation proper does not support is evaluated here (``folding``); th
 from __future__ import annotations
 
 import ast
+import operator
+import re
 from collections import ChainMap, Counter, OrderedDict, defaultdict, deque
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from random import Random
 from re import Match, Pattern
 from string import Template
+from typing import Any
 
 import numpy as np
 
@@ -51,7 +55,7 @@ _METHODS: dict[type, str] = {
     set: "add clear copy difference difference_update discard intersection intersection_update isdisjoint issubset "
     "issuperset pop remove symmetric_difference symmetric_difference_update union update",
     frozenset: "copy difference intersection isdisjoint issubset issuperset symmetric_difference union",
-    int: "bit_count bit_length conjugate denominator from_bytes imag numerator real to_bytes",
+    int: "bit_count bit_length conjugate denominator from_bytes imag numerator real",
     float: "as_integer_ratio conjugate imag is_integer real",
     complex: "conjugate imag real",
     range: "count index start step stop",
@@ -106,8 +110,173 @@ NUMPY = words(
 )
 LINALG = words("cholesky cond det eig eigh eigvals eigvalsh inv lstsq matrix_power matrix_rank norm pinv qr solve svd")
 NUMPY_TYPES = words("bool_ float16 float32 float64 int8 int16 int32 int64 uint8 uint16 uint32 uint64 intp")
-PRODUCTS = ("einsum", "ix_", "kron", "meshgrid", "outer", "tensordot")
+PRODUCTS = ("convolve", "einsum", "ix_", "kron", "meshgrid", "outer", "tensordot")
 CREATORS = words(
-    "arange broadcast_to empty eye full geomspace identity indices linspace logspace ones pad repeat resize tile tri "
-    "zeros"
+    "bincount diag diag_indices empty_like fromfunction full_like histogram ones_like tril_indices triu_indices vander "
+    "zeros_like arange broadcast_to empty eye full geomspace identity indices linspace logspace ones pad repeat resize "
+    "tile tri zeros"
 )
+
+# Operators.
+
+
+BINARY: dict[type[ast.operator], tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]] = {
+    ast.Add: (operator.add, operator.iadd), ast.Sub: (operator.sub, operator.isub),
+    ast.Mult: (operator.mul, operator.imul), ast.Div: (operator.truediv, operator.itruediv),
+    ast.FloorDiv: (operator.floordiv, operator.ifloordiv), ast.Mod: (operator.mod, operator.imod),
+    ast.Pow: (operator.pow, operator.ipow), ast.MatMult: (operator.matmul, operator.imatmul),
+    ast.BitAnd: (operator.and_, operator.iand), ast.BitOr: (operator.or_, operator.ior),
+    ast.BitXor: (operator.xor, operator.ixor), ast.LShift: (operator.lshift, operator.ilshift),
+    ast.RShift: (operator.rshift, operator.irshift),
+}  # fmt: skip
+UNARY: dict[type[ast.unaryop], Callable[[Any], Any]] = {
+    ast.USub: operator.neg, ast.UAdd: operator.pos, ast.Invert: operator.invert, ast.Not: operator.not_,
+}  # fmt: skip
+COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
+    ast.GtE: operator.ge, ast.Is: lambda a, b: a is b, ast.IsNot: lambda a, b: a is not b,
+    ast.In: lambda a, b: a in b, ast.NotIn: lambda a, b: a not in b,
+}  # fmt: skip
+
+
+# Large values are refused before they exist.
+
+
+def weigh(value: Any) -> None:
+    """Raise UnsupportedPython for a container whose text or comparison would be very long, or that is very deep."""
+    if type(value) not in (tuple, list, dict) or not any(
+        type(each) in (tuple, list, dict) for each in _parts_of(value)
+    ):
+        return
+    weights: dict[int, int] = {}
+    pending: list[tuple[Any, bool]] = [(value, False)]
+    depth = 0
+    while pending:
+        each, is_done = pending.pop()
+        parts = [part for part in _parts_of(each) if type(part) in (tuple, list, dict)]
+        depth += -1 if is_done else 1
+        if is_done or not parts:
+            depth -= not is_done
+            weights[id(each)] = len(each) + 1 + sum(weights.get(id(part), 1) for part in parts)
+            if weights[id(each)] > MAX_ITEMS or depth > _MAX_NESTING:
+                raise UnsupportedPython("this value contains too many others, or is nested too deeply")
+        elif id(each) not in weights:
+            weights[id(each)] = 1  # until its parts are known
+            pending.append((each, True))
+            pending += [(part, False) for part in parts if id(part) not in weights]
+        else:
+            depth -= 1
+
+
+_MAX_NESTING = 2_000
+
+
+def _parts_of(value: Any) -> Iterable[Any]:
+    return value.values() if type(value) is dict else value
+
+
+def check_widths(specification: str) -> None:
+    """Raise UnsupportedPython for a specification of a format with a width that is too large."""
+    if any(len(digits) > 4 for digits in "".join(c if c.isdigit() else " " for c in specification).split()):
+        raise UnsupportedPython("this width of a text is too large")
+
+
+def enlarged(value: Any, method: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
+    """Call a method whose result may be as many times larger as an argument is large."""
+    items = [
+        item for each in (*arguments, *named.values()) for item in (each.values() if type(each) is dict else [each])
+    ]
+    size = value.size if isinstance(value, np.ndarray) else len(getattr(value, "template", value))
+    if size * max([1, *map(_times, items)]) > MAX_ITEMS:
+        raise UnsupportedPython(f"this value has more than {MAX_ITEMS:,} items")
+    return method(*arguments, **named)
+
+
+def _times(value: Any) -> int:
+    if isinstance(value, (str, bytes)):
+        return len(value)
+    return int(np.max(value, initial=1)) if isinstance(value, (int, list, np.ndarray)) else 1
+
+
+_REPEATED = re.compile(r"(\\.|\[\^?\]?[^\]]*\]|\)|.)(?:[*+]|\{\d*,\d*\})")
+
+
+def check_repetitions(pattern: str, length: int) -> None:
+    """Raise UnsupportedPython for a pattern whose repetitions may be tried in too many combinations."""
+    counts = Counter(_REPEATED.findall(pattern))
+    broad = sum(n for atom, n in counts.items() if atom in (".", ")", "\\S", "\\W", "\\D") or atom.startswith("[^"))
+    most = max((n for atom, n in counts.items()), default=0)
+    if length ** max(broad, most) > 10**9 and length > 20:
+        raise UnsupportedPython("this pattern may take too long to match", "use a simpler pattern, or a shorter text")
+
+
+def few(function: Callable[..., Any]) -> Callable[..., Any]:
+    def call(*arguments: Any, **named: Any) -> Any:
+        if any(isinstance(each, int) and each > 100 for each in (*arguments, *named.values())):
+            raise UnsupportedPython("this makes too many iterators")
+        return function(*arguments, **named)
+
+    return call
+
+
+def _einsum_size(arguments: tuple[Any, ...]) -> float:
+    """Return the size of the result of ``einsum`` with subscripts as a text; others are products of all sizes."""
+    arrays = [np.asarray(each) for each in arguments if isinstance(each, (np.ndarray, list, tuple))]
+    if not isinstance(arguments[0], str) or "." in arguments[0]:
+        return float(np.prod([float(each.size) for each in arrays]))
+    inputs, arrow, output = arguments[0].replace(" ", "").partition("->")
+    letters = {c: n for text, each in zip(inputs.split(","), arrays) for c, n in zip(text, each.shape)}
+    kept = output if arrow else "".join(c for c in letters if inputs.count(c) == 1)
+    return float(np.prod([float(letters.get(c, 1)) for c in kept]))
+
+
+def _implied_size(name: str, value: Any, named: Mapping[str, Any]) -> float:
+    """Return the size of an array that follows from the shape or the values of another."""
+    if name == "diag":
+        return float(np.size(value)) ** 2 if np.ndim(value) == 1 else 1.0
+    if name in _SQUARES:
+        numbers = [each for each in (value, named.get("N"), named.get("M")) if isinstance(each, int)]
+        return float(max(map(abs, numbers), default=1)) ** 2
+    if name == "bincount":
+        return float(max(np.max(value, initial=0), named.get("minlength", 0)))
+    return float(np.prod(named["shape"])) if "shape" in named else 1.0
+
+
+_SQUARES = ("eye", "identity", "tri", "tril_indices", "triu_indices")
+
+
+def check_size(name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
+    """Raise an error for arguments that make a large array; they are checked before it exists."""
+    if name in ("zeros_like", "ones_like", "empty_like", "full_like", "diag", "bincount", *_SQUARES):
+        size = _implied_size(name, arguments[0], named)
+    elif name in ("linspace", "logspace", "geomspace"):
+        size = float(named.get("num", arguments[2] if len(arguments) > 2 else 50))
+    elif name == "einsum":
+        size = _einsum_size(arguments)
+    elif name == "arange":
+        start, stop, step = (0, *arguments, 1) if len(arguments) == 1 else (*arguments, 1)[:3]
+        size = abs((stop - start) / (step or 1))
+    else:
+        size = 1.0
+        for value in (*arguments, *named.values()):
+            if name in PRODUCTS:
+                size *= max(np.size(value), 1) if isinstance(value, (tuple, list, np.ndarray)) else 1
+            elif isinstance(value, np.ndarray):
+                size *= max(value.size, 1)
+            else:
+                numbers = value if isinstance(value, (tuple, list)) else [value] if name != "full" else []
+                for each in numbers:
+                    size *= max(abs(each), 1) if isinstance(each, (int, float)) else 1
+    if size > MAX_ITEMS:
+        raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
+
+
+def outer_product(function: np.ufunc) -> Callable[..., Any]:
+    """Return the outer product of a function of numpy, of limited size."""
+
+    def outer(left: Any, right: Any) -> Any:
+        if np.size(left) * np.size(right) > MAX_ITEMS:
+            raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
+        return function.outer(left, right)
+
+    return outer

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.interpreter.transpile.evaluation import MAX_ITEMS, METHODS, UnsupportedPython
+from scenelang.interpreter.transpile.evaluation import MAX_ITEMS, METHODS, UnsupportedPython, enlarged, outer_product
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
@@ -415,6 +415,8 @@ def _own_attribute(evaluator: Evaluating, value: Any, name: str) -> Any:
         return Native("extend", lambda items: value.extend(evaluator.spread(items) if is_shape(items) else items))
     if name == "join":
         return Native("join", partial(_joined, value))
+    if name in ("repeat", "substitute", "safe_substitute", "translate"):
+        return Native(name, partial(enlarged, value, found))
     if name in ("center", "expandtabs", "ljust", "replace", "rjust", "zfill"):
         return Native(name, partial(_padded, value, name))
     if isinstance(value, (Random, np.random.Generator, np.random.RandomState)):
@@ -669,7 +671,7 @@ def _of_function(evaluator: Evaluating, value: Any, name: str) -> Any:
     is_numeric = type(value) is Native and value.path.startswith("np.")
     host = getattr(np, value.path.removeprefix("np."), None) if is_numeric else None
     if isinstance(host, np.ufunc) and name in ("accumulate", "at", "outer", "reduce"):
-        return Native(f"{value.path}.{name}", getattr(host, name))
+        return Native(f"{value.path}.{name}", outer_product(host) if name == "outer" else getattr(host, name))
     if type(value) is Native and value.path == "object":
         return _basic(evaluator, name)
     if type(value) is Native and isinstance(value.type, type) and not name.startswith("_"):
@@ -796,6 +798,10 @@ def set_attribute(evaluator: Evaluating, value: Any, name: str, new: Any) -> Non
 def format_text(evaluator: Evaluating, text: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> str:
     """Format a text as ``str.format`` does; attributes are those of the evaluator."""
     from string import Formatter
+
+    longest = max((len(each) for each in (*arguments, *named.values()) if type(each) is str), default=1)
+    if len(text) * longest > 10**8:
+        raise UnsupportedPython(f"this text has more than {MAX_ITEMS:,} characters")
 
     class Safe(Formatter):
         def get_field(self, field_name: str, args: Any, kwargs: Any) -> Any:

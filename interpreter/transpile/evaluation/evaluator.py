@@ -6,16 +6,28 @@ A statement is a step of a host generator, so that generators of the program can
 from __future__ import annotations
 
 import ast
-import operator
+import re
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.limits import resident_bytes
-from scenelang.interpreter.transpile.evaluation import MAX_BITS, MAX_ITEMS, NeedsPrimitives, UnsupportedPython, words
+from scenelang.interpreter.transpile.evaluation import (
+    BINARY,
+    COMPARISONS,
+    MAX_BITS,
+    MAX_ITEMS,
+    UNARY,
+    NeedsPrimitives,
+    UnsupportedPython,
+    check_widths,
+    weigh,
+    words,
+)
 from scenelang.interpreter.transpile.evaluation.classes import (
     attribute_of,
     bound_arguments,
@@ -47,7 +59,6 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     StaticMethod,
     Super,
     call_node,
-    check_widths,
     formatted,
     has_kind,
     has_residual,
@@ -65,23 +76,6 @@ from scenelang.interpreter.transpile.python_text import scope_of
 MAX_STEPS, MAX_SECONDS, MAX_DEPTH = 20_000_000, 8.0, 300
 MAX_BYTES = 1_000_000_000
 _SMALL = 20_000  # items
-_BINARY: dict[type[ast.operator], tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]] = {
-    ast.Add: (operator.add, operator.iadd), ast.Sub: (operator.sub, operator.isub),
-    ast.Mult: (operator.mul, operator.imul), ast.Div: (operator.truediv, operator.itruediv),
-    ast.FloorDiv: (operator.floordiv, operator.ifloordiv), ast.Mod: (operator.mod, operator.imod),
-    ast.Pow: (operator.pow, operator.ipow), ast.MatMult: (operator.matmul, operator.imatmul),
-    ast.BitAnd: (operator.and_, operator.iand), ast.BitOr: (operator.or_, operator.ior),
-    ast.BitXor: (operator.xor, operator.ixor), ast.LShift: (operator.lshift, operator.ilshift),
-    ast.RShift: (operator.rshift, operator.irshift),
-}  # fmt: skip
-_UNARY: dict[type[ast.unaryop], Callable[[Any], Any]] = {
-    ast.USub: operator.neg, ast.UAdd: operator.pos, ast.Invert: operator.invert, ast.Not: operator.not_,
-}  # fmt: skip
-_COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
-    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
-    ast.GtE: operator.ge, ast.Is: lambda a, b: a is b, ast.IsNot: lambda a, b: a is not b,
-    ast.In: lambda a, b: a in b, ast.NotIn: lambda a, b: a not in b,
-}  # fmt: skip
 _PASSED = (UnsupportedPython, NeedsPrimitives, SceneError, RecursionError, MemoryError)  # never caught by the program
 
 
@@ -136,7 +130,7 @@ class PythonEvaluator:
             ast.Attribute: self._attribute,
             ast.Call: self._call, ast.BinOp: self._binary, ast.UnaryOp: self._unary, ast.BoolOp: self._boolean,
             ast.Compare: self._compare, ast.IfExp: self._conditional, ast.Subscript: self._subscript,
-            ast.Slice: self._slice, ast.Tuple: lambda node, frame: tuple(self._items(node.elts, frame)),
+            ast.Slice: self._slice, ast.Tuple: lambda node, frame: self.checked(tuple(self._items(node.elts, frame))),
             ast.List: lambda node, frame: self._items(node.elts, frame),
             ast.Set: lambda node, frame: set(self._items(node.elts, frame)), ast.Dict: self._dict,
             ast.Lambda: lambda node, frame: self._function(node, "<lambda>", frame), ast.JoinedStr: self._joined,
@@ -178,6 +172,8 @@ class PythonEvaluator:
                 raise UnsupportedPython("this number has too many digits")
         elif kind in (str, list, tuple, dict, set, bytes):
             size = len(value)
+            if kind is tuple and any(type(each) is tuple for each in value):
+                weigh(value)
         elif isinstance(value, np.ndarray):
             size = value.size
         if size > _SMALL:
@@ -259,7 +255,7 @@ class PythonEvaluator:
 
     def _augmented(self, node: ast.AugAssign, frame: Frame) -> None:
         target = node.target
-        in_place = _BINARY[type(node.op)][1]
+        in_place = BINARY[type(node.op)][1]
         if isinstance(target, ast.Name):
             old = self._name(target, frame)
             self._store_name(target.id, self.operate(node.op, in_place, old, self.eval(node.value, frame)), frame)
@@ -648,12 +644,15 @@ class PythonEvaluator:
 
     def _binary(self, node: ast.BinOp, frame: Frame) -> Any:
         left, right = self.eval(node.left, frame), self.eval(node.right, frame)
-        return self.operate(node.op, _BINARY[type(node.op)][0], left, right)
+        return self.operate(node.op, BINARY[type(node.op)][0], left, right)
 
     def operate(self, op: ast.operator, function: Callable[[Any, Any], Any], left: Any, right: Any) -> Any:
         kind = type(op)
         if kind is ast.Mult:
             self._check_product(left, right)
+        elif kind is ast.Pow and type(left) is Fraction and isinstance(right, int):
+            if max(abs(left.numerator), left.denominator).bit_length() * abs(right) > MAX_BITS:
+                raise UnsupportedPython("this number has too many digits")
         elif kind in (ast.Pow, ast.LShift) and isinstance(left, int) and isinstance(right, int):
             size = left.bit_length() * right if kind is ast.Pow else left.bit_length() + right
             if size > MAX_BITS:
@@ -662,12 +661,18 @@ class PythonEvaluator:
             template = left if isinstance(left, str) else left.decode("latin-1")
             if "%" in template:
                 check_widths(template)
+                weigh(right)
+                if re.search(r"%[^a-zA-Z%]*\*", template):
+                    raise UnsupportedPython("widths that are arguments are not supported", "use an f-string")
         elif kind is ast.Add and isinstance(left, list) and is_shape(right):
             right = self.spread(right)
         elif kind is ast.BitOr and (isinstance(left, (Native, PythonClass)) or type(right) in (Native, PythonClass)):
             return (*_kinds(left), *_kinds(right))  # a union of types
         if isinstance(left, np.ndarray) and isinstance(right, np.ndarray) and left.size * right.size > MAX_ITEMS:
-            if kind is not ast.MatMult and int(np.prod(np.broadcast_shapes(left.shape, right.shape))) > MAX_ITEMS:
+            shapes = left.shape, right.shape
+            if kind is ast.MatMult:
+                shapes = (*left.shape[:-1], 1), (1, right.shape[-1])
+            if left.ndim and right.ndim and int(np.prod(np.broadcast_shapes(*shapes))) > MAX_ITEMS:
                 raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
         try:
             return self.checked(function(left, right))
@@ -676,14 +681,15 @@ class PythonEvaluator:
 
     def _check_product(self, left: Any, right: Any) -> None:
         for sequence, count in ((left, right), (right, left)):
-            if isinstance(sequence, (str, list, tuple, bytes)) and isinstance(count, int):
-                if len(sequence) * count > MAX_ITEMS:
+            if isinstance(sequence, (str, list, tuple, bytes, bytearray)):
+                number = int(count) if type(count) is PythonObject and count.method("__index__") else count
+                if isinstance(number, int) and len(sequence) * number > MAX_ITEMS:
                     raise UnsupportedPython(f"this {type_name(sequence)} has more than {MAX_ITEMS:,} items")
 
     def _unary(self, node: ast.UnaryOp, frame: Frame) -> Any:
         value = self.eval(node.operand, frame)
         try:
-            return _UNARY[type(node.op)](value)
+            return UNARY[type(node.op)](value)
         except TypeError as error:
             raise renamed(error, value) from None
 
@@ -707,8 +713,9 @@ class PythonEvaluator:
                 right = self.iterate(right)
             if type(op) in (ast.Is, ast.IsNot) and (has_kind(left, "any") or has_kind(right, "any")):
                 raise undecided(left if type(left) is Residual else right)
+            weigh(left)
             try:
-                result = _COMPARISONS[type(op)](left, right)
+                result = COMPARISONS[type(op)](left, right)
             except TypeError as error:
                 raise renamed(error, left, right) from None
             left = right
@@ -764,6 +771,7 @@ class PythonEvaluator:
         value = self.eval(node.value, frame)
         specification = self._joined(node.format_spec, frame) if isinstance(node.format_spec, ast.JoinedStr) else ""
         if node.conversion in (115, 114, 97):
+            weigh(value)
             convert: Callable[[Any], str] = ascii if node.conversion == 97 else str if node.conversion == 115 else repr
             value = convert(value)
         return formatted(value, specification)
@@ -879,6 +887,8 @@ class PythonEvaluator:
         if function.is_numeric and any(map(has_residual, (*arguments, *named.values()))):
             return self._numeric_call(function, arguments, named)
         plain = arguments if function.path in ("iter", "next") else tuple(map(self._argument, arguments))
+        if function.path in _DEEP:
+            weigh((*arguments, *named.values()))
         try:
             return self.checked(function.function(*plain, **named))
         except TypeError as error:
@@ -956,6 +966,7 @@ class PythonEvaluator:
         set_attribute(self, value, name, new)
 
 
+_DEEP = words("str repr ascii hash print format json.dumps copy.deepcopy dataclasses.asdict dataclasses.astuple")
 _WHOLE = words("int ceil floor trunc comb factorial gcd isqrt lcm perm prod isclose isfinite isinf isnan")
 
 

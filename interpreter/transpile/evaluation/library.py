@@ -23,7 +23,7 @@ import statistics
 import string
 import textwrap
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,9 @@ from scenelang.interpreter.transpile.evaluation import (
     NUMPY_TYPES,
     PRODUCTS,
     UnsupportedPython,
+    check_repetitions,
+    check_size,
+    few,
     words,
 )
 from scenelang.interpreter.transpile.evaluation.classes import (
@@ -105,13 +108,16 @@ class PythonLibrary:
             "collections": self._collections(), "functools": self._functools(), "enum": self._enum(),
             "dataclasses": self._dataclasses(), "typing": self._typing(), "abc": self._abc(),
             "contextlib": self._contextlib(), "copy": self._copy(), "re": _patterns(), "string": _strings(),
-            "textwrap": _only("textwrap", textwrap, "dedent fill indent shorten wrap"),
-            "fractions": {"Fraction": _kind("fractions.Fraction", fractions.Fraction)},
+            "textwrap": _limited_texts(_only("textwrap", textwrap, "dedent fill indent shorten wrap")),
+            "fractions": {"Fraction": Native("fractions.Fraction", _fraction, fractions.Fraction)},
             "hashlib": _hashes(), "zlib": _only("zlib", zlib, "adler32 crc32"),
-            "json": _only("json", json, "dumps loads"), "numbers": {}, "types": self._types(), "__future__": {},
+            "json": {"loads": Native("json.loads", json.loads), "dumps": Native("json.dumps", few(json.dumps))},
+            "numbers": {}, "types": self._types(), "__future__": {},
             "time": self._refused("time", "time perf_counter monotonic sleep", "a scene does not depend on time"),
         }  # fmt: skip
         modules["itertools"]["chain"] = _kind("itertools.chain", itertools.chain)
+        for name in ("product", "tee"):
+            modules["itertools"][name] = Native(f"itertools.{name}", few(getattr(itertools, name)))
         modules["itertools"]["batched"] = Native("itertools.batched", _batched)
         modules["collections.abc"] = modules["typing"]
         modules["typing_extensions"] = modules["typing"]
@@ -556,6 +562,24 @@ def _batched(items: Iterable[Any], count: int) -> Iterator[tuple[Any, ...]]:
         yield group
 
 
+def _fraction(*given: Any) -> fractions.Fraction:
+    if any(isinstance(each, str) and (len(each) > 100 or "e" in each.lower()) for each in given):
+        raise UnsupportedPython("this text of a fraction is not supported", "write `Fraction(1, 3)`")
+    return fractions.Fraction(*given)
+
+
+def _limited_texts(names: dict[str, Any]) -> dict[str, Any]:
+    def limited(function: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*arguments: Any, **named: Any) -> Any:
+            if sum(len(each) for each in (*arguments, *named.values()) if isinstance(each, str)) > _MAX_SEARCHED:
+                raise UnsupportedPython("this text is too long")
+            return function(*arguments, **named)
+
+        return call
+
+    return {name: Native(native.path, limited(native.function)) for name, native in names.items()}
+
+
 def _limited_bytes(kind: Any) -> Callable[..., Any]:
     def make(*arguments: Any, **named: Any) -> Any:
         if any(isinstance(each, int) and each > MAX_ITEMS for each in arguments):
@@ -656,8 +680,10 @@ def _patterns() -> dict[str, Any]:
             text = pattern.pattern if isinstance(pattern, re.Pattern) else pattern
             if len(text) > _MAX_PATTERN or _NESTED.search(text):
                 raise UnsupportedPython("this pattern may take too long to match", "use a simpler pattern")
-            if any(isinstance(each, str) and len(each) > _MAX_SEARCHED for each in rest):
+            texts = [each for each in (*rest, *named.values()) if isinstance(each, str)]
+            if any(len(each) > _MAX_SEARCHED for each in texts) or math.prod(len(each) + 1 for each in texts) > 10**8:
                 raise UnsupportedPython("this text is too long to be searched")
+            check_repetitions(text, max(map(len, texts), default=0))
             return function(pattern, *rest, **named)
 
         return search
@@ -795,10 +821,18 @@ def _seeded(name: str, make: Callable[[Any], Any]) -> Callable[..., Any]:
     return create_generator
 
 
+def _longest_text(value: Any) -> int:
+    if isinstance(value, str):
+        return len(value)
+    return max(map(_longest_text, value), default=0) if isinstance(value, (list, tuple)) else 0
+
+
 def _array_function(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     def call(*arguments: Any, **named: Any) -> Any:
         if name in CREATORS or name in PRODUCTS:
-            _check_size(name, arguments, named)
+            check_size(name, arguments, named)
+        if name in ("array", "asarray", "full") and any(_longest_text(each) > 1_000 for each in arguments):
+            raise UnsupportedPython("arrays of long texts are not supported")
         for key in ("dtype", "otypes"):
             if key in named:
                 kind = named[key]
@@ -806,41 +840,6 @@ def _array_function(name: str, function: Callable[..., Any]) -> Callable[..., An
         return function(*(host_type(each) for each in arguments), **named)
 
     return call
-
-
-def _einsum_size(arguments: tuple[Any, ...]) -> float:
-    """Return the size of the result of ``einsum`` with subscripts as a text; others are products of all sizes."""
-    arrays = [np.asarray(each) for each in arguments if isinstance(each, (np.ndarray, list, tuple))]
-    if not isinstance(arguments[0], str) or "." in arguments[0]:
-        return float(np.prod([float(each.size) for each in arrays]))
-    inputs, arrow, output = arguments[0].replace(" ", "").partition("->")
-    letters = {c: n for text, each in zip(inputs.split(","), arrays) for c, n in zip(text, each.shape)}
-    kept = output if arrow else "".join(c for c in letters if inputs.count(c) == 1)
-    return float(np.prod([float(letters.get(c, 1)) for c in kept]))
-
-
-def _check_size(name: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
-    """Raise an error for arguments that make a large array; they are checked before it exists."""
-    if name in ("linspace", "logspace", "geomspace"):
-        size = float(named.get("num", arguments[2] if len(arguments) > 2 else 50))
-    elif name == "einsum":
-        size = _einsum_size(arguments)
-    elif name == "arange":
-        start, stop, step = (0, *arguments, 1) if len(arguments) == 1 else (*arguments, 1)[:3]
-        size = abs((stop - start) / (step or 1))
-    else:
-        size = 1.0
-        for value in (*arguments, *named.values()):
-            if name in PRODUCTS:
-                size *= max(np.size(value), 1) if isinstance(value, (tuple, list, np.ndarray)) else 1
-            elif isinstance(value, np.ndarray):
-                size *= max(value.size, 1)
-            else:
-                numbers = value if isinstance(value, (tuple, list)) else [value] if name != "full" else []
-                for each in numbers:
-                    size *= max(abs(each), 1) if isinstance(each, (int, float)) else 1
-    if size > MAX_ITEMS:
-        raise UnsupportedPython(f"this array has more than {MAX_ITEMS:,} items")
 
 
 # Classes that are written in Python: the mixin methods of `collections.abc`, and what builds on them.

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from scenelang.interpreter.transpile.evaluation import UnsupportedPython, words
+from scenelang.interpreter.transpile.evaluation import UnsupportedPython, check_widths, weigh, words
 
 
 class Raised(Exception):
@@ -976,15 +976,10 @@ def renamed(error: TypeError, *values: Any) -> TypeError:
     return error if text == str(error) else TypeError(text)
 
 
-def check_widths(specification: str) -> None:
-    """Raise UnsupportedPython for a specification of a format with a width that is too large."""
-    if any(len(digits) > 4 for digits in "".join(c if c.isdigit() else " " for c in specification).split()):
-        raise UnsupportedPython("this width of a text is too large")
-
-
 def formatted(value: Any, specification: str) -> str:
     """Format a value. Raises UnsupportedPython for a residual value or a width that is too large."""
     if type(value) is Residual:
         raise UnsupportedPython("a random value cannot be part of a text here")
     check_widths(specification)
+    weigh(value)
     return format(value, specification)
