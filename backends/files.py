@@ -1,4 +1,4 @@
-"""Atomic file output: one file or several are either written completely or not at all."""
+"""Files: atomic output, where several files are either written completely or not at all, and programs in folders."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import os
 import stat
 import sys
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -269,3 +269,20 @@ def _back_up(target: Path, copy: Path) -> None:
         import shutil
 
         shutil.copy2(target, copy)
+
+
+def program_files(names: Iterable[str]) -> list[str]:
+    """Return the program files that are named or located in a named folder (.scene, not hidden), without duplicates."""
+    found: dict[str, str] = {}
+    for name in names:
+        programs = [name]
+        if name != "-" and os.path.isdir(name):
+            programs = [str(path) for path in _programs(Path(name))] or [name]
+        for each in programs:
+            found.setdefault(each if each == "-" else os.path.realpath(each), each)
+    return list(found.values())
+
+
+def _programs(folder: Path) -> list[Path]:
+    found = [path for path in folder.rglob("*.scene") if path.is_file()]
+    return sorted(p for p in found if not any(part.startswith(".") for part in p.relative_to(folder).parts))

@@ -660,23 +660,6 @@ class Session:
         return grafted
 
 
-def program_files(names: Iterable[str]) -> list[str]:
-    """Return the program files that are named or located in a named folder (.scene, not hidden), without duplicates."""
-    found: dict[str, str] = {}
-    for name in names:
-        programs = [name]
-        if name != "-" and os.path.isdir(name):
-            programs = [str(path) for path in _programs(Path(name))] or [name]
-        for each in programs:
-            found.setdefault(each if each == "-" else os.path.realpath(each), each)
-    return list(found.values())
-
-
-def _programs(folder: Path) -> list[Path]:
-    found = [path for path in folder.rglob("*.scene") if path.is_file()]
-    return sorted(p for p in found if not any(part.startswith(".") for part in p.relative_to(folder).parts))
-
-
 def is_scene_file(source: Source) -> bool:
     """Return whether a source is a scene in JSON rather than a program."""
     return source.name.endswith(".json")
@@ -852,24 +835,16 @@ def _read_source(path: str, shown: str) -> Source:
     name = "<stdin>" if path == "-" else shown
     try:
         text = data.decode("utf-8-sig")
-        return Source(name, _code_of_notebook(name, text) if name.endswith(".ipynb") else text)
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
         raise SceneError(
             "encoding", f"{name} is not UTF-8 text (line {line}, byte {error.start + 1})", "save it as UTF-8"
         ) from None
-
-
-def _code_of_notebook(name: str, text: str) -> str:
-    """Return the Python of a notebook; places in it are those of the code cells as one file."""
+    if not name.endswith(".ipynb"):
+        return Source(name, text)
     from scenelang.interpreter.transpile.python_text import notebook_code
 
-    try:
-        return notebook_code(text)
-    except (ValueError, AttributeError, TypeError, RecursionError):
-        raise SceneError(
-            "file", f"{name} is not a notebook", "save it as a notebook, or its code as a .py file"
-        ) from None
+    return Source(name, notebook_code(text, name))
 
 
 def _value_datum(name: str, text: str) -> Datum:

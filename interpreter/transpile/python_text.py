@@ -14,10 +14,10 @@ from functools import lru_cache
 from itertools import pairwise
 from keyword import iskeyword
 from types import MappingProxyType
-from typing import TypeAlias, TypeGuard
+from typing import Any, TypeAlias, TypeGuard
 
 from scenelang.grammar.datum import Source, Span
-from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
 
 # The helper API that a language model's Python uses (the paper's macros as Python functions, section 5).
 #
@@ -235,21 +235,28 @@ def _is_word(node: ast.expr) -> TypeGuard[ast.Constant]:
     return isinstance(node, ast.Constant) and isinstance(node.value, str)
 
 
-def notebook_code(text: str) -> str:
+def notebook_code(text: str, name: str) -> str:
     """Return the Python of a Jupyter notebook: its code cells, with the text cells as comments before them.
 
-    Lines for IPython (``%`` and ``!``) are left out, and cells in other languages. Raises ValueError.
+    Lines for IPython (``%`` and ``!``) are left out, and cells in other languages. Places in it are those of the code
+    cells as one file. Raises SceneError if ``text`` is not a notebook.
     """
-    cells = json.loads(text).get("cells", ())
-    parts: list[str] = []
-    for cell in cells:
-        source = cell.get("source", "")
-        lines = ("".join(source) if isinstance(source, list) else str(source)).splitlines()
-        if cell.get("cell_type") == "markdown":
-            parts.append("\n".join(f"# {line}".rstrip() for line in lines))
-        elif cell.get("cell_type") == "code" and not (lines and _OTHER_LANGUAGE.match(lines[0])):
-            parts.append("\n".join("" if _MAGIC.match(line) else line for line in lines))
+    try:
+        parts = [_code_of_cell(cell) for cell in json.loads(text).get("cells", ())]
+    except (ValueError, AttributeError, TypeError, RecursionError):
+        hint = "save it as a notebook, or its code as a .py file"
+        raise SceneError("file", f"{name} is not a notebook", hint) from None
     return "\n\n".join(part for part in parts if part.strip()) + "\n"
+
+
+def _code_of_cell(cell: Any) -> str:
+    source = cell.get("source", "")
+    lines = ("".join(source) if isinstance(source, list) else str(source)).splitlines()
+    if cell.get("cell_type") == "markdown":
+        return "\n".join(f"# {line}".rstrip() for line in lines)
+    if cell.get("cell_type") != "code" or (lines and _OTHER_LANGUAGE.match(lines[0])):
+        return ""
+    return "\n".join("" if _MAGIC.match(line) else line for line in lines)
 
 
 def _is_python(text: str) -> bool:

@@ -72,7 +72,7 @@ def add_check(parser: argparse.ArgumentParser) -> None:
 
 
 def run_check(arguments: argparse.Namespace) -> int:
-    from scenelang.session import program_files
+    from scenelang.backends.files import program_files
 
     found: list[Diagnostic] = []
     session: Session | None = None
@@ -228,8 +228,8 @@ def add_fmt(parser: argparse.ArgumentParser) -> None:
 
 
 def run_fmt(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.files import program_files
     from scenelang.formatting import FormattedFile, format_file
-    from scenelang.session import program_files
 
     names = program_files(arguments.files)
     if arguments.lines is not None and len(names) != 1:
