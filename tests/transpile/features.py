@@ -2512,6 +2512,190 @@ rows = [('oak', 3.14159, 2), ('pine', 10.5, 11)]
 lines = [f'{n:<6}|{v:>8.2f}|{k:03d}' for n, v, k in rows]
 head = f"{'name':^6}|{'value':>8}|{'k':>3}"
 return lines, head, '-' * len(head), '\n'.join([head, *lines]).count('|'), f'{rows[1][1]:.1e}', f'{rows!r:.10}', f'{len(rows)=}', f'{rows[0][0]!r:>8}', f"{'x':{'>'}{4}}", f'{1e6:,.0f}', f'{255:08b}', f'{-5:+}', f'{0.5:.0%}', f'{3:e}', f'{1234567.891:_.1f}', f'{"a":>3}{"b":<3}|'
+## a generator that sees what changes
+
+n = 1
+g = (n * i for i in range(3))
+n = 10
+return [x for x in g]
+## index or not
+xs = [4, 8, 15]
+def place(v):
+    try: return xs.index(v)
+    except ValueError: return -1
+
+return place(8), place(9), xs.index(4), 'abc'.index('c'), 'abc'.find('z')
+## set operators and updates
+a = {1, 2, 3}
+b = a
+b |= {9}
+c = {x: y for x, y in zip('ab', (1, 2))}
+c |= {'z': 3}
+
+return sorted(a), c, sorted(a - {1}), sorted({1} ^ a), a > {1}, sorted({3, 1} | {2})
+## protocols of numbers
+class Deg:
+    def __init__(self, d): self.d = d
+    def __float__(self): return math.radians(self.d)
+    def __int__(self): return int(self.d)
+    def __round__(self, n=None): return Deg(round(self.d, n) if n else round(self.d))
+    def __abs__(self): return Deg(abs(self.d))
+    def __neg__(self): return Deg(-self.d)
+    def __trunc__(self): return 1
+    def __floor__(self): return 2
+    def __ceil__(self): return 3
+    def __bool__(self): return self.d != 0
+
+d = Deg(-90.6)
+return float(d), int(d), round(d).d, abs(d).d, (-d).d, math.floor(d), math.ceil(d), math.sin(Deg(30)), bool(Deg(0)), 5 if Deg(0) else 6, not Deg(1)
+## memo by hand
+def memo(f):
+    known = {}
+    def inner(*a):
+        if a not in known: known[a] = f(*a)
+        return known[a]
+    inner.known = known
+    return inner
+@memo
+def paths(x, y): return 1 if 0 in (x, y) else paths(x - 1, y) + paths(x, y - 1)
+
+return paths(6, 6), len(paths.known)
+## chained decorators with arguments
+from functools import wraps
+def repeat(n=2, *, join=sum):
+    def deco(f):
+        @wraps(f)
+        def inner(*a, **k): return join([f(*a, **k) for _ in range(n)])
+        return inner
+    return deco
+class Tag:
+    def __init__(self, name): self.name = name
+    def __call__(self, f):
+        f.tag = self.name
+        return f
+@repeat(3)
+@repeat(join=max)
+def f(x, y=1): return x * y
+@Tag('t')
+def g(): return 1
+
+return f(2, y=5), f.__name__, g.tag, g()
+## methods that return generators
+class Path:
+    def __init__(self, *pts): self.pts = pts
+    def segments(self): return zip(self.pts, self.pts[1:])
+    def lengths(self): yield from (math.dist(a, b) for a, b in self.segments())
+    def sample(self, n):
+        for (ax, ay), (bx, by) in self.segments():
+            for i in range(n): yield ax + (bx - ax) * i / n, ay + (by - ay) * i / n
+        yield self.pts[-1]
+
+p = Path((0, 0), (3, 4), (3, 0))
+return list(p.lengths()), sum(p.lengths()), list(p.sample(2)), max(p.segments())
+## events and queues
+import heapq
+from collections import deque
+from itertools import count
+class Sim:
+    def __init__(self): self.now, self.queue, self.ids, self.log = 0, [], count(), []
+    def at(self, t, f, *a): heapq.heappush(self.queue, (t, next(self.ids), f, a))
+    def run(self):
+        while self.queue:
+            self.now, _, f, a = heapq.heappop(self.queue)
+            f(*a)
+        return self.log
+    def drop(self, name, n):
+        self.log.append((self.now, name))
+        if n: self.at(self.now + 2, self.drop, name, n - 1)
+
+s = Sim()
+s.at(1, s.drop, 'a', 2)
+s.at(0.5, s.drop, 'b', 1)
+d = deque([1, 2, 3])
+d.rotate(-1)
+return s.run(), list(d)
+## permutations and backtracking
+def queens(n, placed=()):
+    if len(placed) == n:
+        yield placed
+        return
+    for c in range(n):
+        if all(c != p and abs(c - p) != len(placed) - i for i, p in enumerate(placed)): yield from queens(n, placed + (c,))
+def subsets(s): return [[]] if not s else (lambda r: r + [[s[0], *x] for x in r])(subsets(s[1:]))
+
+return list(queens(5))[:2], sum(1 for _ in queens(6)), subsets([1, 2, 3])
+## grammars of shapes
+import random
+RULES = {'house': [['base', 'roof'], ['base', 'floor', 'roof']], 'base': ['box'], 'floor': [['box', 'box']]}
+def expand(symbol, rng, depth=0):
+    options = RULES.get(symbol)
+    if options is None or depth > 5: return [symbol]
+    match rng.choice(options):
+        case str() as one: return expand(one, rng, depth + 1)
+        case [*many]: return [t for each in many for t in expand(each, rng, depth + 1)]
+
+return [expand('house', random.Random(s)) for s in range(4)]
+## clamps and ranges
+def clamp(v, lo=0, hi=1): return max(lo, min(hi, v))
+def frange(a, b, step):
+    while a < b - 1e-9:
+        yield round(a, 10)
+        a += step
+def remap(v, a, b, c=0, d=1): return c + (v - a) / (b - a) * (d - c)
+
+return clamp(5), clamp(-2, hi=3), list(frange(0, 1, .25)), remap(5, 0, 10), remap(2, 0, 4, 10, 20), [*range(10, 0, -3)], list(range(3))[::-1], sum(range(101))
+## texts as patterns
+ROWS = ['X.X', '.O.', 'X.X']
+KEY = str.maketrans({'X': '1', 'O': '2', '.': '0'})
+
+grid = [[int(c) for c in row.translate(KEY)] for row in ROWS]
+turned = [list(r) for r in zip(*grid[::-1])]
+return grid, turned, ''.join(ROWS).count('X'), [r.index('X') if 'X' in r else -1 for r in ROWS], ['{:>5}|'.format(r) for r in ROWS], '\n'.join(ROWS).splitlines() == ROWS, [ROWS[i][j] for i, j in ((0, 0), (1, 1))], ' '.join(reversed(ROWS))
+## arrays of objects
+class Cell:
+    def __init__(self, v): self.v = v
+    def __add__(self, o): return Cell(self.v + (o.v if isinstance(o, Cell) else o))
+    __radd__ = __add__
+    def __lt__(self, o): return self.v < o.v
+a = np.array([[Cell(i + j) for j in range(2)] for i in range(2)], dtype=object)
+
+return a.shape, a[1, 1].v, (a + 1)[0, 0].v, [c.v for c in a.ravel()], sum(a.flatten()).v, max(a.ravel()).v
+## cumulative and windows by numpy
+a = np.array([3, 1, 4, 1, 5, 9, 2, 6])
+w = np.lib.stride_tricks.sliding_window_view(a, 3) if False else np.array([a[i:i + 3] for i in range(len(a) - 2)])
+
+return w.sum(axis=1).tolist(), np.cumsum(a).tolist(), np.cumprod(a[:4]).tolist(), np.maximum.accumulate(a).tolist(), np.diff(a, n=2).tolist(), np.convolve(a, np.ones(3) / 3, mode='valid').round(4).tolist(), np.trapz(a) if hasattr(np, 'trapz') else 1, a[::-1].cumsum()[::-1].tolist(), np.argsort(-a, kind='stable').tolist(), np.flatnonzero(np.diff(np.sign(np.diff(a)))).tolist()
+## dates and names of things
+from enum import Enum
+class Season(Enum):
+    SPRING, SUMMER, AUTUMN, WINTER = range(4)
+    def next(self): return Season((self.value + 1) % 4)
+    @classmethod
+    def parse(cls, text): return cls[text.upper()]
+    @property
+    def warm(self): return self in {Season.SPRING, Season.SUMMER}
+
+return Season.WINTER.next().name, Season.parse('summer').warm, Season.AUTUMN.warm, [s.next().value for s in Season], {s: s.name.lower() for s in Season}[Season.SPRING], Season(2).name, len(Season)
+## sums of vectors
+V = tuple[float, float, float]
+def add(*vs): return tuple(map(sum, zip(*vs)))
+def scale(v, k): return tuple(c * k for c in v)
+def dot(a, b): return sum(x * y for x, y in zip(a, b, strict=True))
+def cross(a, b): return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+def unit(v): return scale(v, 1 / math.sqrt(dot(v, v)))
+
+return add((1, 2, 3), (4, 5, 6), (0, 0, 1)), scale((1, 2), 3), dot((1, 2, 3), (4, 5, 6)), cross((1, 0, 0), (0, 1, 0)), unit((3, 4, 0))
+## objects that are functions of time
+class Track:
+    def __init__(self, **keys): self.keys = sorted((float(k[1:]), v) for k, v in keys.items())
+    def __call__(self, t):
+        for (a, va), (b, vb) in zip(self.keys, self.keys[1:]):
+            if a <= t <= b: return va + (vb - va) * (t - a) / (b - a)
+        return self.keys[-1][1] if t > self.keys[-1][0] else self.keys[0][1]
+    def __mul__(self, k): return Track(**{f't{int(t)}': v * k for t, v in self.keys})
+
+track = Track(t0=0, t2=10, t4=5) * 2
+return [track(t) for t in (-1, 0, 1, 3, 4, 9)]
 '''
 
 

@@ -116,6 +116,8 @@ FAILURES = {
     "y = int('x' * N)": "ValueError: invalid literal for int() with base 10: 'xxxxx'",
     "y = math.sqrt(-N)": "ValueError: math domain error",
     "y = 'a' + N": "TypeError",
+    "print([N].index(3))": "ValueError: 3 is not in list",
+    "print('abc'.index('z'))": "ValueError: substring not found",
     "a, b = [N] * 3": "ValueError: too many values to unpack (expected 2)",
     "y = [].pop()": "IndexError: pop from empty list",
     "y = max([x for x in range(N) if x > 9])": "ValueError: max() arg is an empty sequence",

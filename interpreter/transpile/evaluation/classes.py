@@ -89,7 +89,7 @@ def define(evaluator: Evaluating, node: ast.ClassDef, frame: Frame) -> PythonCla
         if type(value) is PythonObject and value.cls.find("__set_name__") is not MISSING:
             evaluator.call(value.cls.find("__set_name__"), (value, cls, name), {})
     if is_enumeration:
-        _make_members(evaluator, cls, node, kinds)
+        _make_members(evaluator, cls, kinds)
     elif "NamedTuple" in markers:
         _make_named_tuple(cls, node)
     elif "Protocol" in markers:
@@ -171,20 +171,13 @@ class _EnumerationNames(dict[str, Any]):
         return max(numbers, default=0) + 1
 
 
-def _make_members(evaluator: Evaluating, cls: PythonClass, node: ast.ClassDef, kinds: set[str]) -> None:
+def _make_members(evaluator: Evaluating, cls: PythonClass, kinds: set[str]) -> None:
     cls.options["kinds"] = kinds
     cls.members = {}
-    assigned = {
-        target.id
-        for statement in node.body
-        if isinstance(statement, ast.Assign)
-        for target in statement.targets
-        if isinstance(target, ast.Name)
-    } | {s.target.id for s in node.body if isinstance(s, ast.AnnAssign) and isinstance(s.target, ast.Name) and s.value}
     for name in list(cls.names):
         value = cls.names[name]
         is_function = isinstance(value, (PythonFunction, Property, StaticMethod, ClassMethod, PythonClass))
-        if name in assigned and not name.startswith("_") and not is_function:
+        if not name.startswith("_") and not is_function:
             cls.members[name] = _member(evaluator, cls, name, value, kinds)
             dict.__setitem__(cls.names, name, cls.members[name])
 

@@ -56,6 +56,15 @@ def write_assign(w: Writer, node: ast.Assign, block: Block, note: Code) -> None:
         store(w, node, target, shared, PURE, block, Code(None))
 
 
+def _check_generator(w: Writer, node: ast.GeneratorExp) -> None:
+    """Raise an error for a generator that may read a variable after it has changed, which a list does not."""
+    first = set(ast.walk(node.generators[0].iter))
+    for each in ast.walk(node):
+        variable = w.names.variables.get(each) if isinstance(each, ast.Name) and each not in first else None
+        if variable is not None and len(variable.stores) > 1:
+            raise w.unsupported(f"a generator that reads `{variable.name}`, which is assigned again,", node)
+
+
 def write_annotated_assign(w: Writer, node: ast.AnnAssign, block: Block, note: Code) -> None:
     """Generate ``a: T = value``."""
     if node.value is not None:
@@ -64,6 +73,8 @@ def write_annotated_assign(w: Writer, node: ast.AnnAssign, block: Block, note: C
 
 def _assign(w: Writer, node: ast.stmt, target: ast.expr, value: ast.expr, block: Block, note: Code) -> None:
     """Generate ``target = value``."""
+    if isinstance(value, ast.GeneratorExp):
+        _check_generator(w, value)
     if isinstance(target, (ast.Tuple, ast.List)):
         if isinstance(value, (ast.Tuple, ast.List)) and _parallel(w, node, target.elts, value.elts, block, note):
             return

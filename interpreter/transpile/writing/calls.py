@@ -339,10 +339,12 @@ def _isspace(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
 def _index(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "x", "index")
     if w.type(func.value).only(STR):
-        return form("string-index", w.expr(func.value), w.expr(given["x"]))
+        found = form("string-index", w.expr(func.value), w.expr(given["x"]))
+        return form("or", found, form("error", LiteralCode("substring not found")))
     if never_contains(w, func.value, given["x"]):
         return after_effects(w, (func.value, given["x"]), form("error", LiteralCode("the item is not in the list")))
-    return form("index-of", w.expr(func.value), w.expr(given["x"]))
+    found = form("index-of", w.expr(func.value), w.expr(given["x"]))
+    return form("or", found, form("error", LiteralCode("the item is not in the list")))
 
 
 def _remove(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
