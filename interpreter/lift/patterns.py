@@ -154,7 +154,7 @@ def find(program: OpenProgram, top: CodeTree) -> bool:
     changed = False
     for node in reversed(list(code(top))):
         if node.head in ("union-loop", "for/union"):
-            rules = (_index_loops, find_ring, _line, _filtered)
+            rules = (_index_loops, _over_items, find_ring, _line, _filtered)
             changed |= any(rule(program, node) for rule in rules)
         elif node.head == "for*/union":
             changed |= _grid(program, node)
@@ -167,6 +167,44 @@ def accept(node: CodeTree, new: CodeTree) -> bool:
         return False
     node.become(new)
     return True
+
+
+def _over_items(program: OpenProgram, node: CodeTree) -> bool:
+    """Write a loop over the indices of a sequence as a loop over its items."""
+    loop = _loop_of(program, node)
+    first = loop.body[0] if loop is not None and len(loop.body) > 1 else None
+    if loop is None or first is None or not {"ref", "length", "enumerate"} <= program.known:
+        return False
+    if first.head not in ("define", "define-values") or len(first.operands) != 2 or first.operands[1].head != "ref":
+        return False
+    target, item = first.operands
+    if target.items is not None and first.head == "define":
+        return False
+    reference = item.operands
+    if len(reference) != 2 or reference[1].name != loop.variable or not _has_length(reference[0], loop.count):
+        return False
+    used = set(names(reference[0]))
+    effects = program.effects(*loop.body)
+    if used & {loop.variable} or effects.changes & (used | {ANY}):
+        return False
+    rest, span = loop.body[1:], node.span
+    sequence, pattern = reference[0], target
+    if any(loop.variable in names(statement) for statement in rest):
+        pattern = listed([symbol(loop.variable, span), target], span)
+        sequence = form("enumerate", sequence, span=span)
+    new = form("for/union", listed([listed([pattern, sequence], span)], span), *rest, span=span)
+    if size(new) < size(node) and first.trivia.before:
+        rest[0].trivia = joined(first.trivia, rest[0].trivia)
+    return accept(node, new)
+
+
+def _has_length(sequence: CodeTree, count: CodeTree) -> bool:
+    """Return whether a sequence surely has as many items."""
+    if sequence.name is not None:
+        return count.head == "length" and len(count.operands) == 1 and count.operands[0].name == sequence.name
+    if sequence.head == "quote":
+        return len(sequence.operands[0].items or ()) == count.value and type(count.value) is int
+    return sequence.is_array and len(sequence.items or ()) == count.value and type(count.value) is int
 
 
 def _filtered(program: OpenProgram, node: CodeTree) -> bool:

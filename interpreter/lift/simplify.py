@@ -655,13 +655,14 @@ def _hoist(program: OpenProgram, assigned: set[str], room: int) -> bool:
     roots = [top for top in program.forms if top.head == "bind" and top.operands[0].value == word]
     if len(roots) != 1 or len(roots[0].operands) != 2 or roots[0].operands[1].head != "lambda":
         return False
-    root, function = roots[0], roots[0].operands[1]
+    function = roots[0].operands[1]
     if _is_called(program, word):
         return False
-    taken = {name for top in program.forms for name in _outer_names(top, root)} | program.known
+    taken = {name for top in program.forms for name in defined_names(top)} | program.language
     found: list[CodeTree] = []
     _take_defaults(function, taken | assigned, found, room)
     _take_definitions(function, taken | assigned, found)
+    _take_values(function, taken | assigned, found, room - len(found))
     if not found:
         return False
     found[0].trivia = replace(found[0].trivia, blank=True)
@@ -686,13 +687,6 @@ def _is_called(program: OpenProgram, word: str) -> bool:
         if len(texts) > (top.head == "bind" and top.operands[0].value == word):
             return True
     return False
-
-
-def _outer_names(top: CodeTree, root: CodeTree) -> Iterator[str]:
-    """Names that a param must not have: those of the top level, and those that other functions read from there."""
-    yield from defined_names(top)
-    if top is not root:
-        yield from names(top)
 
 
 def _take_defaults(function: CodeTree, taken: set[str], found: list[CodeTree], room: int) -> None:
@@ -728,4 +722,29 @@ def _take_definitions(function: CodeTree, taken: set[str], found: list[CodeTree]
         statement.items[0] = symbol("param", statement.span)
         statement.trivia = replace(statement.trivia, blank=False)
         found.append(statement)
+    function.items[2:] = kept
+
+
+def _take_values(function: CodeTree, taken: set[str], found: list[CodeTree], room: int) -> None:
+    """Take definitions of several numbers at once, ``(define-values (a b) '(1 2))``."""
+    assert function.items is not None
+    inner = Counter(name for one in code(function) for name in bound_names(one))
+    kept: list[CodeTree] = []
+    for statement in function.items[2:]:
+        operands = statement.operands
+        targets = operands[0].items if statement.head == "define-values" and len(operands) == 2 else None
+        values = operands[1].operands[0].items if targets and operands[1].head == "quote" else None
+        if not targets or not values or len(values) != len(targets) or not all(map(_is_size, values)):
+            kept.append(statement)
+            continue
+        spelled = [target.name or "_" for target in targets]
+        is_free = not any(name in taken or name == "_" or inner[name] != 1 for name in spelled)
+        growth = 4 * len(spelled) - size(statement)
+        if not is_free or growth > room:
+            kept.append(statement)
+            continue
+        room -= growth
+        params = [form("param", target, value, span=statement.span) for target, value in zip(targets, values)]
+        params[0].trivia = replace(statement.trivia, blank=False)
+        found += params
     function.items[2:] = kept

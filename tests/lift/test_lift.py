@@ -58,9 +58,9 @@ def test_translated_programs_keep_their_scene(case: Case) -> None:
     assert nodes(SESSION.transpile(Source(f"{case.name}.txt", case.text)).text) == nodes(found)
 
 
-def test_half_of_the_responses_use_a_combinator_or_a_param() -> None:
+def test_most_responses_use_a_combinator_or_a_param() -> None:
     texts = [SESSION.transpile(Source(f"{case.name}.txt", case.text)).text for case in CORPUS]
-    assert sum(BETTER.search(text) is not None for text in texts) >= len(texts) / 2
+    assert sum(BETTER.search(text) is not None for text in texts) >= 2 * len(texts) / 3
 
 
 @pytest.mark.parametrize("seed", range(120))
