@@ -32,6 +32,7 @@ _POSES = ("translate", "rotate", "scale", "reflect", "@")
 _BOXES = ("compute-shape-min", "compute-shape-max", "compute-shape-center", "compute-shape-sizes")
 _AXES = ("x-of", "y-of", "z-of")
 _MAX_SCALAR = 9  # nodes of a number's expression that is inlined
+_MAX_TOLD = 24  # nodes of an expression whose place says what its name says
 _MAX_LITERAL = 12  # nodes of a literal that is inlined
 
 
@@ -430,10 +431,13 @@ def _is_better(program: OpenProgram, definition: CodeTree, value: CodeTree, use:
             return True
     if commented:
         return False
-    if value.is_number:  # its name says what it means, unless the place does
-        name = next(defined_names(definition), None)
-        before = parent.items[position - 1].value if parent.items and position > 1 else None
-        return name in _VAGUE or (type(before) is Keyword and before == name)
+    name = next(defined_names(definition), None)
+    before = parent.items[position - 1].value if parent.items and position > 1 else None
+    is_told = type(before) is Keyword and before == name  # the place says what the name does
+    if value.is_number:
+        return name in _VAGUE or is_told
+    if is_told or (parent.head == "transform" and is_pose(value)):
+        return size(value) <= _MAX_TOLD
     if is_constant(value):
         return size(value) <= _MAX_LITERAL and not _is_table(value)
     return size(value) <= _MAX_SCALAR and not (parent.head == "define" and position == 2)
