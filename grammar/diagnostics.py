@@ -204,7 +204,7 @@ CODES: dict[str, DiagnosticCode] = {
     "fixed-draws": DiagnosticCode(
         "W805", "Random numbers decide what a program builds, and were drawn when it was translated."
     ),
-    "ignored-block": DiagnosticCode("W802", "The response has several Python code blocks; only one of them is used."),
+    "ignored-block": DiagnosticCode("W802", "The response has Python code blocks that are not part of the program."),
     "python-ignored": DiagnosticCode("W803", "A Python statement has no effect on the scene and was ignored."),
     "draw-order": DiagnosticCode(
         "W804", "A generator and the loop over it both draw random numbers; the generator now draws first."

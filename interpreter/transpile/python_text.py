@@ -607,7 +607,7 @@ def _comments(lines: list[str]) -> list[PythonComment]:
     return found
 
 
-@lru_cache(maxsize=10_000)
+@lru_cache(maxsize=1_000)  # each keeps the tree of a function
 def scope_of(node: ast.FunctionDef | ast.Lambda) -> tuple[frozenset[str], dict[str, bool], bool]:
     """Return the names that a function assigns, those that it declares global or nonlocal, and whether it yields."""
     given = node.args

@@ -280,3 +280,12 @@ def outer_product(function: np.ufunc) -> Callable[..., Any]:
         return function.outer(left, right)
 
     return outer
+
+
+def product_of(items: Iterable[Any], *, start: Any = 1) -> Any:
+    """Return the product of numbers, of limited size."""
+    for item in items:
+        start = start * item
+        if type(start) is int and start.bit_length() > MAX_BITS:
+            raise UnsupportedPython("this number has too many digits")
+    return start

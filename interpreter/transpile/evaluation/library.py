@@ -40,6 +40,7 @@ from scenelang.interpreter.transpile.evaluation import (
     check_repetitions,
     check_size,
     few,
+    product_of,
     words,
 )
 from scenelang.interpreter.transpile.evaluation.classes import (
@@ -534,6 +535,7 @@ def _public(path: str, module: Any, numeric: bool = False) -> dict[str, Any]:
             is_function = callable(value)
             found[name] = Native(f"{path}.{name}", value, None, numeric) if is_function else value
     if path == "math":
+        found["prod"] = Native("math.prod", product_of, None, True)
         for name in ("factorial", "comb", "perm"):
             found[name] = Native(f"math.{name}", _small(getattr(math, name)), None)
     return {
