@@ -557,10 +557,14 @@ def _arithmetic(program: OpenProgram, node: CodeTree) -> bool:
 def _shorten_numbers(matrix: CodeTree) -> None:
     """Drop the error in the last digits of numbers in a pose: 2.5999999999999996 is 2.6."""
     for one in code(matrix):
-        if one.items is None and type(one.value) is float and len(repr(one.value)) > 15:
-            short = float(f"{one.value:.13g}")
-            if len(repr(short)) < 12 and abs(short - one.value) <= 1e-14 * abs(one.value):
-                one.value, one.spelling = short, None
+        shorten_number(one)
+
+
+def shorten_number(node: CodeTree) -> None:
+    if node.items is None and type(node.value) is float and len(repr(node.value)) > 15:
+        short = float(f"{node.value:.13g}")
+        if len(repr(short)) < 12 and abs(short - node.value) <= 1e-14 * abs(node.value):
+            node.value, node.spelling = short, None
 
 
 def _is_number(node: CodeTree, value: float) -> bool:

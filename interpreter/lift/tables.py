@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from scenelang.grammar.datum import Keyword, Span
 from scenelang.interpreter.expand.forms import FORMS
 from scenelang.interpreter.lift.patterns import accept, find_ring
-from scenelang.interpreter.lift.simplify import gives_parts, is_part, vector_of
+from scenelang.interpreter.lift.simplify import gives_parts, is_part, shorten_number, vector_of
 from scenelang.interpreter.lift.tree import (
     CodeTree,
     OpenProgram,
@@ -319,6 +319,9 @@ def _formulas(program: OpenProgram, node: CodeTree) -> bool:
     _split_vectors(body, columns)
     found = _fitted(body, columns, index, table.count)
     span = node.span
+    for name in _placed_names(table.body) & table.columns.keys() - found.keys():
+        for cell in table.columns[name]:
+            shorten_number(cell)
     if not found:
         return False
     rest = {name: cells for name, cells in columns.items() if name not in found}
