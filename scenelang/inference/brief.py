@@ -319,7 +319,7 @@ def _docstring(answer: str) -> str:
 
 @cache
 def _transpiled(answer: str) -> str:
-    return Session().transpile(Source("example.txt", answer)).text
+    return Session().transpile(Source("example.txt", answer), literal=True).text
 
 
 def _example_list(source: Source, task: Task) -> str:
