@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
 
 from scenelang.grammar.concrete import concrete
-from scenelang.grammar.datum import Datum, Source, walk
+from scenelang.grammar.datum import Datum, Source, atom_text, walk
 from scenelang.grammar.formatter import settled
 from scenelang.grammar.layout import AuthorLayout, Trivia, layout_lines
 from scenelang.interpreter.expand.forms import FORMS, INDENTS
@@ -24,6 +24,7 @@ from scenelang.interpreter.lift.tree import (
     same,
     size,
 )
+from scenelang.interpreter.lift.tree import walk as walk_tree
 
 _MAX_ROUNDS = 8
 _MAX_SURVEYS = 2
@@ -73,12 +74,29 @@ def lift(
     program = _program(nodes, library)
     kept = [id(node) for node, form in zip(nodes, forms) if fixed and any(id(datum) in fixed for datum in walk(form))]
     _lift_forms(program, kept)
+    if _omits_zeros(spelling):
+        _omit_zeros(program)
     notes, texts = dict(trivia), dict(spelling)
     result = [
         _same_form(node, originals.get(id(node)), trivia, spelling) or datum_of(node, notes, texts)
         for node in program.forms
     ]
     return Lifted(tuple(result), notes, texts)
+
+
+def _omits_zeros(spelling: Mapping[int, str]) -> bool:
+    """Return whether a program writes ``.5`` rather than ``0.5``."""
+    short = sum(text.lstrip("-").startswith(".") for text in spelling.values())
+    return short > sum(text.lstrip("-").startswith("0.") for text in spelling.values())
+
+
+def _omit_zeros(program: OpenProgram) -> None:
+    """Write new numbers as the program writes its own."""
+    for top in program.forms:
+        for node in walk_tree(top):
+            if type(node.value) is float and node.spelling is None and 0 < abs(node.value) < 1:
+                text = atom_text(node.value)
+                node.spelling = text.replace("0.", ".", 1) if text.lstrip("-").startswith("0.") else None
 
 
 def lift_text(source: Source, library: Set[str]) -> str:

@@ -8,7 +8,7 @@ is a repetition with a name. A rewriting is kept only if it needs fewer nodes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from scenelang.interpreter.lift.simplify import factors, is_pose, is_zero, product, vector_of
 from scenelang.interpreter.lift.tree import (
@@ -20,11 +20,11 @@ from scenelang.interpreter.lift.tree import (
     atom,
     bodies,
     code,
+    comments_of,
     copied,
     defined_names,
     expression,
     form,
-    joined,
     keyword,
     listed,
     names,
@@ -157,14 +157,20 @@ def find(program: OpenProgram, top: CodeTree) -> bool:
             rules = (_index_loops, _over_items, find_ring, _line, _filtered)
             changed |= any(rule(program, node) for rule in rules)
         elif node.head == "for*/union":
-            changed |= _grid(program, node)
+            changed |= _grid(program, node) or _filtered(program, node)
     return changed
 
 
 def accept(node: CodeTree, new: CodeTree) -> bool:
-    """Replace a node if that makes the program shorter."""
+    """Replace a node if that makes the program shorter; comments that the new one lacks are put above it."""
     if size(new) >= size(node):
         return False
+    kept = set(comments_of(new))
+    lost = tuple(row for row in comments_of(node) if row not in kept and row not in node.trivia.before)
+    if node.trivia.after in lost:
+        lost = tuple(row for row in lost if row != node.trivia.after)
+    if lost:
+        new.trivia = replace(new.trivia, before=(*lost, *new.trivia.before))
     node.become(new)
     return True
 
@@ -192,10 +198,7 @@ def _over_items(program: OpenProgram, node: CodeTree) -> bool:
     if any(loop.variable in names(statement) for statement in rest):
         pattern = listed([symbol(loop.variable, span), target], span)
         sequence = form("enumerate", sequence, span=span)
-    new = form("for/union", listed([listed([pattern, sequence], span)], span), *rest, span=span)
-    if size(new) < size(node) and first.trivia.before:
-        rest[0].trivia = joined(first.trivia, rest[0].trivia)
-    return accept(node, new)
+    return accept(node, form("for/union", listed([listed([pattern, sequence], span)], span), *rest, span=span))
 
 
 def _has_length(sequence: CodeTree, count: CodeTree) -> bool:
@@ -210,22 +213,20 @@ def _has_length(sequence: CodeTree, count: CodeTree) -> bool:
 def _filtered(program: OpenProgram, node: CodeTree) -> bool:
     """Write a loop whose body gives nothing in some cases with ``:unless`` or ``:when``."""
     loop = _loop_of(program, node)
-    if loop is None or len(loop.body) != 1:
+    is_for = node.head != "union-loop" and len(node.operands) == 2 and node.operands[0].items is not None
+    if not is_for and (loop is None or len(loop.body) != 1):
         return False
-    found = _test_for_nothing(loop.body[0])
+    found = _test_for_nothing(node.operands[1] if is_for or loop is None else loop.body[0])
     if found is None:
         return False
     test, key, rest = found
     span = node.span
-    if node.head == "for/union":
+    if is_for or loop is None:
         clauses = listed([*(node.operands[0].items or []), keyword(key, span), test], span)
     else:
         clause = listed([symbol(loop.variable, span), _counted(loop.count)], span)
         clauses = listed([clause, keyword(key, span), test], span)
-    new = form("for/union", clauses, *rest, span=span)
-    if size(new) < size(node):
-        rest[0].trivia = joined(loop.body[0].trivia, rest[0].trivia)
-    return accept(node, new)
+    return accept(node, form(node.head if is_for and node.head else "for/union", clauses, *rest, span=span))
 
 
 def _test_for_nothing(body: CodeTree) -> tuple[CodeTree, str, list[CodeTree]] | None:
@@ -286,11 +287,17 @@ def find_ring(program: OpenProgram, node: CodeTree) -> bool:
     part = body.part
     if circle.inner:
         part = form("transform", part, product(circle.inner), span=part.span)
-    new = _ring_form(loop, body.copies(part), circle, sweep)
-    if new is None:
+    copies = body.copies(part)
+    new = _ring_form(loop, copies, circle, sweep)
+    if new is None or (copies.head == "lambda" and _is_forced(circle, new)):
         return False
     new.trivia = loop.body[-1].trivia if node.head == "for/union" else new.trivia
     return accept(node, new)
+
+
+def _is_forced(circle: _Circle, ring: CodeTree) -> bool:
+    """Return whether a ring says less than the loop: without a radius, or in the other direction."""
+    return is_zero(circle.radius) or len(ring.operands) > 6
 
 
 def _ring_form(loop: _Loop, copies: CodeTree, circle: _Circle, sweep: Poly) -> CodeTree | None:
@@ -326,6 +333,8 @@ def _turned(body: _Body) -> _Circle | None:
         return None
     radius = atom(0, turn.span)
     vector = vector_of(rest[0]) if rest else None
+    if vector is not None and not is_zero(vector[0]):
+        return None  # the radius would be hidden in the part
     if vector is not None and is_zero(vector[0]) and not is_zero(vector[2]) and not body.depends(vector[2]):
         if not (set(names(vector[2])) & set(body.values)):
             radius = vector[2]
@@ -435,12 +444,7 @@ def _index_loops(program: OpenProgram, node: CodeTree) -> bool:
         listed([symbol(column, span), _counted(divisor)], span),
     ]
     new = form("for*/union", listed(clauses, span), *rest, span=span)
-    if first.trivia.before:
-        rest[0].trivia = first.trivia
-    if size(new) >= size(node):
-        return False
-    node.become(new)
-    return True
+    return accept(node, new)
 
 
 def _counted(count: CodeTree) -> CodeTree:

@@ -91,7 +91,11 @@ def _sum(x: CodeTree, y: CodeTree) -> CodeTree | None:
     if is_zero(x):
         return y
     if not x.is_number or not y.is_number:
-        return None
+        if y.head == "-" and len(y.operands) == 1:
+            return form("-", x, y.operands[0], span=x.span)
+        if x.head == "-" and len(x.operands) == 1:
+            return form("-", y, x.operands[0], span=x.span)
+        return form("+", x, y, span=x.span)
     total = atom(x.value + y.value, x.span)
     if isinstance(total.value, float):
         short = float(f"{total.value:.12g}")
@@ -134,8 +138,10 @@ def _flatten_union(node: CodeTree) -> bool:
     kept: list[CodeTree] = []
     for member in node.operands:
         if member.head == "union" and member.items is not None and len(member.items) > 1:
-            first = member.items[1]
+            first, last = member.items[1], member.items[-1]
             first.trivia = joined(replace(member.trivia, after=None), first.trivia)
+            if member.trivia.after and not last.trivia.after:
+                last.trivia = replace(last.trivia, after=member.trivia.after)
             kept += member.items[1:]
             changed = True
         else:
@@ -460,8 +466,10 @@ def _put(definition: CodeTree, value: CodeTree, use: _Use, name: str) -> None:
     trivia = joined(old.trivia, replace(definition.trivia, blank=False))
     value.trivia = joined(trivia, value.trivia)
     note = _note(name, value)
-    if note and parent.head == "union" and not value.trivia.before and not value.trivia.after:
-        value.trivia = replace(value.trivia, after=line_comment(note))
+    target = parent if parent.head == "transform" and position == 1 else value
+    if note and parent.head in ("union", "transform") and not (target.trivia.before or target.trivia.after):
+        if not (value.trivia.before or value.trivia.after):
+            target.trivia = replace(target.trivia, after=line_comment(note))
     parent.items[position] = value
 
 
@@ -643,7 +651,9 @@ def declare_params(program: OpenProgram, room: int = 0) -> bool:
     for top in program.forms:
         operands = top.operands
         name = operands[0].name if top.head == "define" and len(operands) == 2 else None
-        if name is not None and _is_size(operands[1]) and name not in assigned and defined[name] == 1:
+        if name is None or name in program.language:
+            continue
+        if _is_size(operands[1]) and name not in assigned and defined[name] == 1:
             assert top.items is not None
             top.items[0] = symbol("param", top.span)
             changed = True
@@ -673,6 +683,8 @@ def _hoist(program: OpenProgram, assigned: set[str], room: int) -> bool:
     _take_values(function, taken | assigned, found, room - len(found))
     if not found:
         return False
+    assert function.items is not None
+    function.items[2].trivia = replace(function.items[2].trivia, blank=False)
     found[0].trivia = replace(found[0].trivia, blank=True)
     position = next((k for k, top in enumerate(program.forms) if top.head not in ("import", "param", None)), 0)
     first = program.forms[position]
