@@ -10,6 +10,7 @@ import os
 import re
 import sys
 import threading
+import time
 from codecs import BOM_UTF8
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -27,6 +28,7 @@ from scenelang.grammar.reader import read
 from scenelang.interpreter.kinds.book import findings
 from scenelang.interpreter.lint.lint import (
     apply_fixes,
+    confirmed,
     find_root,
     lint,
     lint_forms,
@@ -57,6 +59,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 IMPORT_FORM = re.compile(r'\(import\s+"([^"\n]*)"')
 _REGISTERS = re.compile(r"^[ \t]*@register", re.M)
+_TRIAL_STEPS = 200_000  # of the run that finds out whether a translated program works
 _STACK = 512 * 1024 * 1024
 _STACK_OF_CALL = 8 * 1024
 _STARTING = fork_safe_lock()  # threading.stack_size is a process-wide setting
@@ -387,18 +390,31 @@ class Session:
 
     def _translated(self, source: Source, with_text: bool, finish: Finish | None = None) -> tuple[Translation, Checked]:
         """Translate a language model's Python and check the program; parts in which the checker finds errors are
-        evaluated if that leaves none."""
+        evaluated if that leaves none. A program whose text is wanted and that changes data is tried as well."""
         from scenelang.interpreter.transpile.translate import translate, with_evaluated_parts
 
         translation = translate(source, with_text, finish)
         checked = self._check(source, translation)
         wrong = [d for d in checked.diagnostics if d.is_error]
+        if not wrong and with_text and translation.changes_data:
+            wrong = self._failure(source, checked)
         if wrong and translation.ok:
             evaluated = with_evaluated_parts(source, translation, wrong, with_text, finish)
             again = self._check(source, evaluated) if evaluated.ok and evaluated is not translation else checked
             if not any(d.is_error for d in again.diagnostics):
                 return evaluated, again
         return translation, checked
+
+    def _failure(self, source: Source, checked: Checked) -> list[Diagnostic]:
+        """Return the error that ends a short run of a translated program, at its place in the Python."""
+        limits = replace(self.options.limits, steps=min(self.options.limits.steps, _TRIAL_STEPS))
+        trial = Session(replace(self.options, limits=limits))
+        found = trial._evaluate_checked(source, checked, time.monotonic())
+        problem = next((d for d in found.diagnostics if d.is_error), None)
+        place = _place_in(source, problem) if problem is not None else None
+        if problem is None or place is None or CODES[problem.name].code.startswith("E5"):
+            return []
+        return [replace(problem, span=place)]
 
     def _check(self, source: Source, translation: Translation | None) -> Checked:
         try:
@@ -512,11 +528,10 @@ class Session:
         """
         from scenelang.interpreter.transpile.translate import translate, with_evaluated_parts
 
-        places = (problem.span, *(span for _, span in problem.chain))
-        place = next((span for span in places if span is not None and span.source.name == source.name), None)
+        place = _place_in(source, problem)
         if place is None or self.options.seed:
             return None
-        error = replace(problem, span=Span(source, place.start, place.end))
+        error = replace(problem, span=place)
         work = lambda: with_evaluated_parts(source, translate(source, False), [error], False)
         translation = run_with_room(work, EXPANSION_DEPTH, folders=self.folders(source))
         exception = next((d for d in translation.diagnostics if d.name == "python-exception"), None)
@@ -547,7 +562,7 @@ class Session:
             note = Note(f"embeddings are applied to {used}; remove one with `embeddings FILE set HANDLE --clear`")
             problem = replace(problem, notes=(*problem.notes, note))
         warnings = without_suppressed(runtime.warnings.values(), program.sources)
-        diagnostics = _confirmed(checked.diagnostics, problem, warnings)
+        diagnostics = confirmed(checked.diagnostics, problem, warnings)
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total)
 
     def check_geometry(self, source: Source) -> list[Diagnostic]:
@@ -672,6 +687,13 @@ def is_python(source: Source) -> bool:
     return source.name.startswith("<") and bool(_REGISTERS.search(source.text))
 
 
+def _place_in(source: Source, problem: Diagnostic) -> Span | None:
+    """Return where in a source an error is, or the innermost call in it that led there."""
+    places = (problem.span, *(span for _, span in problem.chain))
+    place = next((span for span in places if span is not None and span.source.name == source.name), None)
+    return Span(source, place.start, place.end) if place is not None else None
+
+
 def _in_python(diagnostic: Diagnostic) -> Diagnostic:
     from scenelang.interpreter.transpile.translate import in_python
 
@@ -692,48 +714,6 @@ def _outside_library(diagnostic: Diagnostic) -> Diagnostic:
 def _may_run(program: Program, diagnostics: Iterable[Diagnostic]) -> bool:
     """Return whether the only errors are those of kinds, which may concern code that a run never evaluates."""
     return program.ok and all(CODES[d.name].code[:2] in ("E4", "E6") for d in diagnostics if d.is_error)
-
-
-def _confirmed(
-    found: Sequence[Diagnostic], problem: Diagnostic | None, warnings: Sequence[Diagnostic]
-) -> list[Diagnostic]:
-    """Return the findings of the check with the error and the warnings of the run, each mistake once.
-
-    Errors of the check that the run did not meet are warnings: the code was guarded, or not evaluated.
-    """
-    warnings = [d for d in warnings if not any(_is_within(each, d) for each in found)]
-    if problem is None or CODES[problem.name].code.startswith("E5"):
-        found = [replace(d, name="conditional-failure") if d.is_error else d for d in found]
-        return [*found, problem, *warnings] if problem else [*found, *warnings]
-    places = [place for place in (problem.span, *(span for _, span in problem.chain)) if place is not None]
-    is_known = any(_is_same(d, problem, places) for d in found if d.is_error)
-    return [*found, *warnings] if is_known else [*found, problem, *warnings]
-
-
-def _is_within(finding: Diagnostic, warning: Diagnostic) -> bool:
-    """Return whether a warning of the run is a finding of the check, which shows its place more closely."""
-    return (
-        finding.name == warning.name
-        and finding.span is not None
-        and warning.span is not None
-        and finding.span.overlaps(warning.span)
-    )
-
-
-def _is_same(finding: Diagnostic, problem: Diagnostic, places: Sequence[Span]) -> bool:
-    """Return whether a finding of the check is the error of the run: at its place, or of its kind and on a line of the
-    calls that led there, or about the word that was called last."""
-    spans = [span for span in (finding.span, *(note.span for note in finding.notes)) if span is not None]
-    if problem.span is not None and any(span.overlaps(problem.span) for span in spans):
-        return True
-    if finding.name != problem.name:
-        return False
-    if finding.message == problem.message:
-        return True
-    if not places or (problem.name == "parts" and problem.chain and problem.chain[0][0] in finding.message):
-        return True
-    lines = {(place.source, place.source.position(place.start)[0]) for place in places}
-    return any((span.source, span.source.position(span.start)[0]) in lines for span in spans)
 
 
 def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
@@ -940,7 +920,7 @@ class Editing:
             entity.call_sites = tuple(map(version.place, entity.call_sites))
         rt, sources = run.rt, (source, *program.sources[1:])
         warnings = without_suppressed(map(version.diagnostic, rt.warnings.values()), sources)
-        diagnostics = _confirmed(found, problem and version.diagnostic(problem), warnings)
+        diagnostics = confirmed(found, problem and version.diagnostic(problem), warnings)
         return Evaluated(_placed_program(version), scene, tuple(diagnostics), tuple(rt.log), rt.meter.total)
 
     def _no_versions(self) -> Versions:

@@ -10,7 +10,7 @@ from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Source, Span, dataclass, replace
-from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
+from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import piece_at, read_comments
 from scenelang.interpreter.compile.analyse import walk
 from scenelang.interpreter.expand.scope import Variable
@@ -534,3 +534,48 @@ def without_suppressed(diagnostics: Iterable[Diagnostic], sources: Iterable[Sour
     """Return the diagnostics that no comment in these texts suppresses."""
     suppressions = [Suppressions(source) for source in sources]
     return [d for d in diagnostics if d.is_error or not any(each.suppress(d) for each in suppressions)]
+
+
+# --- findings and runs -----------------------------------------------------------------------------------------------
+
+
+def confirmed(
+    found: Sequence[Diagnostic], problem: Diagnostic | None, warnings: Sequence[Diagnostic]
+) -> list[Diagnostic]:
+    """Return the findings of the check with the error and the warnings of the run, each mistake once.
+
+    Errors of the check that the run did not meet are warnings: the code was guarded, or not evaluated.
+    """
+    warnings = [d for d in warnings if not any(_is_reported(each, d) for each in found)]
+    if problem is None or CODES[problem.name].code.startswith("E5"):
+        found = [replace(d, name="conditional-failure") if d.is_error else d for d in found]
+        return [*found, problem, *warnings] if problem else [*found, *warnings]
+    places = [place for place in (problem.span, *(span for _, span in problem.chain)) if place is not None]
+    is_known = any(_is_same(d, problem, places) for d in found if d.is_error)
+    return [*found, *warnings] if is_known else [*found, problem, *warnings]
+
+
+def _is_reported(finding: Diagnostic, warning: Diagnostic) -> bool:
+    """Return whether a warning of the run is a finding of the check, which shows its place more closely."""
+    return (
+        finding.name == warning.name
+        and finding.span is not None
+        and warning.span is not None
+        and finding.span.overlaps(warning.span)
+    )
+
+
+def _is_same(finding: Diagnostic, problem: Diagnostic, places: Sequence[Span]) -> bool:
+    """Return whether a finding of the check is the error of the run: at its place, or of its kind and on a line of the
+    calls that led there, or about the word that was called last."""
+    spans = [span for span in (finding.span, *(note.span for note in finding.notes)) if span is not None]
+    if problem.span is not None and any(span.overlaps(problem.span) for span in spans):
+        return True
+    if finding.name != problem.name:
+        return False
+    if finding.message == problem.message:
+        return True
+    if not places or (problem.name == "parts" and problem.chain and problem.chain[0][0] in finding.message):
+        return True
+    lines = {(place.source, place.source.position(place.start)[0]) for place in places}
+    return any((span.source, span.source.position(span.start)[0]) in lines for span in spans)

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from scenelang.grammar.datum import Datum, Source, Span
+from scenelang.grammar.datum import Atom, Datum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.interpreter.transpile.analysis.collect import find_collections
 from scenelang.interpreter.transpile.analysis.infer import infer
@@ -61,6 +61,14 @@ class Translation:
     @property
     def ok(self) -> bool:
         return not any(d.is_error for d in self.diagnostics)
+
+    @property
+    def changes_data(self) -> bool:
+        """Whether the program changes lists, tables or arrays in place, so that a mistake shows only when it runs."""
+        names = (
+            str(datum.value) for datum in walk(*self.forms) if isinstance(datum, Atom) and type(datum.value) is Symbol
+        )
+        return any(name.endswith("!") and name != "set!" for name in names)
 
 
 def translate(source: Source, with_text: bool = True, finish: Finish | None = None) -> Translation:

@@ -10,7 +10,8 @@ import pytest
 from scenelang.grammar.datum import Source
 from scenelang.interpreter.transpile.python_text import code_of, find_code
 from scenelang.session import Session
-from transpile.cases import told
+from transpile.cases import first_difference, flattened, told
+from transpile.reference_model import flatten
 
 SESSION = Session()
 LEG = "@register()\ndef leg(h=1):\n    return primitive_call('cube', shape_kwargs={'scale': (1, h, 1)})\n"
@@ -142,3 +143,18 @@ def test_what_fails_in_the_language_only_is_evaluated() -> None:
     code = "from helper import *\n@register()\ndef scene():\n    x = float(len('ab') > 1) + len([*range(3), *'ab'])\n"
     code += "    return primitive_call('cube', shape_kwargs={'scale': x})\n"
     assert count(code) == 1
+
+
+def test_a_program_that_would_fail_is_evaluated() -> None:
+    """The static translation inserts beyond the end of a list, which Python allows."""
+    code = """from helper import *
+@register()
+def root() -> Shape:
+    places = [1, 2]
+    places.insert(100, 8)
+    return concat_shapes(*[transform_shape(primitive_call('cube'), translation_matrix((x, 0, 0))) for x in places])
+"""
+    translation = Session().transpile(Source("insert.py", code))
+    scene = Session().evaluate(Source("insert.scene", translation.text)).scene
+    assert scene is not None
+    assert first_difference(flattened(scene), flatten(code)) is None
