@@ -2696,6 +2696,58 @@ class Track:
 
 track = Track(t0=0, t2=10, t4=5) * 2
 return [track(t) for t in (-1, 0, 1, 3, 4, 9)]
+## mixins before a base with a hook
+made = []
+class A:
+    def __init_subclass__(cls, **named): made.append((cls.__name__, *named.values()))
+class Mixin: pass
+class B(Mixin, A): pass
+class C(B, k=2): pass
+
+return made
+## enumerations of texts
+from enum import Enum, auto
+class S(str, Enum):
+    A = auto()
+    B = 'x'
+    C = auto()
+    def __str__(self): return 'S!' + self.value
+class T(str, Enum):
+    A = auto()
+    B = 'x'
+
+return S.A.value, repr(S.A), str(S.A), f'{S.A}', format(S.A, '>8'), '%s' % S.B, S.C.value, repr(T.A), str(T.A), f'{T.B:>8}', T.B.upper(), T('x').name, S.B == 'x', '{}'.format(S.B)
+## enumerations of numbers and flags as texts
+from enum import Enum, Flag, IntEnum, IntFlag
+class F(IntFlag):
+    A = 1
+    B = 2
+class G(Flag):
+    A = 1
+    B = 2
+class I(int, Enum):
+    A = 1
+    def __str__(self): return 'I!'
+class J(IntEnum): A = 1
+class K(int, Enum): A = 1
+
+return str(F.A), str(F.A | F.B), f'{F.A}', repr(F.A | F.B), str(F(0)), repr(F(0)), str(G.A), str(G.A | G.B), f'{G.A}', repr(G.A | G.B), str(G(0)), repr(G(0)), str(I.A), f'{I.A}', f'{I.A:>4}', str(J.A), f'{J.A:>3}', repr(J.A), str(K.A), f'{K.A}', K.A + 1
+## patterns with alternatives
+import re
+class A: pass
+class B(A): pass
+
+b = B()
+return [m.group() for m in re.finditer(r'(ab|cd)?x|\d+(?:\.\d+)?|(?:[a-z]\d)+', 'abx 1.5 a1b2 7')], re.split(r'[,;]\s*', 'a, b;c'), bool(re.match(r'(a|b)*c', 'abac'))
+## objects that give iterators
+import itertools
+class Q:
+    def __iter__(self): return iter([1, 2, 3])
+class R:
+    def __iter__(self): return itertools.chain([1], [2])
+
+i = iter(Q())
+return sum(Q()), max(Q()), list(R()), next(i), [*i], list(zip(Q(), R())), 2 in Q()
 '''
 # Programs that the translation proper would take, were it not for what they do in place, late or by identity.
 NUMBERS = """from helper import *
