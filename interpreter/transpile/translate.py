@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from scenelang.grammar.datum import Atom, Datum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.interpreter.transpile.analysis.collect import find_collections
-from scenelang.interpreter.transpile.analysis.infer import infer
+from scenelang.interpreter.transpile.analysis.infer import Departures, infer
 from scenelang.interpreter.transpile.analysis.inference import TypeFacts
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
 from scenelang.interpreter.transpile.analysis.scopes import (
@@ -139,6 +139,8 @@ def _translation(text: PythonText, analysed: Analysed, with_text: bool, finish: 
     writer = Writer(analysed, write_expression, write_statement)
     header = header_texts(writer)
     forms = write_program(writer)
+    for node, what in Departures(analysed.names, analysed.paths, analysed.facts).find():
+        writer.diagnostics.append(writer.unsupported(what, node).diagnostic)
     diagnostics = _sorted([*text.diagnostics, *writer.diagnostics])
     if not any(d.is_error for d in diagnostics) and analysed.root is None:
         span = Span(source, text.response.start, text.response.start)

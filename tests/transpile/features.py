@@ -2696,18 +2696,371 @@ class Track:
 
 track = Track(t0=0, t2=10, t4=5) * 2
 return [track(t) for t in (-1, 0, 1, 3, 4, 9)]
+## mixins before a base with a hook
+made = []
+class A:
+    def __init_subclass__(cls, **named): made.append((cls.__name__, *named.values()))
+class Mixin: pass
+class B(Mixin, A): pass
+class C(B, k=2): pass
+
+return made
+## enumerations of texts
+from enum import Enum, auto
+class S(str, Enum):
+    A = auto()
+    B = 'x'
+    C = auto()
+    def __str__(self): return 'S!' + self.value
+class T(str, Enum):
+    A = auto()
+    B = 'x'
+
+return S.A.value, repr(S.A), str(S.A), f'{S.A}', format(S.A, '>8'), '%s' % S.B, S.C.value, repr(T.A), str(T.A), f'{T.B:>8}', T.B.upper(), T('x').name, S.B == 'x', '{}'.format(S.B)
+## enumerations of numbers and flags as texts
+from enum import Enum, Flag, IntEnum, IntFlag
+class F(IntFlag):
+    A = 1
+    B = 2
+class G(Flag):
+    A = 1
+    B = 2
+class I(int, Enum):
+    A = 1
+    def __str__(self): return 'I!'
+class J(IntEnum): A = 1
+class K(int, Enum): A = 1
+
+return str(F.A), str(F.A | F.B), f'{F.A}', repr(F.A | F.B), str(F(0)), repr(F(0)), str(G.A), str(G.A | G.B), f'{G.A}', repr(G.A | G.B), str(G(0)), repr(G(0)), str(I.A), f'{I.A}', f'{I.A:>4}', str(J.A), f'{J.A:>3}', repr(J.A), str(K.A), f'{K.A}', K.A + 1
+## patterns with alternatives
+import re
+class A: pass
+class B(A): pass
+
+b = B()
+return [m.group() for m in re.finditer(r'(ab|cd)?x|\d+(?:\.\d+)?|(?:[a-z]\d)+', 'abx 1.5 a1b2 7')], re.split(r'[,;]\s*', 'a, b;c'), bool(re.match(r'(a|b)*c', 'abac'))
+## objects that give iterators
+import itertools
+class Q:
+    def __iter__(self): return iter([1, 2, 3])
+class R:
+    def __iter__(self): return itertools.chain([1], [2])
+
+i = iter(Q())
+return sum(Q()), max(Q()), list(R()), next(i), [*i], list(zip(Q(), R())), 2 in Q()
 '''
+# Programs that the translation proper would take, were it not for what they do in place, late or by identity.
+NUMBERS = """from helper import *
+import math, random
+import numpy as np
+{top}
+
+def values():
+{body}
+
+@register()
+def scene() -> Shape:
+    return concat_shapes(*[
+        transform_shape(primitive_call('cube'), translation_matrix((k, x + 0, 0))) for k, x in enumerate(values())
+    ])
+"""
+PLAIN_TEXT = r"""
+## finally after return
+log = []
+def deep(n):
+    log.append(n)
+    try:
+        if n > 2: return n
+        return deep(n + 1) * 2
+    finally:
+        log.append(-n)
+
+out = deep(0)
+for i in range(5):
+    try:
+        if i == 1: continue
+        if i == 3: break
+        log.append(10 * i)
+    finally: log.append(.5)
+return [out, *log]
+## finally with a counter
+depth = 0
+def walk(n):
+    global depth
+    depth += 1
+    try:
+        return depth + (walk(n - 1) if n else 0)
+    finally:
+        depth -= 1
+
+return [walk(3), walk(2), depth]
+## finally before an exception goes on
+log = []
+def part():
+    try: log.append([1, 2][5])
+    finally: log.append(7)
+
+try: part()
+except IndexError: log.append(8)
+return log
+## sets in place by another name
+w = {1, 2, 3}
+u = w
+u -= {3}
+return [len(w), len(u)]
+## tables in place by another name
+t = {1: 2}
+s = t
+s |= {5: 6}
+return [len(t)]
+## sets of the caller in place
+def add_all(seen, xs): seen |= set(xs)
+
+mine = {1}
+add_all(mine, [4, 5])
+return [len(mine)]
+## sets in place in a table
+d = {'a': {1}}
+e = d['a']
+d['a'] |= {2, 3}
+return [len(e)]
+## sets in place alone
+seen = set()
+for i in range(4): seen |= {i, i + 1}
+rest = set(range(10))
+rest -= seen
+rest &= {5, 6, 7}
+return [len(seen), len(rest)]
+## shapes in place alone
+one = primitive_call('cube')
+for i in range(3): one += primitive_call('sphere')
+return [len(one)]
+## generators that draw
+legs = (random.random() for x in range(3))
+first = random.random()
+return [first, *legs]
+## generators used twice
+legs = (2 * x for x in range(3))
+return [*legs, *legs]
+## generators bind late
+k = 1
+g = (k * x for x in range(3))
+k = 10
+return list(g)
+## iterators see changes
+lst = [1, 2]
+m = map(lambda x: x + 1, lst)
+lst.append(3)
+return list(m)
+## generators are exhausted
+g = (x for x in range(6))
+a = 3 in g
+return [a, *g]
+## generators are exhausted by tests
+h = (x > 2 for x in range(6))
+a = any(h)
+return [a, len(list(h))]
+## maps are exhausted
+m = map(lambda x: -x, [3, 1, 2])
+a = max(m)
+return [a, *m]
+## other iterators are exhausted
+z = zip([1, 2, 3], [4, 5, 6])
+a = len(list(z)), len(list(z))
+r = reversed([1, 2, 3])
+o = [x for x in r if x > 1], list(r)
+n = enumerate([5, 6])
+return [*a, *o[0], *o[1], len(list(n)), len(list(n))]
+## filters in a loop
+f = filter(None, [1, 2, 3])
+found = []
+for i in range(2):
+    for x in f: found.append(x)
+return found
+## generators as arguments
+def twice(parts): return [*parts, *parts]
+
+return twice(x for x in range(3))
+## generators that are returned
+def make(): return (x * x for x in range(3))
+
+g = make()
+return [*g, *g, 7]
+## generators of fields
+class Bag:
+    def __init__(self, items): self.items = items
+
+b = Bag(x for x in range(3))
+return [*b.items, *b.items]
+## generators beside other draws
+return [x + random.random() for x in (random.random() for _ in range(3))]
+## loops over generators beside other draws
+b = []
+for x in (random.random() for _ in range(3)): b.append(x + random.random())
+return b
+## generators beside each other
+return [x - y for x, y in zip((random.random() for _ in range(2)), (random.random() for _ in range(2)))]
+## generators once
+legs = (random.random() for x in range(3))
+found = [*legs, 4]
+pairs = zip([1, 2], [3, 4])
+for a, b in pairs: found.append(a * b)
+return [*found, sum(x for x in range(4)), max(map(abs, [-1, -2]))]
+## views of tables
+d = {'a': 1}
+ks = d.keys()
+d['b'] = 2
+return [len(ks)]
+## values of tables
+d = {'a': 1}
+ks = d.values()
+d['b'] = 2
+return [*ks]
+## frozensets as items
+links = set()
+links.add(frozenset((1, 2)))
+links.add(frozenset((2, 1)))
+return [len(links)]
+## frozensets as keys
+d = {frozenset((1, 2)): 5}
+return [d[frozenset((2, 1))]]
+## frozensets in comprehensions
+pairs = [frozenset((1, 2))]
+key = frozenset((2, 1))
+return [key in pairs, len({frozenset(p) for p in [(1, 2), (2, 1)]})]
+## frozensets as constants
+WOODS = frozenset(['oak', 'ash'])
+
+return [int('oak' in WOODS), int('fir' in WOODS), len(WOODS)]
+## instances are not equal
+class Cell:
+    def __init__(self, x): self.x = x
+
+a, b = Cell(1), Cell(1)
+return [a == b, a != b, a == a]
+## instances in lists
+class Cell:
+    def __init__(self, x): self.x = x
+
+a, b = Cell(1), Cell(1)
+return [a in [b], a in [b, a]]
+## instances are removed
+class Cell:
+    def __init__(self, x): self.x = x
+
+a, b = Cell(1), Cell(1)
+b.x = 2
+a.x = 2
+cells = [b, a]
+cells.remove(a)
+cells[0].x = 9
+return [b.x, a.x, len(cells)]
+## instances are counted
+class Cell:
+    def __init__(self, x): self.x = x
+
+a, b = Cell(1), Cell(1)
+return [[b, a].index(a), [a, b].count(a)]
+## instances in tuples and sets
+class Cell:
+    def __init__(self, x): self.x = x
+
+a, b = Cell(1), Cell(1)
+return [(a, 1) == (b, 1), len({a, b})]
+## instances as keys
+class Cell:
+    def __init__(self, x): self.x = x
+
+a, b = Cell(1), Cell(1)
+d = {}
+d[a] = 1
+d[b] = 2
+return [len(d)]
+## instances are the same
+from dataclasses import dataclass
+@dataclass
+class P:
+    x: int
+
+a, b = P(1), P(1)
+return [a is b, a is a, a == b]
+## columns of matrices in place
+m = np.eye(4)
+t = m[:3, 3]
+t += [1, .5, 0]
+return [m[0, 3], m[1, 3]]
+## columns of arrays in place
+n = np.arange(9.).reshape(3, 3)
+col = n[:, 0]
+col *= 3
+return [n[i, 0] for i in range(3)]
+## items of rows
+n = np.arange(9.).reshape(3, 3)
+row = n[1]
+row[2] = 5
+return [n[1, 2]]
+## rows in loops
+P = np.ones((2, 3))
+for p in P: p += 1
+return [P[0, 0], P[1, 2]]
+## rows of arrays in place
+V = np.zeros((4, 3))
+for i in range(4): V[i] += [1, i, 0]
+W = np.array([[1., 2], [3, 4]])
+W[1] *= 2
+W[0] -= W[1]
+return [*V.ravel(), *W.ravel()]
+## items of arrays by name
+v = np.array([1., 2, 3])
+x = v[0]
+x += 5
+for y in v: y += 1
+row = np.array([[1., 2], [3, 4]])[1]
+return [x, v[0], row[0]]
+## keys that are equal numbers
+d = {1: 'a', 1.0: 'b', True: 'c'}
+return [len(d)]
+## counts of equal numbers
+return [[1, True, 1.0].count(1), [1, 1.0].count(1), [0, 1.0].index(1), len({0, False, 0.0})]
+## items that are equal numbers
+return [{1: 5}[1.0], int(1.0 in [1]), {2: 3}.get(2.0, 0), int(1 in {1.0, 2.0}), int([1, 2.0] == [1.0, 2]), len({1, 1.0})]
+## Booleans as items
+return [True in [1], 1 in [True], [True, False].count(True)]
+## keys of two kinds
+d = {}
+for k in (1, 1.0, 2): d[k] = k
+e = {1: 2}
+e[True] = 5
+return [len(d), len(e)]
+## rows in place
+n = np.arange(9.).reshape(3, 3)
+row = n[1]
+row += 5
+z = np.zeros((2, 2))
+r = z[0]
+r += 3
+return [*n[1], *z[0]]
+## changes seen by a view
+n = np.array([[1., 2], [3, 4]])
+row = n[1]
+n[1, 0] = 9
+return [*row]
+"""
 
 
 def features() -> dict[str, str]:
     """The programs by name."""
+    return _programs(TEXT, FRAME) | _programs(PLAIN_TEXT, NUMBERS)
+
+
+def _programs(text: str, frame: str) -> dict[str, str]:
     found = {}
-    for part in TEXT.split("\n## ")[1:]:
+    for part in text.split("\n## ")[1:]:
         name, _, code = part.partition("\n")
         top, _, body = code.rpartition("\n\n")
         lines = "\n".join(f"    {line}" if line else "" for line in body.strip().splitlines())
         future, rest = "", top
         if top.startswith("from __future__"):
             future, _, rest = top.partition("\n")
-        found[name] = (f"{future}\n" if future else "") + FRAME.format(top=rest, body=lines)
+        found[name] = (f"{future}\n" if future else "") + frame.format(top=rest, body=lines)
     return found

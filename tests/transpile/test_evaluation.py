@@ -157,7 +157,23 @@ HUGE = [
     "from fractions import Fraction\nx = Fraction('1e1000000000')",
     "x = f'{1:>{10**9}}'",
     "import functools\nx = functools.reduce(lambda a, b: a * b, range(1, 10**5))",
+    "from fractions import Fraction\nf = Fraction(1, 3)\nfor _ in range(60): f = f * f + 1",
+    "import re\nx = re.match(r'(a|aa)*c', 'a' * 60 + 'b')",
+    "import re\nx = re.match(r'((a|aa){1,60})c', 'a' * 60 + 'b')",
+    "import re\nx = re.match(r'(?:(a?b?)x*)*c', 'a' * 60 + 'b')",
 ]
+ENDLESS = [
+    "class Q:\n    def __iter__(self): return itertools.count()\nx = sum(Q())",
+    "class Q:\n    def __iter__(self): return itertools.count()\nx = -1 in Q()",
+    "class Q(list):\n    def __iter__(self): return itertools.count()\nx = sum(Q())",
+]
+HINTS = {
+    "x = globals()['scene']": "put the functions into a dictionary by name",
+    "try:\n    x = 1\nexcept* ValueError:\n    pass": "write `except` without the star",
+    "import logging\nlogging.info('x')": "use `print`",
+    "x = np.fft.fft([1])": "add the waves with `np.sin` and `np.cos`",
+    "import pathlib\nx = pathlib.Path('a')": "write the data into the program",
+}
 
 
 @pytest.mark.parametrize("body", HUGE)
@@ -177,6 +193,21 @@ def test_endless_work_ends(body: str) -> None:
     result = transpiled(f"x = thing.value(1)\n{body}")
     assert "runs for too long" in told(result.diagnostics)
     assert time.monotonic() - start < 20
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("body", ENDLESS)
+def test_endless_iterators_of_the_program_end(body: str) -> None:
+    result = transpiled(f"import itertools\nx = thing.value(1)\n{body}")
+    assert "runs for too long" in told(result.diagnostics)
+
+
+@pytest.mark.parametrize("body", HINTS)
+def test_a_refusal_says_what_to_write_instead(body: str) -> None:
+    for start in ("from helper import *\nimport numpy as np\ndef Thing(): pass\n", START):
+        (problem,) = [d for d in transpiled(body, start).diagnostics if d.is_error]
+        assert problem.hint == HINTS[body]
+        assert "trystar" not in problem.message
 
 
 def test_a_finding_is_one_error_with_its_place() -> None:

@@ -10,8 +10,9 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
+from scenelang.interpreter.transpile.analysis.collect import Effects
 from scenelang.interpreter.transpile.analysis.expressions import (
     assign,
     call_function,
@@ -24,21 +25,38 @@ from scenelang.interpreter.transpile.analysis.expressions import (
 from scenelang.interpreter.transpile.analysis.inference import (
     ANYTHING,
     ARRAY,
+    BOOL,
+    DICT,
+    FLOAT,
     FUNCTION,
+    INT,
     LIST,
     NOTHING,
+    POSE,
     RECORD,
+    SET,
     SHAPE,
     T_NONE,
     T_SHAPE,
+    TUPLE,
+    UNKNOWN,
     AbstractType,
     InferenceState,
     TypeFacts,
     annotated_type,
+    join_all,
     merge,
     narrow,
 )
-from scenelang.interpreter.transpile.analysis.scopes import Function, LibraryPaths, PythonNames, is_annotation
+from scenelang.interpreter.transpile.analysis.scopes import (
+    COMPREHENSIONS,
+    Class,
+    Function,
+    LibraryPaths,
+    PythonNames,
+    PythonVariable,
+    is_annotation,
+)
 
 # Inference of a whole program.
 
@@ -315,3 +333,431 @@ _STATEMENTS: Mapping[type[ast.stmt], Callable[[InferenceState, Any], None]] = Ma
     ast.Delete: _delete, ast.Expr: _expression_statement, ast.For: _for, ast.FunctionDef: _function, ast.If: _if,
     ast.Raise: _raise, ast.Return: _return, ast.Try: _try, ast.While: _while, ast.With: _with,
 })  # fmt: skip
+
+
+# What the translation would change without an error; such parts are evaluated.
+
+
+_LAZY = ("map", "filter", "zip", "reversed", "enumerate", "iter", "itertools.chain", "itertools.product")
+_LOOKED_AT = [
+    "len",
+    "sorted",
+    "list",
+    "set",
+    "frozenset",
+    "sum",
+    "min",
+    "max",
+    "tuple",
+    "any",
+    "all",
+    "enumerate",
+    "dict",
+    "zip",
+    "print",
+    "str",
+    "isinstance",
+    "concat_shapes",
+    "transform_shape",
+    "compute_shape_center",
+    "compute_shape_min",
+    "compute_shape_max",
+    "compute_shape_sizes",
+    "loop",
+    "bool",
+    "map",
+    "attach",
+    "align_with_min",
+    "align_with_center",
+    "numpy.array",
+]
+_Departure: TypeAlias = tuple[ast.AST, str]
+
+
+class Departures:
+    """Finds what Python does in place, by identity or late, and the translation does not."""
+
+    def __init__(self, names: PythonNames, paths: LibraryPaths, facts: TypeFacts) -> None:
+        self._names, self._paths, self._facts = names, paths, facts
+        self._tree = names.module.node
+        self._effects = Effects(names, facts)
+        self._parents = {child: outer for outer in ast.walk(self._tree) for child in ast.iter_child_nodes(outer)}
+        self._reads: dict[PythonVariable, list[ast.Name]] = {}
+        self._updates: dict[PythonVariable, list[ast.AST]] = {}
+        for node, variable in names.variables.items():
+            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
+                self._reads.setdefault(variable, []).append(node)
+
+    def find(self) -> list[_Departure]:
+        """Return the places, and what is not supported there."""
+        found: list[_Departure] = []
+        for node in ast.walk(self._tree):
+            if isinstance(node, ast.AugAssign):
+                found += self._in_place(node)
+            elif self._is_lazy(node):
+                found += self._lazy(node)
+            elif isinstance(node, ast.Call):
+                found += self._call(node)
+            elif isinstance(node, (ast.Compare, ast.Dict, ast.Set, ast.DictComp, ast.SetComp)):
+                found += self._compared(node)
+            if isinstance(node, (ast.Assign, ast.For)):
+                found += self._view(node)
+        return found
+
+    # --- places ------------------------------------------------------------------------------------------------
+
+    def _outer(self, node: ast.AST, kinds: tuple[type, ...]) -> ast.AST | None:
+        found = self._parents.get(node)
+        while found is not None and not isinstance(found, kinds):
+            found = self._parents.get(found)
+        return found
+
+    def _statement(self, node: ast.AST) -> ast.AST | None:
+        return node if isinstance(node, ast.stmt) else self._outer(node, (ast.stmt,))
+
+    def _function(self, node: ast.AST) -> ast.AST | None:
+        return self._outer(node, (ast.FunctionDef, ast.Lambda, ast.Module))
+
+    def _loops(self, node: ast.AST) -> list[ast.AST]:
+        """Return the loops and comprehensions whose turns evaluate a node, from inside out, in its function."""
+        found: list[ast.AST] = []
+        outer = self._parents.get(node)
+        while outer is not None and not isinstance(outer, (ast.FunctionDef, ast.Lambda, ast.Module)):
+            is_head = isinstance(outer, ast.For) and node is outer.iter
+            if isinstance(outer, COMPREHENSIONS):
+                is_head = node is outer.generators[0]
+            if isinstance(outer, (ast.For, ast.While, *COMPREHENSIONS)) and not is_head:
+                found.append(outer)
+            node, outer = outer, self._parents.get(outer)
+            if isinstance(node, ast.comprehension) and isinstance(outer, COMPREHENSIONS):
+                continue
+        return found
+
+    def _is_before(self, first: ast.AST, second: ast.AST, variable: PythonVariable) -> bool:
+        """Return whether the value that ``first`` uses may be that which ``second`` changes after it."""
+        if self._function(first) is not self._function(second):
+            return True
+        stores = [
+            s for s in map(self._statement, variable.stores) if s is not None and not isinstance(s, ast.AugAssign)
+        ]
+        a, b = _place(first), _place(second)
+        if a <= b:
+            block = self._parents.get(self._statement(second) or second)
+            return not any(a < _place(s) < b and self._parents.get(s) is block for s in stores)
+        shared = [loop for loop in self._loops(first) if loop in self._loops(second)]
+        return any(not any(loop in self._loops(s) and _place(s) < b for s in stores) for loop in shared)
+
+    # --- changes in place --------------------------------------------------------------------------------------
+
+    def _in_place(self, node: ast.AugAssign) -> list[_Departure]:
+        kinds = self._facts.type(node.target).kinds
+        is_shape = isinstance(node.op, ast.Add) and bool(kinds & SHAPE) and not kinds & (LIST | TUPLE)
+        is_table = isinstance(node.op, (ast.BitOr, ast.BitAnd, ast.Sub, ast.BitXor)) and bool(kinds & (SET | DICT))
+        if not is_shape and not is_table:
+            return []
+        what: list[_Departure] = [(node, "changing a value in place that has two names")]
+        target = node.target
+        if not isinstance(target, ast.Name):
+            return what if is_table or isinstance(target, ast.Attribute) else []
+        variable = self._names.variables.get(target)
+        if variable is None:
+            return []
+        if any(not self._is_new(store, node, variable) for store in variable.stores):
+            return what
+        for read in self._reads.get(variable, ()):
+            if not self._only_looks(read) and self._is_before(read, node, variable):
+                return what
+        return []
+
+    def _is_new(self, store: ast.AST, node: ast.AugAssign, variable: PythonVariable) -> bool:
+        """Return whether what a variable gets has no other name."""
+        statement = self._statement(store)
+        if isinstance(store, ast.arg):
+            others = [s for s in map(self._statement, variable.stores) if isinstance(s, ast.Assign)]
+            return any(_place(s) < _place(node) and self._parents.get(s) is self._function(s) for s in others)
+        if isinstance(statement, ast.AugAssign):
+            return True
+        if not isinstance(statement, (ast.Assign, ast.AnnAssign)) or statement.value is None:
+            return False
+        if isinstance(statement, ast.Assign) and (len(statement.targets) > 1 or store is not statement.targets[0]):
+            first = statement.targets[0]
+            is_parallel = isinstance(first, ast.Tuple) and isinstance(statement.value, ast.Tuple)
+            if len(statement.targets) == 1 and is_parallel:
+                pairs = zip(first.elts, statement.value.elts)  # type: ignore[attr-defined]
+                return any(target is store and self._is_made(value) for target, value in pairs)
+            return len(statement.targets) == 1 and isinstance(statement.value, ast.Call)
+        return self._is_made(statement.value)
+
+    def _is_made(self, value: ast.expr) -> bool:
+        if isinstance(value, ast.IfExp):
+            return self._is_made(value.body) and self._is_made(value.orelse)
+        if isinstance(value, ast.Name):
+            variable = self._names.variables.get(value)
+            return variable is not None and variable.reads == 1 and not variable.is_parameter and not self._loops(value)
+        if isinstance(value, ast.Call):
+            return not any(self._returns_old(target) for target in self._facts.targets.get(value, ()))
+        return not isinstance(value, (ast.Subscript, ast.Attribute, ast.BoolOp, ast.NamedExpr))
+
+    def _returns_old(self, function: Function) -> bool:
+        """Return whether a function returns what its caller, or others, have a name for."""
+        if function.is_registered:
+            return False
+        values = [function.node.body] if isinstance(function.node, ast.Lambda) else [
+            n.value for n in ast.walk(function.node) if isinstance(n, ast.Return)
+        ]  # fmt: skip
+        for value in values:
+            variable = self._names.variables.get(value) if isinstance(value, ast.Name) else None
+            if variable is not None and (variable.function is not function or variable.is_parameter):
+                return len(variable.stores) == 1
+        return False
+
+    def _only_looks(self, read: ast.AST) -> bool:
+        """Return whether an expression uses a value without giving it another name."""
+        outer = self._parents.get(read)
+        if isinstance(outer, ast.keyword):
+            outer = self._parents.get(outer)
+        if isinstance(outer, ast.Call) and read is not outer.func:
+            return (self._paths.of(outer.func) or "") in _LOOKED_AT or (
+                isinstance(outer.func, ast.Attribute) and outer.func.attr in ("update", "extend", "join", "issubset")
+            )
+        if isinstance(outer, (ast.Dict, ast.List, ast.Tuple, ast.Set, ast.Assign, ast.AnnAssign, ast.Yield)):
+            return False
+        if isinstance(outer, (ast.IfExp, ast.BoolOp)) and not (isinstance(outer, ast.IfExp) and outer.test is read):
+            return self._only_looks(outer)
+        return not isinstance(outer, (ast.Lambda, ast.NamedExpr)) and not isinstance(self._function(read), ast.Lambda)
+
+    # --- iterators ---------------------------------------------------------------------------------------------
+
+    def _is_lazy(self, node: ast.AST) -> bool:
+        if isinstance(node, ast.GeneratorExp):
+            return True
+        if not isinstance(node, ast.Call):
+            return False
+        if self._paths.of(node.func) in _LAZY:
+            return True
+        is_view = isinstance(node.func, ast.Attribute) and node.func.attr in ("keys", "values", "items")
+        return is_view and not node.args and bool(self._facts.type(node.func.value).kinds & DICT)  # type: ignore[attr-defined]
+
+    def _lazy(self, node: ast.AST) -> list[_Departure]:
+        """Find an iterator that is not used up where it is made."""
+        assert isinstance(node, ast.expr)
+        outer = self._parents.get(node)
+        is_view = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
+        what: list[_Departure] = [
+            (node, "a view of a table that changes" if is_view else "an iterator that is used later")
+        ]
+        if is_view and not any(site.is_mutated for site in self._facts.type(node.func.value).sites):  # type: ignore[attr-defined]
+            return []
+        own = self._effects.of(node)
+        if isinstance(outer, (ast.Assign, ast.AnnAssign)):
+            target = outer.targets[0] if isinstance(outer, ast.Assign) else outer.target
+            if isinstance(target, (ast.Tuple, ast.List)):
+                return []
+            if not isinstance(target, ast.Name) or (isinstance(outer, ast.Assign) and len(outer.targets) > 1):
+                return what
+            variable = self._names.variables.get(target)
+            return [] if variable is None or self._is_used_next(outer, node, variable) else what
+        if isinstance(outer, (ast.Return, ast.Lambda, ast.Dict, ast.List, ast.Tuple, ast.Set, ast.IfExp, ast.BoolOp)):
+            return what if not is_view else []
+        if isinstance(outer, ast.For):
+            return what if own.draws and self._effects.of(*outer.body).draws else []
+        if isinstance(outer, ast.comprehension):
+            comprehension = self._parents.get(outer)
+            rest = [n for n in ast.iter_child_nodes(comprehension) if n is not outer] if comprehension else []
+            return what if own.draws and self._effects.of(*rest, *outer.ifs).draws else []
+        if isinstance(outer, ast.keyword):
+            outer = self._parents.get(outer)
+        if isinstance(outer, ast.Call):
+            if self._is_lazy(outer) and own.draws:
+                others = [each for each in outer.args if each is not node]
+                if self._effects.of(*others).draws:
+                    return what
+            if self._facts.type(outer.func).classes:  # a field
+                return what
+            for function in self._facts.targets.get(outer, ()):
+                for parameter in function.parameters:
+                    variable = parameter.variable
+                    if isinstance(outer.func, ast.Name) and outer.func.id == "library_call":
+                        break
+                    reads = self._reads.get(variable, ())
+                    place = outer.args.index(node) if node in outer.args else -1
+                    plain = function.parameters[place] if 0 <= place < len(function.parameters) else parameter
+                    if plain is parameter and (len(reads) != 1 or self._loops(reads[0]) or own.draws):
+                        return what
+        return []
+
+    def _is_used_next(self, store: ast.stmt, node: ast.expr, variable: PythonVariable) -> bool:
+        """Return whether an iterator is used once, after nothing that it could observe."""
+        reads = self._reads.get(variable, [])
+        if not reads:
+            return True
+        outer = self._parents.get(store)
+        block = next((b for b in (getattr(outer, n, None) for n in ("body", "orelse")) if b and store in b), None)
+        if len(reads) != 1 or len(variable.stores) != 1 or block is None:
+            return False
+        statement: ast.AST | None = reads[0]
+        while statement is not None and statement not in block:
+            statement = self._parents.get(statement)
+        is_deeper = self._function(reads[0]) is not self._function(store) or len(self._loops(reads[0])) > len(
+            self._loops(store)
+        )
+        if (
+            statement is None
+            or is_deeper
+            or (not self._only_looks(reads[0]) and not isinstance(self._parents.get(reads[0]), (ast.Call, ast.Starred)))
+        ):
+            return False
+        if self._facts.targets.get(self._parents.get(reads[0])):  # type: ignore[call-overload]
+            return False
+        if isinstance(statement, (ast.If, ast.While, ast.Try, ast.With)):
+            return False
+        between = block[block.index(store) + 1 : block.index(statement)]
+        own, used = self._effects.of(node), {self._names.variables.get(n) for n in ast.walk(node)} - {None}
+        for each in between:
+            found = self._effects.of(each)
+            if (found.has_effect and not found.commutes(own)) or any(
+                isinstance(n, ast.Name) and self._names.variables.get(n) in used
+                and (not isinstance(n.ctx, ast.Load) or isinstance(self._parents.get(n), ast.Attribute))
+                for n in ast.walk(each)
+            ):  # fmt: skip
+                return False
+        return own.commutes(self._effects.of(statement))
+
+    # --- identity and equality ---------------------------------------------------------------------------------
+
+    def _call(self, node: ast.Call) -> list[_Departure]:
+        if self._paths.of(node.func) == "frozenset" and node.args:
+            outer = self._parents.get(node)
+            is_name = isinstance(outer, (ast.Assign, ast.AnnAssign)) and all(
+                self._only_looks(read) and not isinstance(self._parents.get(read), ast.Return)
+                for variable in [self._names.variables.get(n) for n in ast.walk(outer) if n is not node]
+                if variable is not None and any(s in ast.walk(outer) for s in variable.stores)
+                for read in self._reads.get(variable, ())
+                if not (isinstance(up := self._parents.get(read), ast.Compare) and up.left is read)
+            )
+            if not is_name and not (isinstance(outer, ast.Compare) and outer.left is not node):
+                return [(node, "a `frozenset` as an item")]
+        if isinstance(node.func, ast.Attribute) and node.func.attr in ("remove", "index", "count", "add"):
+            owner = self._facts.type(node.func.value)
+            item = self._facts.type(node.args[0]) if node.args else NOTHING
+            elements = join_all([site.key if site.kind == DICT else site.element for site in owner.sites])
+            if owner.kinds & (LIST | TUPLE | SET) and self._has_objects(elements | item):
+                return [(node, "the identity of objects")]
+            if owner.kinds & (LIST | TUPLE) and _mixes(elements | item):
+                return [(node, "comparing numbers with Booleans")]
+        return []
+
+    def _compared(self, node: ast.expr) -> list[_Departure]:
+        if isinstance(node, ast.Compare):
+            for op, left, right in zip(node.ops, [node.left, *node.comparators], node.comparators):
+                types = self._facts.type(left), self._facts.type(right)
+                if isinstance(op, (ast.Is, ast.IsNot)) and all(t.kinds & RECORD for t in types):
+                    return [(node, "the identity of objects")]
+                if isinstance(op, (ast.Eq, ast.NotEq)) and all(self._has_objects(t) for t in types):
+                    return [(node, "the identity of objects")]
+                if isinstance(op, (ast.In, ast.NotIn)) and types[1].sites:
+                    if self._has_objects(types[0]):
+                        return [(node, "the identity of objects")]
+                    elements = join_all([s.key if s.kind == DICT else s.element for s in types[1].sites])
+                    if _mixes(elements | types[0]):
+                        return [(node, "comparing numbers with Booleans")]
+            return []
+        keys = join_all([site.key if site.kind == DICT else site.element for site in self._facts.type(node).sites])
+        if self._has_objects(keys):
+            return [(node, "the identity of objects")]
+        return [(node, "keys that are numbers and Booleans")] if _mixes(keys) else []
+
+    def _has_objects(self, value: AbstractType, depth: int = 3) -> bool:
+        """Return whether a value is, or contains, an instance of a class whose instances are equal by identity."""
+        if value.kinds & RECORD and any(not _compares_fields(record) for record in value.classes):
+            return True
+        return depth > 0 and any(self._has_objects(site.element, depth - 1) for site in value.sites)
+
+    # --- views of arrays ---------------------------------------------------------------------------------------
+
+    def _view(self, node: ast.Assign | ast.For) -> list[_Departure]:
+        """Find a name for a part of an array that is changed in place."""
+        target = node.targets[0] if isinstance(node, ast.Assign) else node.target
+        if not isinstance(target, ast.Name) or (variable := self._names.variables.get(target)) is None:
+            return []
+        base = node.iter if isinstance(node, ast.For) else self._viewed(node.value)
+        if base is None or not self._facts.type(base).kinds & (ARRAY | POSE):
+            return []
+        part = self._facts.type(node) if isinstance(node, ast.For) else self._facts.type(node.value)
+        places = self._changes(variable)
+        if part.kinds and not part.kinds & (ARRAY | POSE | UNKNOWN) and not self._is_deep(base):
+            places = [each for each in places if not _is_of_name(each)]  # else it may be a number
+            if not places:
+                return []
+        if isinstance(node, ast.Assign) and isinstance(base, ast.Name) and (own := self._names.variables.get(base)):
+            last = max((_place(read) for read in self._reads.get(variable, ())), default=(0, 0))
+            places += [each for each in self._changes(own) if _place(node) < _place(each) < last]
+        return [(node, "changing a part of an array by another name")] if places else []
+
+    def _is_deep(self, base: ast.expr) -> bool:
+        for site in self._facts.type(base).sites:
+            made = site.node
+            path = (self._paths.of(made.func) or "") if isinstance(made, ast.Call) else ""
+            if isinstance(made, ast.Call) and isinstance(made.func, ast.Attribute) and made.func.attr == "reshape":
+                return True
+            if isinstance(made, ast.Call) and path.startswith("numpy.") and made.args:
+                if isinstance(made.args[0], ast.Tuple) and path.rpartition(".")[2] in (
+                    "zeros",
+                    "ones",
+                    "full",
+                    "empty",
+                ):
+                    return len(made.args[0].elts) > 1
+            if site.element.kinds & (ARRAY | LIST | TUPLE):
+                return True
+        return False
+
+    def _viewed(self, node: ast.expr) -> ast.expr | None:
+        if isinstance(node, ast.Subscript):
+            if self._facts.type(node.slice).kinds & (ARRAY | LIST):
+                return None
+            return self._viewed(node.value) or node.value
+        if isinstance(node, ast.Attribute) and node.attr == "T":
+            return node.value
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            return node.func.value if node.func.attr in ("reshape", "ravel", "transpose", "view") else None
+        return None
+
+    def _changes(self, variable: PythonVariable) -> list[ast.AST]:
+        """Return the statements that change the array of a variable in place."""
+        if not self._updates:
+            for node in ast.walk(self._tree):
+                targets = node.targets if isinstance(node, ast.Assign) else []
+                is_method = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
+                if isinstance(node, ast.AugAssign):
+                    targets = [node.target]
+                elif is_method and node.func.attr in ("fill", "sort"):  # type: ignore[attr-defined]
+                    targets = [ast.Subscript(node.func.value, ast.Slice())]  # type: ignore[attr-defined]
+                for target in targets:
+                    inner = target
+                    while isinstance(inner, ast.Subscript):
+                        inner = inner.value
+                    found = self._names.variables.get(inner)
+                    if found is not None and (inner is not target or isinstance(node, ast.AugAssign)):
+                        self._updates.setdefault(found, []).append(node)
+        return list(self._updates.get(variable, ()))
+
+
+def _place(node: ast.AST) -> tuple[int, int]:
+    return getattr(node, "lineno", 0), getattr(node, "col_offset", 0)
+
+
+def _is_of_name(node: ast.AST) -> bool:
+    """Return whether a change in place is one of a whole variable, ``x += 1``."""
+    return isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name)
+
+
+def _mixes(value: AbstractType) -> bool:
+    """Return whether values that are equal in Python only, such as 1 and True, may be among some."""
+    return bool(value.kinds & BOOL) and bool(value.kinds & (INT | FLOAT))
+
+
+def _compares_fields(record: Class) -> bool:
+    decorators = [ast.unparse(d).replace(" ", "") for d in record.node.decorator_list]
+    is_data = record.is_dataclass and not any("eq=False" in d for d in decorators)
+    return is_data or "__eq__" in record.methods or any("NamedTuple" in ast.unparse(b) for b in record.node.bases)

@@ -6,8 +6,10 @@ What the translation proper does not support is evaluated here (``folding``); th
 from __future__ import annotations
 
 import ast
+import importlib
 import operator
 import re
+import sys
 from collections import ChainMap, Counter, OrderedDict, defaultdict, deque
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
@@ -208,6 +210,57 @@ def check_repetitions(pattern: str, length: int) -> None:
     most = max((n for atom, n in counts.items()), default=0)
     if length ** max(broad, most) > 10**9 and length > 20:
         raise UnsupportedPython("this pattern may take too long to match", "use a simpler pattern, or a shorter text")
+
+
+def repeats_choices(pattern: str) -> bool:
+    """Return whether a pattern repeats a part that has alternatives or repetitions, so that it may backtrack without
+    end."""
+    try:
+        return _has_choices(_PARSER.parse(pattern), False)
+    except re.error:
+        return False  # which the search tells
+
+
+_PARSER: Any = importlib.import_module("re._parser" if sys.version_info >= (3, 11) else "sre_parse")
+
+
+def _has_choices(part: Any, is_repeated: bool) -> bool:
+    for operation, value in part if isinstance(part, _PARSER.SubPattern) else ():
+        name = str(operation)
+        is_repetition = name in ("MAX_REPEAT", "MIN_REPEAT") and value[0] != value[1]
+        if is_repeated and (is_repetition or name == "BRANCH"):
+            return True
+        is_inside = is_repeated or (is_repetition and value[1] > 1)
+        inner = value[1] if name == "BRANCH" else value if isinstance(value, tuple) else (value,)
+        if any(_has_choices(each, is_inside) for each in inner):
+            return True
+    return False
+
+
+def unknown_statement(node: ast.stmt) -> Any:
+    """Raise the error of a statement that is not supported."""
+    if type(node).__name__ == "TryStar":
+        raise UnsupportedPython("`except*` is not supported", "write `except` without the star")
+    raise UnsupportedPython(f"`{type(node).__name__.lower()}` is not supported")
+
+
+_INSTEAD = {
+    "np.fft": "add the waves with `np.sin` and `np.cos`", "globals": "put the functions into a dictionary by name",
+    "locals": "put the values into a dictionary by name", "pathlib": "write the data into the program",
+    "Path": "write the data into the program", "open": "write the data into the program", "logging": "use `print`",
+    "datetime": "a scene does not depend on time: leave this out", "warnings": "use `print`",
+    "decimal": "use `fractions.Fraction`, or floats", "scipy": "use numpy", "pandas": "use lists and dictionaries",
+    "noise": "write the noise with numpy, or with `math`", "opensimplex": "write the noise with numpy, or with `math`",
+    "secrets": "use `random`", "uuid": "use `random`", "asyncio": "build the scene in one go, without tasks",
+    "threading": "build the scene in one go, without threads", "sys": "leave this out", "os": "leave this out",
+    "inspect": "name the functions in a list or dictionary", "argparse": "use constants at the top of the program",
+    "trimesh": "build the scene from primitives", "matplotlib": "write colours as tuples of three numbers",
+}  # fmt: skip
+
+
+def instead_of(path: str) -> str | None:
+    """Return what to write instead of a name of a library."""
+    return _INSTEAD.get(path) or _INSTEAD.get(path.partition(".")[0])
 
 
 def few(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -13,7 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.interpreter.transpile.evaluation import MAX_ITEMS, METHODS, UnsupportedPython, enlarged, outer_product
+from scenelang.interpreter.transpile.evaluation import (
+    MAX_ITEMS,
+    METHODS,
+    UnsupportedPython,
+    enlarged,
+    instead_of,
+    outer_product,
+)
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
@@ -99,7 +106,8 @@ def define(evaluator: Evaluating, node: ast.ClassDef, frame: Frame) -> PythonCla
     elif "TypedDict" in markers:
         cls.options["is_dict"] = True
     cls.options["annotations"] = _annotations(node)
-    hook = next((base.find("__init_subclass__") for base in bases if type(base) is PythonClass), MISSING)
+    hooks = (base.names.get("__init_subclass__", MISSING) for base in cls.order[1:] if type(base) is PythonClass)
+    hook = next((each for each in hooks if each is not MISSING), MISSING)
     if hook is not MISSING:
         named = {k.arg: evaluator.eval(k.value, frame) for k in node.keywords if k.arg and k.arg != "metaclass"}
         evaluator.call(hook.function if isinstance(hook, ClassMethod) else hook, (cls,), named)
@@ -163,7 +171,7 @@ class _EnumerationNames(dict[str, Any]):
         super().__setitem__(name, value)
 
     def _next(self, name: str) -> Any:
-        if self._kinds & {"StrEnum", "str"}:
+        if "StrEnum" in self._kinds:
             return name.lower()
         numbers = [each for each in self._values if isinstance(each, int)]
         if self._kinds & {"Flag", "IntFlag"}:
@@ -183,6 +191,8 @@ def _make_members(evaluator: Evaluating, cls: PythonClass, kinds: set[str]) -> N
 
 
 def _member(evaluator: Evaluating, cls: PythonClass, name: str, value: Any, kinds: set[str]) -> Any:
+    if "str" in kinds:
+        value = str(value)
     for other in (cls.members or {}).values():
         if value_of_member(other) == value and type(value_of_member(other)) is type(value):
             return other
@@ -356,7 +366,7 @@ def attribute_of(evaluator: Evaluating, value: Any, name: str, default: Any) -> 
     if type(value) is Residual:
         raise UnsupportedPython(f"`{name}` of a value of the finished scene is not supported")
     if isinstance(value, Module):
-        raise UnsupportedPython(f"`{value.path}.{name}` is not supported")
+        raise UnsupportedPython(f"`{value.path}.{name}` is not supported", instead_of(f"{value.path}.{name}"))
     kind = type(value) if not isinstance(value, (Native, PythonClass)) else None
     if kind is not None and not isinstance(value, ValueObject) and hasattr(kind, name) and not name.startswith("_"):
         raise UnsupportedPython(f"`{name}` of a {type_name(value)} is not supported")

@@ -25,6 +25,7 @@ from scenelang.interpreter.transpile.evaluation import (
     NeedsPrimitives,
     UnsupportedPython,
     check_widths,
+    unknown_statement,
     weigh,
     words,
 )
@@ -170,6 +171,8 @@ class PythonEvaluator:
         if kind is int:
             if value.bit_length() > MAX_BITS:
                 raise UnsupportedPython("this number has too many digits")
+        elif kind is Fraction:
+            self.checked(max(abs(value.numerator), value.denominator))
         elif kind in (str, list, tuple, dict, set, bytes):
             size = len(value)
             if kind is tuple and any(type(each) is tuple for each in value):
@@ -210,9 +213,7 @@ class PythonEvaluator:
                     simple(statement, frame)
                     continue
                 compound = self._compound.get(type(statement))
-                if compound is None:
-                    raise UnsupportedPython(f"`{type(statement).__name__.lower()}` is not supported")
-                yield from compound(statement, frame)
+                yield from compound(statement, frame) if compound is not None else unknown_statement(statement)
             except UnsupportedPython as error:
                 error.node = error.node or statement
                 raise
@@ -898,10 +899,11 @@ class PythonEvaluator:
 
     def _argument(self, value: Any) -> Any:
         if isinstance(value, (PythonGenerator, Iterator)) and not isinstance(value, PythonObject):
-            return value if type(value) is PythonGenerator else _Metered(self, value)
-        if type(value) is range and len(value) > MAX_ITEMS:
-            return _Metered(self, iter(value))
-        return value
+            return value if type(value) is PythonGenerator else self.metered(value)
+        return self.metered(iter(value)) if type(value) is range and len(value) > MAX_ITEMS else value
+
+    def metered(self, items: Any) -> Any:
+        return _Metered(self, items)
 
     def _numeric_call(self, function: Native, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
         """Call a numeric function with values that are not known: item by item, if it works on items."""

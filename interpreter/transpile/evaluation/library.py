@@ -40,7 +40,9 @@ from scenelang.interpreter.transpile.evaluation import (
     check_repetitions,
     check_size,
     few,
+    instead_of,
     product_of,
+    repeats_choices,
     words,
 )
 from scenelang.interpreter.transpile.evaluation.classes import (
@@ -84,15 +86,6 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     refused,
 )
 
-_INSTEAD = {
-    "datetime": "a scene does not depend on time: leave this out", "logging": "use `print`", "warnings": "use `print`",
-    "decimal": "use `fractions.Fraction`, or floats", "scipy": "use numpy", "pandas": "use lists and dictionaries",
-    "noise": "write the noise with numpy, or with `math`", "opensimplex": "write the noise with numpy, or with `math`",
-    "secrets": "use `random`", "uuid": "use `random`", "asyncio": "build the scene in one go, without tasks",
-    "threading": "build the scene in one go, without threads", "sys": "leave this out", "os": "leave this out",
-    "inspect": "name the functions in a list or dictionary", "argparse": "use constants at the top of the program",
-    "trimesh": "build the scene from primitives", "matplotlib": "write colours as tuples of three numbers",
-}  # fmt: skip
 _UNSAFE = ("os", "sys", "subprocess", "socket", "pickle", "shutil", "pathlib", "io", "importlib", "ctypes", "inspect")
 
 
@@ -137,7 +130,7 @@ class PythonLibrary:
             return self.modules[path]
         top = path.partition(".")[0]
         kind = "python-forbidden" if top in _UNSAFE else "python-unsupported"
-        return refused(UnsupportedPython(f"the module `{path}` cannot be used", _INSTEAD.get(top), kind))
+        return refused(UnsupportedPython(f"the module `{path}` cannot be used", instead_of(top), kind))
 
     # --- builtins ----------------------------------------------------------------------------------------------
 
@@ -188,7 +181,7 @@ class PythonLibrary:
 
     def _unsafe(self, name: str) -> Callable[..., Any]:
         def refuse(*arguments: Any, **named: Any) -> Any:
-            raise UnsupportedPython(f"`{name}` is not allowed", None, "python-forbidden")
+            raise UnsupportedPython(f"`{name}` is not allowed", instead_of(name), "python-forbidden")
 
         return refuse
 
@@ -680,7 +673,7 @@ def _patterns() -> dict[str, Any]:
     def checked(function: Callable[..., Any]) -> Callable[..., Any]:
         def search(pattern: Any, *rest: Any, **named: Any) -> Any:
             text = pattern.pattern if isinstance(pattern, re.Pattern) else pattern
-            if len(text) > _MAX_PATTERN or _NESTED.search(text):
+            if len(text) > _MAX_PATTERN or _NESTED.search(text) or repeats_choices(text):
                 raise UnsupportedPython("this pattern may take too long to match", "use a simpler pattern")
             texts = [each for each in (*rest, *named.values()) if isinstance(each, str)]
             if any(len(each) > _MAX_SEARCHED for each in texts) or math.prod(len(each) + 1 for each in texts) > 10**8:

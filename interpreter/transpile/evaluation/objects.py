@@ -46,6 +46,10 @@ class Caller(Protocol):
         """Call a value."""
         ...
 
+    def metered(self, items: Any) -> Any:
+        """Return an iterator whose items are steps."""
+        ...
+
 
 class Evaluating(Caller, Protocol):
     """What the classes of the program need of the evaluator."""
@@ -409,7 +413,7 @@ class PythonObject:
         method = self.method("__iter__")
         if method is not None:
             found = method()
-            return found if type(found) is PythonObject else iter(found)
+            return found if type(found) is PythonObject else self.cls.caller.metered(iter(found))
         return self._items(self._required("__getitem__", f"'{self.cls.name}' object is not iterable"))
 
     @staticmethod
@@ -591,7 +595,8 @@ def _value_operation(host: Any, name: str) -> Callable[..., Any]:
     def operation(self: Any, *arguments: Any) -> Any:
         method = self.own(name)
         if method is not None:
-            return method(*arguments)
+            found = method(*arguments)
+            return self.cls.caller.metered(iter(found)) if name == "__iter__" else found
         return NotImplemented if inherited is None else inherited(self, *arguments)
 
     return operation
@@ -653,13 +658,19 @@ class IntMember(int):
     is_flag: bool
 
     def __repr__(self) -> str:
-        return f"<{self.cls.name}.{self.name}: {int(self)}>"
+        return f"<{self.cls.name}{'.' + self.name if self.name else ''}: {int(self)}>"
 
     def __str__(self) -> str:
-        return f"{self.cls.name}.{self.name}" if self.is_flag else str(int(self))
+        own = self.cls.find("__str__")
+        if own is not MISSING:
+            return str(self.cls.caller.call(own, (self,), {}))
+        if self.cls.options["kinds"] & {"IntEnum", "IntFlag"}:
+            return str(int(self))
+        return f"{self.cls.name}.{self.name}" if self.name else f"{self.cls.name}({int(self)})"
 
     def __format__(self, specification: str) -> str:
-        return format(int(self), specification)
+        is_number = self.cls.options["kinds"] & {"IntEnum", "IntFlag"} and self.cls.find("__str__") is MISSING
+        return format(int(self) if is_number else str(self), specification)
 
     def _combined(self, value: int) -> IntMember:
         for member in (self.cls.members or {}).values():
@@ -721,10 +732,13 @@ class TextMember(str):
         return f"<{self.cls.name}.{self.name}: {str.__str__(self)!r}>"
 
     def __str__(self) -> str:
+        own = self.cls.find("__str__")
+        if own is not MISSING:
+            return str(self.cls.caller.call(own, (self,), {}))
         return str.__str__(self) if self.is_plain else f"{self.cls.name}.{self.name}"
 
     def __format__(self, specification: str) -> str:
-        return format(str.__str__(self) if self.is_plain else f"{self.cls.name}.{self.name}", specification)
+        return format(str(self), specification)
 
     def __hash__(self) -> int:
         return str.__hash__(self)

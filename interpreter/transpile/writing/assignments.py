@@ -410,7 +410,9 @@ def _update_array(w: Writer, node: ast.AugAssign, block: Block, note: Code) -> b
     """Generate ``a += b`` as an in-place modification of an array, which other references observe."""
     target = node.target
     if isinstance(target, ast.Subscript) and (
-        isinstance(target.slice, (ast.Slice, ast.Tuple)) or w.effect(target.value, target.slice).has_effect
+        isinstance(target.slice, (ast.Slice, ast.Tuple))
+        or w.type(target.value).only(ARRAY | POSE)  # a row, which is stored as a whole
+        or w.effect(target.value, target.slice).has_effect
     ):
         return False
     load = _loaded(w, target)

@@ -484,11 +484,13 @@ _ERRORS: dict[str, tuple[str, ...]] = {
 
 def write_try(w: Writer, node: ast.Try, block: Block, note: Code) -> None:
     """Generate ``try`` as ``guard``, followed by the statements of ``finally``."""
-    exits_early = any(
-        may_exit(s, kind) for h in node.handlers for s in h.body for kind in (ast.Return, ast.Continue, ast.Break)
-    )
+    inner = [*node.body, *node.orelse, *(s for handler in node.handlers for s in handler.body)]
+    exits_early = any(may_exit(s, kind) for s in inner for kind in (ast.Return, ast.Continue, ast.Break))
     if node.finalbody and exits_early:
-        raise w.unsupported("`finally` after a handler that returns or exits a loop", node)
+        raise w.unsupported("`finally` after statements that return or exit a loop", node)
+    others = (n for n in ast.walk(w.text.tree) if isinstance(n, ast.Try) and n.handlers and n is not node)
+    if node.finalbody and any(others):
+        raise w.unsupported("`finally` before an exception that is caught elsewhere", node)
     variables = _live_assignments(w, node)
     effect = w.effect(node) | Effect(changes=True)
     if variables:

@@ -24,6 +24,7 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     PythonVariable,
     is_module,
 )
+from scenelang.interpreter.transpile.evaluation import instead_of
 from scenelang.interpreter.transpile.python_text import HELPERS
 from scenelang.interpreter.transpile.writing.calls import CALLS, CONSTANTS, VALUES, call_method
 from scenelang.interpreter.transpile.writing.code import (
@@ -129,6 +130,7 @@ def check_path(w: Writer, node: ast.expr, path: str) -> None:
             "python-forbidden",
             f"`{w.text.text(node)}` is not allowed, because it uses {FORBIDDEN[top]}",
             node,
+            instead_of(top),
         )
     if path.rpartition(".")[2].startswith("__") or path.startswith("__"):
         raise w.error("python-forbidden", f"`{w.text.text(node)}` accesses interpreter internals", node)

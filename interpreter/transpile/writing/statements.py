@@ -122,7 +122,8 @@ def write_statement(w: Writer, node: ast.stmt, block: Block) -> None:
         define_cells(w, node, block)
         write = _STATEMENTS.get(type(node))
         if write is None:
-            raise w.unsupported(f"`{type(node).__name__.lower()}`", node)
+            kind = type(node).__name__.lower()
+            raise w.unsupported("`except*`" if kind == "trystar" else f"`{kind}`", node)
         collecting = adds_to(w, node, block)
         if collecting is not None:
             add_to(w, collecting, node, block, note)
