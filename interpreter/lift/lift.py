@@ -27,7 +27,7 @@ from scenelang.interpreter.lift.tree import (
 from scenelang.interpreter.lift.tree import walk as walk_tree
 
 _MAX_ROUNDS = 8
-_MAX_SURVEYS = 2
+_MAX_SURVEYS = 1
 _MAX_SIZE = 60_000  # nodes of a program
 _BLOCK_WORDS = frozenset(("set-cuboid", "delete-blocks"))
 _MACROS = ("define-syntax", "define-macro", "let-syntax", "letrec-syntax")
@@ -144,8 +144,7 @@ def _macro_names(node: CodeTree) -> Sequence[str]:
 
 
 _RULES: Sequence[Callable[[OpenProgram, CodeTree], bool]] = (
-    simplify.tidy,
-    simplify.compose,
+    simplify.shorten,
     patterns.find,
     tables.find,
     simplify.inline,
@@ -159,9 +158,7 @@ def _lift_forms(program: OpenProgram, fixed: Sequence[int]) -> None:
     if FORMS.keys() - program.known:  # the program gives a form another meaning
         return
     is_whole = not fixed and not program.macros and not program.has_imports
-    if is_whole:
-        simplify.remove_unused(program)
-        simplify.declare_params(program)
+    if is_whole and any([simplify.remove_unused(program), simplify.declare_params(program)]):
         program.survey()
     waiting = [
         position for position, top in enumerate(program.forms) if id(top) not in fixed and program.is_understood(top)

@@ -622,7 +622,7 @@ _SIDES = {"compute-shape-min": "min", "compute-shape-max": "max"}
 
 def align(program: OpenProgram, top: CodeTree) -> bool:
     """Write a translation by the distance between two boxes as ``align``."""
-    if "align" not in program.known or program.is_blocks:
+    if "align" not in program.known or program.is_blocks or not any(name in _SIDES for name in names(top)):
         return False
     changed = False
     for node, start in bodies(top):

@@ -106,16 +106,25 @@ def _sum(x: CodeTree, y: CodeTree) -> CodeTree | None:
     return total
 
 
-def compose(program: OpenProgram, top: CodeTree) -> bool:
-    """Write poses of poses as products, and unions of unions as one."""
+def shorten(program: OpenProgram, top: CodeTree) -> bool:
+    """Write poses of poses as products, unions of unions as one, and shorter conditions and arithmetic."""
     changed = False
     for node in reversed(list(code(top))):
-        if node.head == "transform" and len(node.operands) == 2:
+        head = node.head
+        if head is None:
+            continue
+        if head == "transform" and len(node.operands) == 2:
             changed |= _compose_transform(program, node)
-        elif node.head == "union":
+            if is_pose(node.operands[1]):
+                _shorten_numbers(node.operands[1])
+        elif head == "union":
             changed |= _flatten_union(node)
-        elif node.head == "ref" and len(node.operands) == 2:
+        elif head == "ref" and len(node.operands) == 2:
             changed |= _name_axis(node)
+        elif head == "cond":
+            changed |= _to_if(node)
+        elif head in ("*", "/", "+") and head in program.known:
+            changed |= _arithmetic(program, node)
     return changed
 
 
@@ -308,9 +317,9 @@ def _inline_definition(
     if found is None or found[1] is None:
         return False
     index, use = found
-    if use is not None and _may_move(program, value, effects, statements[position + 1 : index], use):
-        if not _is_better(program, definition, value, use):
-            return False
+    if use is None or not _is_better(program, definition, value, use):
+        return False
+    if _may_move(program, value, effects, statements[position + 1 : index], use):
         _put(definition, value, use, name)
         total.subtract({name: 2})
         return True
@@ -499,20 +508,6 @@ def _keep_comments(definition: CodeTree, following: CodeTree, only_section: bool
 
 
 # --- shorter forms of the same value -------------------------------------------------------------------------------
-
-
-def tidy(program: OpenProgram, top: CodeTree) -> bool:
-    """Write conditions and arithmetic in their shortest form."""
-    changed = False
-    for node in reversed(list(code(top))):
-        head = node.head
-        if head == "cond":
-            changed |= _to_if(node)
-        elif head in ("*", "/", "+") and head in program.known:
-            changed |= _arithmetic(program, node)
-        elif head == "transform" and len(node.operands) == 2 and is_pose(node.operands[1]):
-            _shorten_numbers(node.operands[1])
-    return changed
 
 
 def _to_if(node: CodeTree) -> bool:

@@ -302,12 +302,22 @@ def is_constant(node: CodeTree) -> bool:
 
 def bound_names(node: CodeTree) -> Iterator[str]:
     """Iterate over the names that a form binds for what is inside it, and those that its body defines."""
+    yield from own_bindings(node)
+    for item in node.items or ():
+        if item.items:
+            yield from defined_names(item)
+
+
+def own_bindings(node: CodeTree) -> Iterator[str]:
+    """Iterate over the names of parameters and bindings of a form."""
     head, items = node.head, node.items or []
+    if head is None:
+        return
     if head in ("lambda", "let/ec") and len(items) > 1:
         yield from _parameters(items[1])
     elif head in ("define", "define-macro") and len(items) > 1 and items[1].items is not None:
         yield from _parameters(items[1], 1)
-    elif head is not None and (head.startswith(("let", "for")) or head == "do") and len(items) > 1:
+    elif (head.startswith(("let", "for")) or head == "do") and len(items) > 1:
         bindings = items[1]
         if bindings.name is not None:  # a named loop
             yield bindings.name
@@ -318,8 +328,6 @@ def bound_names(node: CodeTree) -> Iterator[str]:
                 yield from _pattern(binding.items[0])
     elif head == "guard" and len(items) > 1 and items[1].items:
         yield from _pattern(items[1].items[0])
-    for item in items:
-        yield from defined_names(item)
 
 
 def _parameters(node: CodeTree, first: int = 0) -> Iterator[str]:
@@ -435,6 +443,9 @@ class SideEffects:
         return not self.draws and not self.changes
 
 
+_PURE = SideEffects(False, frozenset(), frozenset())
+
+
 def _disturbs(first: SideEffects, second: SideEffects) -> bool:
     if ANY in first.changes:
         return bool(second.reads or second.changes or second.draws)
@@ -466,6 +477,7 @@ class OpenProgram:
     macros: frozenset[str] = frozenset()
     known: frozenset[str] = frozenset()
     catches: bool = False
+    _is_pure: bool = False  # whether nothing in the program draws or changes anything
     _names: frozenset[str] = frozenset()
     _defined: dict[str, list[CodeTree]] = field(default_factory=dict)
     _closures: dict[str, SideEffects] = field(default_factory=dict)
@@ -476,21 +488,21 @@ class OpenProgram:
         self._defined, self._closures = {}, {}
         nodes = [one for top in self.forms for one in code(top)]
         lists = [one for one in nodes if one.items]
-        self.known = self.language - {name for one in lists for name in (*bound_names(one), *defined_names(one))}
+        self.known = self.language - {name for one in lists for name in (*own_bindings(one), *defined_names(one))}
         self._names = frozenset(name for top in self.forms for name in defined_names(top))
-        draws, acts = False, False
-        for top in self.forms:
-            for one in code(top):
-                head = one.head
-                if head is None:
-                    name = one.name or ""
-                    draws, acts = draws or name.removeprefix(STD) in DRAWS, acts or name in _ACTS or name.endswith("!")
-                    continue
-                if head in ("define", "bind") and len(one.items or ()) > 2:
-                    self._define(one)
-                elif head.startswith("let") and len(one.items or ()) > 1:
-                    self._define_bindings(one)
-        self.catches = self.has_imports or any(one.head == "guard" for one in nodes)
+        symbols = {str(one.value) for one in nodes if type(one.value) is Symbol}
+        draws = any(name.removeprefix(STD) in DRAWS for name in symbols)
+        acts = any(name in _ACTS or name.endswith("!") for name in symbols)
+        self.catches = self.has_imports or "guard" in symbols
+        self._is_pure = not (draws or acts or self.catches or "set!" in symbols)
+        if self._is_pure:
+            return
+        for one in lists:
+            head = one.head or ""
+            if head in ("define", "bind") and len(one.items or ()) > 2:
+                self._define(one)
+            elif head.startswith("let") and len(one.items or ()) > 1:
+                self._define_bindings(one)
         acts = acts or self.has_imports
         self._unknown = draws or self.has_imports, frozenset([ANY]) if acts else frozenset()
         self._close()
@@ -584,6 +596,8 @@ class OpenProgram:
 
     def effects(self, *nodes: CodeTree) -> SideEffects:
         """Return the effects of evaluating nodes. Where the program catches errors, an error is an effect."""
+        if self._is_pure:
+            return _PURE
         direct = self._direct(nodes)
         if self.catches and not all(is_constant(node) or node.items is None for node in nodes):
             direct = SideEffects(direct.draws, direct.changes | {ANY}, direct.reads)
