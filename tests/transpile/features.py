@@ -2791,6 +2791,13 @@ one.extend(two)
 three = list(one)
 three += one
 return [len(one), len(two), len(three)]
+## generators that are named in a test
+if (g := (x for x in range(2))): pass
+return [*g, *g]
+## generators as items
+l = []
+l.append(x for x in range(3))
+return [*l[0], *l[0]]
 '''
 # Programs that the translation proper would take, were it not for what they do in place, late or by identity.
 NUMBERS = """from helper import *
