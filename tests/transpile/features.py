@@ -2748,6 +2748,56 @@ class R:
 
 i = iter(Q())
 return sum(Q()), max(Q()), list(R()), next(i), [*i], list(zip(Q(), R())), 2 in Q()
+## shapes in place by another name
+def both():
+    s = concat_shapes(primitive_call('cube'), primitive_call('sphere'))
+    w = s
+    w += primitive_call('sphere')
+    return s
+
+return [len(both())]
+## shapes of the caller in place
+def grow(shape): shape += primitive_call('cube')
+
+kept = primitive_call('cube')
+moved = transform_shape(kept, translation_matrix((1, 2, 3)))
+whole = concat_shapes(kept, kept)
+grow(kept)
+grow(kept)
+later = concat_shapes(kept, kept)
+return [len(kept), len(moved), len(whole), len(later)]
+## shapes in place in a list
+parts = []
+one = primitive_call('cube')
+parts.append(one)
+one += primitive_call('sphere')
+return [len(parts[0])]
+## copies of shapes keep their parts
+one = primitive_call('cube')
+two = one.copy()
+two += primitive_call('sphere')
+three = list(one)
+three += one
+return [len(one), len(two), len(three)]
+## copies of shapes that are evaluated
+class A: pass
+class B(A): pass
+
+b = B()
+one = primitive_call('cube')
+two = one.copy()
+two += primitive_call('sphere')
+one.extend(two)
+three = list(one)
+three += one
+return [len(one), len(two), len(three)]
+## generators that are named in a test
+if (g := (x for x in range(2))): pass
+return [*g, *g]
+## generators as items
+l = []
+l.append(x for x in range(3))
+return [*l[0], *l[0]]
 '''
 # Programs that the translation proper would take, were it not for what they do in place, late or by identity.
 NUMBERS = """from helper import *

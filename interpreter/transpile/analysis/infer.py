@@ -557,7 +557,13 @@ class Departures:
                 return what
             variable = self._names.variables.get(target)
             return [] if variable is None or self._is_used_next(outer, node, variable) else what
-        if isinstance(outer, (ast.Return, ast.Lambda, ast.Dict, ast.List, ast.Tuple, ast.Set, ast.IfExp, ast.BoolOp)):
+        if isinstance(outer, ast.Call) and isinstance(outer.func, ast.Attribute) and node is not outer.func.value:
+            if outer.func.attr in ("append", "insert", "add", "appendleft", "setdefault"):
+                return what
+        if isinstance(
+            outer,
+            (ast.NamedExpr, ast.Return, ast.Lambda, ast.Dict, ast.List, ast.Tuple, ast.Set, ast.IfExp, ast.BoolOp),
+        ):
             return what if not is_view else []
         if isinstance(outer, ast.For):
             return what if own.draws and self._effects.of(*outer.body).draws else []

@@ -694,7 +694,7 @@ def _of_residual(evaluator: Evaluating, value: Residual, name: str) -> Any:
     from scenelang.interpreter.transpile.evaluation.objects import node_of
 
     if value.kind == "shape":
-        return Native(name, lambda: value) if name == "copy" else MISSING
+        return value.holder.method_of(value, name)  # type: ignore[attr-defined]
     if name == "T":
         return Residual(ast.Attribute(node_of(value), "T", ast.Load()), value.kind, value.holder)
     if name in ("copy", "tolist", "sum", "min", "max", "mean", "astype", "dot"):

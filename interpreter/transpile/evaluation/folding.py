@@ -28,6 +28,7 @@ from scenelang.interpreter.transpile.evaluation.classes import limited_draw
 from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
 from scenelang.interpreter.transpile.evaluation.library import PythonLibrary
 from scenelang.interpreter.transpile.evaluation.objects import (
+    MISSING,
     Exhausted,
     Native,
     PythonFunction,
@@ -307,6 +308,16 @@ def _drawn_shape(method: str, arguments: tuple[Any, ...], named: Mapping[str, An
     return shape
 
 
+def _kept(shape: Residual) -> Residual:
+    """Return a shape as it is now; others may add to it later."""
+    if shape.primitives is None or ast.unparse(getattr(shape.node, "func", shape.node)) == "concat_shapes":
+        return Residual(shape.node, shape.kind, shape.holder, shape.name, shape.primitives)
+    known = shape.primitives
+    kept = Residual(shape.node, shape.kind, shape.holder, shape.name)
+    kept.primitives = lambda: [kept if each is shape else each for each in known()]
+    return kept
+
+
 @dataclass(eq=False, slots=True)
 class Part:
     """Residual function that is being written: its draws and calls in order, and the residual values by name."""
@@ -446,8 +457,29 @@ class Folding:
         inner = self._whole(shape)
         found = self._residual("transform_shape", (inner, pose), {}, "shape")
         if inner.primitives is not None:
-            found.primitives = lambda: self._moved(found, inner, pose)
+            kept = _kept(inner)
+            found.primitives = lambda: self._moved(found, kept, pose)
         return found
+
+    def extended(self, value: Residual, other: Any) -> Any:
+        """Return ``value += other``; all names of a shape see what is added."""
+        if not is_shape(value):
+            return value + other
+        made = self._union([_kept(value), *self._flat(other)])
+        value.node, value.primitives, value.name = made.node, made.primitives, ""
+        return value
+
+    def method_of(self, shape: Residual, name: str) -> Any:
+        """Return a method of a shape, else MISSING."""
+        if name == "copy":
+            return Native(name, lambda: _kept(shape))
+        if name not in ("append", "extend"):
+            return MISSING
+
+        def add(other: Any) -> None:
+            self.extended(shape, other)
+
+        return Native(name, add)
 
     def _moved(self, found: Residual, inner: Residual, pose: Any) -> list[Residual]:
         """Return the primitives of a shape that has been moved."""
@@ -471,7 +503,8 @@ class Folding:
         parts = [each for shape in shapes for each in self._flat(shape)]
         found = Residual(call_node("concat_shapes", [node_of(each) for each in parts]), "shape", self)
         if all(each.primitives is not None for each in parts):
-            found.primitives = lambda: [primitive for each in parts for primitive in each.parts()]
+            kept = [_kept(each) for each in parts]
+            found.primitives = lambda: [primitive for each in kept for primitive in each.parts()]
         return found
 
     def _flat(self, shape: Any) -> Iterator[Residual]:
@@ -600,9 +633,10 @@ class Folding:
         if isinstance(value.node, ast.Name):
             return value
         values = self._parts[-1].values
-        if values.get(value.name) is not value:
+        held = values.get(value.name)
+        if held is None or held.node is not value.node:
             value.name = self._new_name("part" if is_shape(value) else "value")
-            values[value.name] = value
+            values[value.name] = Residual(value.node, value.kind, self, value.name)
         return Residual(ast.Name(value.name, ast.Load()), value.kind, self)
 
     def _variant(self, name: str, function: Any, named: dict[str, Any]) -> dict[str, ast.expr]:

@@ -807,6 +807,7 @@ class Residual:
 
 
 Residual.__array_ufunc__ = None  # type: ignore[attr-defined]
+Residual.__iadd__ = lambda self, other: self.holder.extended(self, other)  # type: ignore
 _OPERATORS: dict[str, type[ast.operator]] = {
     "add": ast.Add, "sub": ast.Sub, "mul": ast.Mult, "truediv": ast.Div, "floordiv": ast.FloorDiv, "mod": ast.Mod,
     "pow": ast.Pow, "matmul": ast.MatMult,
