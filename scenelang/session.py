@@ -400,9 +400,10 @@ class Session:
             wrong = self._failure(source, checked)
         if wrong and translation.ok:
             evaluated = with_evaluated_parts(source, translation, wrong, with_text, finish)
-            again = self._check(source, evaluated) if evaluated.ok and evaluated is not translation else checked
-            if not any(d.is_error for d in again.diagnostics):
-                return evaluated, again
+            if evaluated.ok and evaluated is not translation:
+                again = self._check(source, evaluated)
+                if not any(d.is_error for d in again.diagnostics):
+                    return evaluated, again
         return translation, checked
 
     def _failure(self, source: Source, checked: Checked) -> list[Diagnostic]:

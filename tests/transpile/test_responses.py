@@ -158,3 +158,19 @@ def root() -> Shape:
     scene = Session().evaluate(Source("insert.scene", translation.text)).scene
     assert scene is not None
     assert first_difference(flattened(scene), flatten(code)) is None
+
+
+def test_a_program_that_fails_either_way_is_translated() -> None:
+    """Python raises an exception: the program is written as it is, and running it tells so."""
+    code = """from helper import *
+@register()
+def root() -> Shape:
+    places = [1]
+    places.insert(0, 2)
+    return concat_shapes(*[primitive_call('cube', shape_kwargs={'scale': places[i]}) for i in range(3)])
+"""
+    translation = Session().transpile(Source("index.py", code))
+    assert translation.ok
+    assert '(bind "root"' in translation.text
+    (problem,) = Session().evaluate(Source("index.py", code)).diagnostics
+    assert problem.message == "Python: IndexError: list index out of range"
