@@ -121,7 +121,7 @@ def _with_evaluated_parts(
         if isinstance(folded, Diagnostic):
             mistakes = tuple(d for d in found if d.name in (*_MISTAKES, folded.name) and d.name != "python-unsupported")
             is_confirmed = any(d.span and folded.span and d.span.overlaps(folded.span) for d in mistakes)
-            if not is_confirmed:  # of what runs before it nothing is a mistake
+            if folded.name == "python-exception" and not is_confirmed:  # of what runs before it nothing is a mistake
                 mistakes = ()
             is_mistaken = any(d.name in _MISTAKES for d in mistakes)  # of which the checker may find more
             return Translation((), "", mistakes or (folded,), translation.partial if is_mistaken else ())
