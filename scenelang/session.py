@@ -411,11 +411,9 @@ class Session:
         limits = replace(self.options.limits, steps=min(self.options.limits.steps, _TRIAL_STEPS))
         trial = Session(replace(self.options, limits=limits))
         found = trial._evaluate_checked(source, checked, time.monotonic())
-        problem = next((d for d in found.diagnostics if d.is_error), None)
+        problem = _mistake_of(found)
         place = _place_in(source, problem) if problem is not None else None
-        if problem is None or place is None or CODES[problem.name].code.startswith("E5"):
-            return []
-        return [replace(problem, span=place)]
+        return [replace(problem, span=place)] if problem is not None and place is not None else []
 
     def _check(self, source: Source, translation: Translation | None) -> Checked:
         try:
@@ -515,8 +513,8 @@ class Session:
             return found
         if not (checked.ok or _may_run(found.program, checked.diagnostics)):
             return found
-        problem = next((d for d in found.diagnostics if d.is_error), None)
-        if problem is None or CODES[problem.name].code.startswith("E5"):
+        problem = _mistake_of(found)
+        if problem is None:
             return found
         return self._evaluate_python(source, problem, started) or replace(
             found, diagnostics=tuple(_in_python(d) if d.is_error else d for d in found.diagnostics)
@@ -686,6 +684,12 @@ def is_python(source: Source) -> bool:
     if source.name.endswith((".py", ".txt", ".ipynb")):
         return True
     return source.name.startswith("<") and bool(_REGISTERS.search(source.text))
+
+
+def _mistake_of(found: Evaluated) -> Diagnostic | None:
+    """Return the first error of a run, unless it is a limit."""
+    problem = next((d for d in found.diagnostics if d.is_error), None)
+    return problem if problem is not None and not CODES[problem.name].code.startswith("E5") else None
 
 
 def _place_in(source: Source, problem: Diagnostic) -> Span | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from scenelang.grammar.concrete import concrete
 from scenelang.grammar.datum import Datum, Source, atom_text, walk
 from scenelang.grammar.formatter import settled
-from scenelang.grammar.layout import AuthorLayout, Trivia, layout_lines
+from scenelang.grammar.layout import Trivia, layout_lines
 from scenelang.interpreter.expand.forms import FORMS, INDENTS
 from scenelang.interpreter.lift import patterns, simplify, tables
 from scenelang.interpreter.lift.tree import (
@@ -25,11 +25,11 @@ from scenelang.interpreter.lift.tree import (
     size,
 )
 from scenelang.interpreter.lift.tree import walk as walk_tree
+from scenelang.interpreter.scene.primitives import block_words
 
 _MAX_ROUNDS = 8
 _MAX_SURVEYS = 1
 _MAX_SIZE = 60_000  # nodes of a program
-_BLOCK_WORDS = frozenset(("set-cuboid", "delete-blocks"))
 _MACROS = ("define-syntax", "define-macro", "let-syntax", "letrec-syntax")
 _LIBRARY = ("std/python.scene",)
 
@@ -105,9 +105,13 @@ def lift_text(source: Source, library: Set[str]) -> str:
     lifted = lift(tree.forms, tree.trivia, tree.spelling, library, tree.written.raw.keys())
     if all(new is old for new, old in zip(lifted.forms, tree.forms)) and len(lifted.forms) == len(tree.forms):
         return source.text
-    written = AuthorLayout(tree.written.breaks, tree.written.plain, tree.written.raw)
     lines = layout_lines(
-        lifted.forms, indents=INDENTS, trivia=lifted.trivia, spelling=lifted.spelling, end=tree.end, written=written
+        lifted.forms,
+        indents=INDENTS,
+        trivia=lifted.trivia,
+        spelling=lifted.spelling,
+        end=tree.end,
+        written=tree.written,
     )
     return settled("\n".join([*lines, ""]), INDENTS)
 
@@ -128,7 +132,7 @@ def _program(nodes: list[CodeTree], library: Set[str]) -> OpenProgram:
     program = OpenProgram(
         nodes,
         frozenset(FORMS.keys() | library),
-        bool(called & _BLOCK_WORDS),
+        any(word in called for word in block_words()),
         any(name not in _LIBRARY for name in imports),
         frozenset(macros),
     )

@@ -34,8 +34,6 @@ from scenelang.interpreter.lift.tree import (
     symbol,
 )
 
-_CLOSE = 1e-12
-
 
 @dataclass(frozen=True, slots=True)
 class _Loop:
@@ -47,7 +45,7 @@ class _Loop:
     node: CodeTree
 
 
-def _loop_of(program: OpenProgram, node: CodeTree) -> _Loop | None:
+def _loop_of(node: CodeTree) -> _Loop | None:
     operands = node.operands
     if node.head == "union-loop" and len(operands) == 2 and operands[1].head == "lambda":
         parameters = operands[1].operands[0].items
@@ -177,7 +175,7 @@ def accept(node: CodeTree, new: CodeTree) -> bool:
 
 def _over_items(program: OpenProgram, node: CodeTree) -> bool:
     """Write a loop over the indices of a sequence as a loop over its items."""
-    loop = _loop_of(program, node)
+    loop = _loop_of(node)
     first = loop.body[0] if loop is not None and len(loop.body) > 1 else None
     if loop is None or first is None or not {"ref", "length", "enumerate"} <= program.known:
         return False
@@ -212,7 +210,7 @@ def _has_length(sequence: CodeTree, count: CodeTree) -> bool:
 
 def _filtered(program: OpenProgram, node: CodeTree) -> bool:
     """Write a loop whose body gives nothing in some cases with ``:unless`` or ``:when``."""
-    loop = _loop_of(program, node)
+    loop = _loop_of(node)
     is_for = node.head != "union-loop" and len(node.operands) == 2 and node.operands[0].items is not None
     if not is_for and (loop is None or len(loop.body) != 1):
         return False
@@ -273,7 +271,7 @@ class _Circle:
 
 
 def find_ring(program: OpenProgram, node: CodeTree) -> bool:
-    loop = _loop_of(program, node)
+    loop = _loop_of(node)
     if loop is None or "ring" not in program.known or program.is_blocks or program.effects(loop.count).draws:
         return False
     body = _Body(program, loop)
@@ -426,7 +424,7 @@ def _numbers(node: CodeTree) -> list[float] | None:
 
 def _index_loops(program: OpenProgram, node: CodeTree) -> bool:
     """Write a loop over an index that is divided into row and column as two loops."""
-    loop = _loop_of(program, node)
+    loop = _loop_of(node)
     if loop is None or len(loop.body) < 2 or not {"floor/", "//", "%"} <= program.known:
         return False
     first = loop.body[0]
@@ -493,7 +491,7 @@ def _quotient(count: CodeTree, divisor: CodeTree) -> CodeTree | None:
 
 def _line(program: OpenProgram, node: CodeTree) -> bool:
     """Write a loop whose parts are spaced evenly about the origin along one axis as a grid."""
-    loop = _loop_of(program, node)
+    loop = _loop_of(node)
     return loop is not None and _gridded(program, node, [(loop.variable, loop.count)], loop)
 
 

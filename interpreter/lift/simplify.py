@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from scenelang.grammar.datum import Keyword, Symbol, atom_text
+from scenelang.grammar.datum import Keyword, Symbol
 from scenelang.grammar.layout import line_comment
 from scenelang.interpreter.lift.tree import (
     CodeTree,
@@ -96,14 +96,7 @@ def _sum(x: CodeTree, y: CodeTree) -> CodeTree | None:
         if x.head == "-" and len(x.operands) == 1:
             return form("-", y, x.operands[0], span=x.span)
         return form("+", x, y, span=x.span)
-    total = atom(x.value + y.value, x.span)
-    if isinstance(total.value, float):
-        short = float(f"{total.value:.12g}")
-        total.value = short if abs(short - total.value) <= 1e-15 * abs(short) else total.value
-        text = atom_text(total.value)
-        if any((one.spelling or "").lstrip("-").startswith(".") for one in (x, y)):
-            total.spelling = text.replace("0.", ".", 1) if text.lstrip("-").startswith("0.") else text
-    return total
+    return atom(x.value + y.value, x.span)
 
 
 def shorten(program: OpenProgram, top: CodeTree) -> bool:
@@ -674,8 +667,10 @@ def _hoist(program: OpenProgram, assigned: set[str], room: int) -> bool:
     taken = {name for top in program.forms for name in defined_names(top)} | program.language
     found: list[CodeTree] = []
     _take_defaults(function, taken | assigned, found, room)
-    _take_definitions(function, taken | assigned, found)
-    _take_values(function, taken | assigned, found, room - len(found))
+    bound = Counter(name for one in code(function) for name in bound_names(one))
+    taken |= assigned | {name for name, times in bound.items() if times != 1}
+    _take_definitions(function, taken, found)
+    _take_values(function, taken, found, room - len(found))
     if not found:
         return False
     assert function.items is not None
@@ -724,13 +719,12 @@ def _take_defaults(function: CodeTree, taken: set[str], found: list[CodeTree], r
 
 def _take_definitions(function: CodeTree, taken: set[str], found: list[CodeTree]) -> None:
     assert function.items is not None
-    inner = Counter(name for one in code(function) for name in bound_names(one))
     uses = names(function)
     kept: list[CodeTree] = []
     for statement in function.items[2:]:
         operands = statement.operands
         name = operands[0].name if statement.head == "define" and len(operands) == 2 else None
-        if name is None or not _is_size(operands[1]) or name in taken or inner[name] != 1 or uses[name] < 2:
+        if name is None or not _is_size(operands[1]) or name in taken or uses[name] < 2:
             kept.append(statement)
             continue
         assert statement.items is not None
@@ -743,7 +737,6 @@ def _take_definitions(function: CodeTree, taken: set[str], found: list[CodeTree]
 def _take_values(function: CodeTree, taken: set[str], found: list[CodeTree], room: int) -> None:
     """Take definitions of several numbers at once, ``(define-values (a b) '(1 2))``."""
     assert function.items is not None
-    inner = Counter(name for one in code(function) for name in bound_names(one))
     kept: list[CodeTree] = []
     for statement in function.items[2:]:
         operands = statement.operands
@@ -753,7 +746,7 @@ def _take_values(function: CodeTree, taken: set[str], found: list[CodeTree], roo
             kept.append(statement)
             continue
         spelled = [target.name or "_" for target in targets]
-        is_free = not any(name in taken or name == "_" or inner[name] != 1 for name in spelled)
+        is_free = not any(name in taken or name == "_" for name in spelled)
         growth = 4 * len(spelled) - size(statement)
         if not is_free or growth > room:
             kept.append(statement)

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, print_datum
 from scenelang.grammar.layout import Row, Trivia
 from scenelang.grammar.reader import read
+from scenelang.interpreter.runtime.types import STD
 
 _MAX_DEPTH = 150
 NO_COMMENTS = Trivia()
@@ -398,7 +399,6 @@ def bodies(node: CodeTree) -> Iterator[tuple[CodeTree, int]]:
 
 # SideEffects.
 
-STD = "std/"  # prefix of names of the library that a program may have defined itself
 
 DRAWS = frozenset((
     *("uniform", "normal", "randint", "rand", "randn", "choice", "shuffle", "permutation", "random", "random-state"),
