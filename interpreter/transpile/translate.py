@@ -117,21 +117,36 @@ def _with_evaluated_parts(
     root = analysed.root.name if analysed.root is not None else None
     errors = [d for d in found if d.is_error]
     for _ in range(_MAX_ROUNDS):  # what remains may have errors in other parts
-        folded = fold(text, root, errors)
-        if isinstance(folded, Diagnostic):
-            mistakes = tuple(d for d in found if d.name in (*_MISTAKES, folded.name) and d.name != "python-unsupported")
-            is_confirmed = any(d.span and folded.span and d.span.overlaps(folded.span) for d in mistakes)
-            if folded.name == "python-exception" and not is_confirmed:  # of what runs before it nothing is a mistake
-                mistakes = ()
-            is_mistaken = any(d.name in _MISTAKES for d in mistakes)  # of which the checker may find more
-            return Translation((), "", mistakes or (folded,), translation.partial if is_mistaken else ())
-        if folded is None:
+        more: list[Diagnostic] = []
+        best: Translation | None = None
+        for way in ("loops", "unrolled", "drawn"):
+            folded = fold(text, root, errors, way)
+            if isinstance(folded, Diagnostic) and way == "loops":
+                return _refused(folded, found, translation)
+            if not isinstance(folded, PythonText):
+                continue
+            second = _translation(folded, analyse(folded), with_text, finish)
+            if second.ok and (best is None or len(second.text) < len(best.text)):
+                best = second
+            if best is not None and (len(best.text) <= len(text.source.text) or way == "unrolled"):
+                return best
+            more += [d for d in second.diagnostics if d.is_error] if way == "loops" else []
+        if best is not None:
+            return best
+        if not more:
             break
-        second = _translation(folded, analyse(folded), with_text, finish)
-        if second.ok:
-            return second
-        errors += [d for d in second.diagnostics if d.is_error]
+        errors += more
     return translation
+
+
+def _refused(folded: Diagnostic, found: Sequence[Diagnostic], translation: Translation) -> Translation:
+    """Return the errors of a program that can neither be translated nor evaluated."""
+    mistakes = tuple(d for d in found if d.name in (*_MISTAKES, folded.name) and d.name != "python-unsupported")
+    is_confirmed = any(d.span and folded.span and d.span.overlaps(folded.span) for d in mistakes)
+    if folded.name == "python-exception" and not is_confirmed:  # of what runs before it nothing is a mistake
+        mistakes = ()
+    is_mistaken = any(d.name in _MISTAKES for d in mistakes)  # of which the checker may find more
+    return Translation((), "", mistakes or (folded,), translation.partial if is_mistaken else ())
 
 
 def _translation(text: PythonText, analysed: Analysed, with_text: bool, finish: Finish | None) -> Translation:

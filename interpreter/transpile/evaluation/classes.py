@@ -695,6 +695,8 @@ def _of_residual(evaluator: Evaluating, value: Residual, name: str) -> Any:
 
     if value.kind == "shape":
         return value.holder.method_of(value, name)  # type: ignore[attr-defined]
+    if value.known is not None and evaluator.loops is not None:
+        return _of_known(evaluator, value, name)
     if name == "T":
         return Residual(ast.Attribute(node_of(value), "T", ast.Load()), value.kind, value.holder)
     if name in ("copy", "tolist", "sum", "min", "max", "mean", "astype", "dot"):
@@ -706,6 +708,20 @@ def _of_residual(evaluator: Evaluating, value: Residual, name: str) -> Any:
 
         return Native(name, method) if name != "astype" else Native(name, lambda kind: value)
     return MISSING
+
+
+def _of_known(evaluator: Evaluating, value: Residual, name: str) -> Any:
+    """Return an attribute of a value that is another in every turn of a loop; methods are those of constants."""
+    assert value.known is not None
+    found = [evaluator.attribute(each, name) for each in value.known.values()]
+    if not isinstance(found[0], (Native, BoundMethod)):
+        return evaluator.loops.general(value.known.loop, found, name)
+
+    def method(*arguments: Any) -> Any:
+        call = lambda each, *rest: evaluator.call(evaluator.attribute(each, name), rest, {})
+        return evaluator.loops.computed(call, (value, *arguments))
+
+    return Native(name, method)
 
 
 def _of_property(value: Property, name: str) -> Any:

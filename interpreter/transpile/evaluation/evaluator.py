@@ -40,16 +40,16 @@ from scenelang.interpreter.transpile.evaluation.classes import (
     set_attribute,
     type_of,
 )
+from scenelang.interpreter.transpile.evaluation.matching import matches
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
-    SCALARS,
-    STRUCTURAL,
     BoundMethod,
     ClassMethod,
     Exhausted,
     Frame,
     Module,
     Native,
+    Poison,
     Property,
     PythonClass,
     PythonFunction,
@@ -63,11 +63,14 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     formatted,
     has_kind,
     has_residual,
+    is_decided,
     is_shape,
+    known_result,
     node_of,
     refused,
     renamed,
     residuals,
+    same,
     type_name,
     undecided,
     value_of_error,
@@ -123,6 +126,8 @@ class PythonEvaluator:
         self._most_bytes = resident_bytes() + MAX_BYTES
         self._depth = 0
         self._handled: list[BaseException] = []  # by the `except` clauses that are evaluated
+        self.loops: Any = None  # keeps loops, if there is one
+        self.tries = 0  # around what is evaluated
         self.is_exact = False  # whether lists contain primitives where shapes are added to them
         self._spread: set[int] = set()
         self.types: dict[type, Native] = {}  # types that have no name in the program
@@ -191,9 +196,15 @@ class PythonEvaluator:
             if value.kind != "shape":
                 raise UnsupportedPython("a value that is known only in the finished scene cannot be iterated over here")
             value = value.parts()
+        self.touch(value)
         for item in value:
             self.tick()
             yield item
+
+    def touch(self, value: Any) -> None:
+        """Tell a loop that remains that items of an iterator are taken."""
+        if self.loops is not None:
+            self.loops.touch(value)
 
     # --- statements --------------------------------------------------------------------------------------------
 
@@ -234,6 +245,7 @@ class PythonEvaluator:
         if type(node) is ast.YieldFrom:
             inner = self.eval(node.value, frame)
             if type(inner) is PythonGenerator:
+                self.touch(inner)
                 return (yield from inner.steps)
             yield from self.iterate(inner)
             return None
@@ -272,7 +284,11 @@ class PythonEvaluator:
             self._set_item(container, index, self.operate(node.op, in_place, old, self.eval(node.value, frame)))
 
     def _if(self, node: ast.If, frame: Frame) -> Generator[Any, Any, Any]:
-        yield from self.execute(node.body if self.eval(node.test, frame) else node.orelse, frame)
+        test = self.eval(node.test, frame)
+        if self.loops is not None and has_kind(test, "bool", "any", "int", "float", "number"):
+            if not is_decided(test) and self.loops.branch(node, test, frame):
+                return
+        yield from self.execute(node.body if test else node.orelse, frame)
 
     def _break(self, node: ast.Break, frame: Frame) -> None:
         raise _Break
@@ -281,7 +297,10 @@ class PythonEvaluator:
         raise _Continue
 
     def _for(self, node: ast.For, frame: Frame) -> Generator[Any, Any, Any]:
-        for item in self.iterate(self.eval(node.iter, frame)):
+        items = self.eval(node.iter, frame)
+        if self.loops is not None:
+            items = self.loops.statement(node, items, frame)
+        for item in self.iterate(items) if items is not None else ():
             self.store(node.target, item, frame)
             if not (yield from self._turn(node.body, frame)):
                 return
@@ -305,7 +324,11 @@ class PythonEvaluator:
         yield from self.execute(node.orelse, frame)
 
     def _with(self, node: ast.With, frame: Frame) -> Generator[Any, Any, Any]:
-        yield from self._within(node.items, node.body, frame)
+        self.tries += 1
+        try:
+            yield from self._within(node.items, node.body, frame)
+        finally:
+            self.tries -= 1
 
     def _within(self, items: list[ast.withitem], body: list[ast.stmt], frame: Frame) -> Generator[Any, Any, Any]:
         if not items:
@@ -333,7 +356,11 @@ class PythonEvaluator:
     def _try(self, node: ast.Try, frame: Frame) -> Generator[Any, Any, Any]:
         try:
             try:
-                yield from self.execute(node.body, frame)
+                self.tries += 1
+                try:
+                    yield from self.execute(node.body, frame)
+                finally:
+                    self.tries -= 1
             except (*_SIGNALS, *_PASSED, GeneratorExit):
                 raise
             except Exception as error:
@@ -432,84 +459,12 @@ class PythonEvaluator:
         subject = self.eval(node.subject, frame)
         for case in node.cases:
             bound: dict[str, Any] = {}
-            if self._matches(case.pattern, subject, bound, frame):
+            if matches(self, case.pattern, subject, bound, frame):
                 for name, value in bound.items():
                     self._store_name(name, value, frame)
                 if case.guard is None or self.eval(case.guard, frame):
                     yield from self.execute(case.body, frame)
                     return
-
-    def _matches(self, pattern: ast.pattern, value: Any, bound: dict[str, Any], frame: Frame) -> bool:
-        self.tick()
-        if has_kind(value, "any") and not isinstance(pattern, ast.MatchAs):
-            raise undecided(value)
-        if isinstance(pattern, ast.MatchValue):
-            return bool(value == self.eval(pattern.value, frame))
-        if isinstance(pattern, ast.MatchSingleton):
-            return value is pattern.value
-        if isinstance(pattern, ast.MatchAs):
-            if pattern.pattern is not None and not self._matches(pattern.pattern, value, bound, frame):
-                return False
-            if pattern.name is not None:
-                bound[pattern.name] = value
-            return True
-        if isinstance(pattern, ast.MatchOr):
-            return any(self._matches(each, value, bound, frame) for each in pattern.patterns)
-        if isinstance(pattern, ast.MatchSequence):
-            return self._matches_sequence(pattern, value, bound, frame)
-        if isinstance(pattern, ast.MatchMapping):
-            return self._matches_mapping(pattern, value, bound, frame)
-        if isinstance(pattern, ast.MatchClass):
-            return self._matches_class(pattern, value, bound, frame)
-        raise UnsupportedPython("this pattern is not supported")
-
-    def _matches_sequence(self, pattern: ast.MatchSequence, value: Any, bound: dict[str, Any], frame: Frame) -> bool:
-        if not isinstance(value, (list, tuple, range)) and type(value).__name__ != "deque":
-            return False
-        items, patterns = list(value), pattern.patterns
-        star = next((i for i, each in enumerate(patterns) if isinstance(each, ast.MatchStar)), None)
-        if star is None:
-            return len(items) == len(patterns) and all(
-                self._matches(each, item, bound, frame) for each, item in zip(patterns, items)
-            )
-        after = len(patterns) - star - 1
-        if len(items) < star + after:
-            return False
-        starred = patterns[star]
-        if isinstance(starred, ast.MatchStar) and starred.name is not None:
-            bound[starred.name] = items[star : len(items) - after]
-        pairs = [*zip(patterns[:star], items), *zip(patterns[star + 1 :], items[len(items) - after :])]
-        return all(self._matches(each, item, bound, frame) for each, item in pairs)
-
-    def _matches_mapping(self, pattern: ast.MatchMapping, value: Any, bound: dict[str, Any], frame: Frame) -> bool:
-        if not isinstance(value, dict):
-            return False
-        keys = [self.eval(key, frame) for key in pattern.keys]
-        if not all(key in value for key in keys):
-            return False
-        if pattern.rest is not None:
-            bound[pattern.rest] = {key: item for key, item in value.items() if key not in keys}
-        return all(self._matches(each, value[key], bound, frame) for key, each in zip(keys, pattern.patterns))
-
-    def _matches_class(self, pattern: ast.MatchClass, value: Any, bound: dict[str, Any], frame: Frame) -> bool:
-        cls = self.eval(pattern.cls, frame)
-        if not is_instance(self, value, cls):
-            return False
-        names = list(pattern.kwd_attrs)
-        patterns = list(pattern.kwd_patterns)
-        if pattern.patterns and isinstance(cls, Native):
-            return len(pattern.patterns) == 1 and self._matches(pattern.patterns[0], value, bound, frame)
-        if pattern.patterns:
-            given = cls.find("__match_args__")
-            fields = [each.name for each in cls.data or () if each.in_init] or list(cls.tuple_fields or ())
-            arguments = list(given) if given is not MISSING else fields
-            names = [*arguments[: len(pattern.patterns)], *names]
-            patterns = [*pattern.patterns, *patterns]
-        for name, each in zip(names, patterns):
-            item = self.attribute(value, name, MISSING)
-            if item is MISSING or not self._matches(each, item, bound, frame):
-                return False
-        return True
 
     # --- names -------------------------------------------------------------------------------------------------
 
@@ -522,6 +477,8 @@ class PythonEvaluator:
         while scope is not None:
             found = scope.names.get(name, MISSING)
             if found is not MISSING:
+                if found.__class__ is Poison:
+                    raise self.loops.failure()
                 return found
             if name in scope.local and name not in scope.shared:
                 raise UnboundLocalError(
@@ -712,6 +669,8 @@ class PythonEvaluator:
             right = self.eval(each, frame)
             if type(op) in (ast.In, ast.NotIn) and isinstance(right, Iterator) and type(right) is not PythonObject:
                 right = self.iterate(right)
+            if type(op) in (ast.Is, ast.IsNot) and type(left) is PythonObject:
+                same(left, right)
             if type(op) in (ast.Is, ast.IsNot) and (has_kind(left, "any") or has_kind(right, "any")):
                 raise undecided(left if type(left) is Residual else right)
             weigh(left)
@@ -751,6 +710,10 @@ class PythonEvaluator:
             raise renamed(error, container) from None
 
     def _residual_item(self, container: Any, index: Residual) -> Any:
+        if self.loops is not None and type(container) is not Residual:
+            found = self.loops.looked_up(self.look(container), index)
+            if found is not MISSING:
+                return found
         return Residual(ast.Subscript(node_of(container), node_of(index), ast.Load()), "any", index.holder)
 
     def _set_item(self, container: Any, index: Any, value: Any) -> None:
@@ -766,7 +729,10 @@ class PythonEvaluator:
         return slice(*bounds)
 
     def _joined(self, node: ast.JoinedStr, frame: Frame) -> str:
-        return str(self.checked("".join(self.eval(each, frame) for each in node.values)))
+        texts = [self.eval(each, frame) for each in node.values]
+        if self.loops is not None and any(type(each) is Residual for each in texts):
+            return self.loops.texts(texts, "".join)  # type: ignore[no-any-return]
+        return str(self.checked("".join(texts)))
 
     def _formatted(self, node: ast.FormattedValue, frame: Frame) -> str:
         value = self.eval(node.value, frame)
@@ -775,6 +741,8 @@ class PythonEvaluator:
             weigh(value)
             convert: Callable[[Any], str] = ascii if node.conversion == 97 else str if node.conversion == 115 else repr
             value = convert(value)
+        if type(value) is Residual and value.known is not None:
+            return self.loops.texts([value], lambda row: formatted(row[0], specification))  # type: ignore[no-any-return]
         return formatted(value, specification)
 
     def _walrus(self, node: ast.NamedExpr, frame: Frame) -> Any:
@@ -786,7 +754,12 @@ class PythonEvaluator:
         return PythonGenerator(self._comprehension(node, frame), "<genexpr>")
 
     def _comprehension(self, node: Any, frame: Frame) -> Generator[Any, Any, Any]:
-        first = self.iterate(self.eval(node.generators[0].iter, frame))
+        items = self.eval(node.generators[0].iter, frame)
+        if self.loops is not None and type(node) in (ast.ListComp, ast.GeneratorExp):
+            made, items = self.loops.comprehension(node, items, frame)
+            if made is not None:
+                return (each for each in (made,))
+        first = self.iterate(items)
         scope = Frame({}, frame, is_comprehension=True, function=frame.function, first=frame.first)
         return self._generated(node, 0, first, scope)
 
@@ -887,6 +860,15 @@ class PythonEvaluator:
     def _call_native(self, function: Native, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
         if function.is_numeric and any(map(has_residual, (*arguments, *named.values()))):
             return self._numeric_call(function, arguments, named)
+        if self.loops is not None:
+            for each in arguments:
+                self.loops.touch(each)
+            if function.path in _COMPUTED and any(
+                has_kind(each, "any", "int", "float", "number") for each in arguments
+            ):
+                found = self.loops.computed(lambda *items: self._call_native(function, items, named), arguments)
+                if found is not MISSING:
+                    return found
         plain = arguments if function.path in ("iter", "next") else tuple(map(self._argument, arguments))
         if function.path in _DEEP:
             weigh((*arguments, *named.values()))
@@ -912,17 +894,19 @@ class PythonEvaluator:
         if arrays and isinstance(host, np.ufunc) and not named:
             each = np.frompyfunc(lambda *items: self._call_native(function, items, {}), len(arguments), 1)
             return each(*(np.asarray(value) if isinstance(value, (list, tuple)) else value for value in arguments))
-        if function.path in STRUCTURAL:
+        if function.path in _STRUCTURAL:
             return function.function(*arguments, **named)
         return self._residual_call(function, arguments, named)
 
     def _residual_call(self, function: Native, arguments: tuple[Any, ...], named: dict[str, Any]) -> Residual:
         held = next(residuals((*arguments, *named.values())))
         nodes = {name: node_of(value) for name, value in named.items()}
-        kind = "array" if function.path.startswith("np.") and function.path not in SCALARS else "number"
+        kind = "array" if function.path.startswith("np.") and function.path not in _SCALARS else "number"
         if function.path in ("int", "float") or function.path.startswith("math."):
             kind = "int" if function.path.rpartition(".")[2] in _WHOLE else "float"
-        return Residual(call_node(function.path, [node_of(each) for each in arguments], nodes), kind, held.holder)
+        known = known_result(function.function, arguments) if not named else None
+        node = call_node(function.path, [node_of(each) for each in arguments], nodes)
+        return Residual(node, kind, held.holder, known=known)
 
     # --- definitions -------------------------------------------------------------------------------------------
 
@@ -968,6 +952,20 @@ class PythonEvaluator:
         set_attribute(self, value, name, new)
 
 
+_STRUCTURAL = tuple(
+    f"np.{name}"
+    for name in words(
+        "append array asarray atleast_1d atleast_2d broadcast_to column_stack concatenate copy diag dot dstack "
+        "expand_dims flip fliplr flipud hstack insert matmul moveaxis outer ravel repeat reshape roll rot90 shape "
+        "size split squeeze stack sum swapaxes tile transpose vstack cumsum cross trace array_split add subtract "
+        "multiply divide"
+    )
+)
+_SCALARS = ("np.linalg.norm", "np.dot", "np.sum", "np.hypot", "np.arctan2", "np.mean", "np.max", "np.min")
+_COMPUTED = words(
+    "len str repr ord chr bin hex oct divmod bool get index count startswith endswith upper lower title bit_length "
+    "find split strip replace isupper islower isdigit isalpha format"
+)  # functions without effects, computed for all turns of a loop
 _DEEP = words("str repr ascii hash print format json.dumps copy.deepcopy dataclasses.asdict dataclasses.astuple")
 _WHOLE = words("int ceil floor trunc comb factorial gcd isqrt lcm perm prod isclose isfinite isinf isnan")
 

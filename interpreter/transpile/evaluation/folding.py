@@ -9,14 +9,14 @@ there is one semantics of Python for both (online partial evaluation; Jones, Gom
 from __future__ import annotations
 
 import ast
+import contextlib
 import copy
-import itertools
 import keyword
 import random
+import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from scenelang.interpreter.transpile.evaluation import METHODS, NeedsPrimitives,
 from scenelang.interpreter.transpile.evaluation.classes import limited_draw
 from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
 from scenelang.interpreter.transpile.evaluation.library import PythonLibrary
+from scenelang.interpreter.transpile.evaluation.loops import MOST_RESTARTS, Loops, Plan
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     Exhausted,
@@ -35,16 +36,18 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     PythonGenerator,
     PythonObject,
     Residual,
+    Unroll,
     call_node,
+    has_residual,
     is_shape,
     node_of,
     type_name,
     value_of_error,
 )
+from scenelang.interpreter.transpile.evaluation.residue import Names, Part, Variant, place
 from scenelang.interpreter.transpile.python_text import PythonText
 
 MAX_NODES = 60_000  # of a residual function
-_MOST_COLUMNS, _MOST_COLUMNS_OF_FRAMES = 24, 500
 _DRAWS = words(
     "betavariate choice choices expovariate gauss normalvariate randint random randrange sample shuffle "
     "triangular uniform"
@@ -52,7 +55,6 @@ _DRAWS = words(
 _ARRAY_DRAWS = words(
     "choice normal permutation rand randint randn random random_sample shuffle standard_normal uniform"
 )  # those that the language has; others are drawn while the program is evaluated
-_ALIASES = {"np": "numpy_module", "math": "math_module", "random": "random_module"}
 _STATE = "state"  # parameter of a function that depends on more than its arguments
 _POSES = ("translation_matrix", "rotation_matrix", "scale_matrix", "reflection_matrix", "identity_matrix")
 _BOXES = ("compute_shape_center", "compute_shape_min", "compute_shape_max", "compute_shape_sizes")
@@ -154,7 +156,9 @@ def closure(items: Sequence[Item], start: set[int], is_user: bool) -> set[int]:
     return found
 
 
-def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic]) -> PythonText | Diagnostic | None:
+def fold(
+    text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: str = "loops"
+) -> PythonText | Diagnostic | None:
     """Evaluate the parts of a program that have errors.
 
     Parameters
@@ -165,6 +169,8 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic]) -> Py
         Name of its root function.
     errors
         Errors of its translation.
+    way
+        What remains: "loops", where they can; "unrolled" loops; or "drawn", with the random numbers of the seed 0.
 
     Returns
     -------
@@ -181,7 +187,9 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic]) -> Py
     evaluated = closure(items, wrong & reached, is_user=True) & reached
     if not start & evaluated:
         return _rewritten(text, items, reached - evaluated, {})
-    folding = _evaluated(text, items, evaluated, str(root))
+    if way == "drawn":
+        return _with_fixed_draws(text, items, reached, str(root)) if "random" in text.source.text else None
+    folding = _evaluated(text, items, evaluated, str(root), Plan(is_off=way == "unrolled"))
     if folding.error is None:
         return _rewritten(text, items, reached - evaluated, folding.found, folding.printed)
     if folding.draws:
@@ -189,22 +197,34 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic]) -> Py
     return _problem(text, folding, folding.error)
 
 
-def _evaluated(text: PythonText, items: Sequence[Item], evaluated: set[int], root: str, *fixed: bool) -> Folding:
+def _evaluated(
+    text: PythonText, items: Sequence[Item], evaluated: set[int], root: str, plan: Plan, *fixed: bool
+) -> Folding:
     """Evaluate a program; lists contain primitives in place of shapes only if that makes a difference."""
-    folding = Folding(text, items, evaluated, *fixed)
-    folding.evaluate(root)
-    if isinstance(folding.error, NeedsPrimitives):
-        folding = Folding(text, items, evaluated, *fixed)
-        folding.evaluator.is_exact = True
-        folding.evaluate(root)
-    return folding
+    is_exact = False
+    while True:
+        folding = Folding(text, items, evaluated, plan, *fixed)
+        folding.evaluator.is_exact = is_exact
+        started = time.monotonic()
+        try:
+            folding.evaluate(root)
+        except Unroll as failure:
+            assert not plan.is_off or plan.restarts <= MOST_RESTARTS + 1, "an evaluation without loops needs none"
+            plan.learn(failure, time.monotonic() - started)
+            continue
+        if isinstance(folding.error, NeedsPrimitives) and not is_exact:
+            is_exact = True
+        elif folding.error is not None and folding.loops.is_used and not plan.is_off:
+            plan.is_off = True
+        else:
+            return folding
 
 
 def _with_fixed_draws(
     text: PythonText, items: Sequence[Item], reached: set[int], root: str
 ) -> PythonText | Diagnostic | None:
     """Evaluate all of a program in which random numbers decide what happens: they are those of the seed 0."""
-    folding = _evaluated(text, items, reached, root, True)
+    folding = _evaluated(text, items, reached, root, Plan(), True)
     if folding.error is not None:
         return _problem(text, folding, folding.error)
     span = text.span(next(items[n].node for n in reached if root in items[n].names))
@@ -318,43 +338,16 @@ def _kept(shape: Residual) -> Residual:
     return kept
 
 
-@dataclass(eq=False, slots=True)
-class Part:
-    """Residual function that is being written: its draws and calls in order, and the residual values by name."""
-
-    statements: list[tuple[str, ast.expr]] = field(default_factory=list)
-    count: int = 0
-    values: dict[str, Residual] = field(default_factory=dict)
-    result: ast.expr | None = None
-
-
-@dataclass(eq=False)
-class Variant:
-    """Residual function for some arguments: the test of the arguments, and the part."""
-
-    test: dict[str, ast.expr]
-    part: Part
-
-    @cached_property
-    def statements(self) -> list[ast.stmt]:
-        """The body of the function."""
-        return _written(self.part)
-
-    @cached_property
-    def text(self) -> str:
-        """The body as a text, to compare it."""
-        return "".join(map(ast.dump, self.statements))
-
-
 class Folding:
     """Evaluates functions of a program, and collects what remains of them."""
 
     def __init__(
-        self, text: PythonText, items: Sequence[Item], evaluated: set[int], has_fixed_draws: bool = False
+        self, text: PythonText, items: Sequence[Item], evaluated: set[int], plan: Plan, has_fixed_draws: bool = False
     ) -> None:
         self._items = items
         self._evaluated = {name for number in evaluated for name in items[number].names}
         self.evaluator = PythonEvaluator({}, {})
+        self.loops = Loops(plan, self.evaluator, self, text.tree)
         library = PythonLibrary(self.evaluator)
         self.evaluator.modules = library.modules
         self.evaluator.builtins = {**library.builtins, **self._helpers(), **library.modules["typing"].names}
@@ -362,14 +355,16 @@ class Folding:
         self.evaluator.builtins["print"] = Native("print", self._print)
         self.evaluator.builtins |= {"numpy": library.modules["np"], "Shape": library.builtins["list"]}
         self.evaluator.builtins |= dict.fromkeys(("P", "T"), library.builtins["object"])
-        self._streams = random.Random(0), np.random.RandomState(0)
+        self.streams = random.Random(0), np.random.RandomState(0)
         if has_fixed_draws:
             self._fix_draws(library)
         else:
             self._add_draws(library)
         self._functions: dict[str, tuple[Any, str]] = {}
         self._animations: set[str] = set()
-        self._parts: list[Part] = []
+        self.parts: list[Part] = []
+        self._names = Names()
+        self._defaults: dict[str, dict[str, ast.expr]] = {}  # of parameters that are not specialised
         self._variants: dict[str, dict[Any, list[Variant]]] = {}
         self.printed: list[ast.stmt] = []  # by the statements at the top level
         self._objects: dict[str, dict[str, int]] = {}  # numbers of arguments by their states
@@ -392,22 +387,23 @@ class Folding:
         """Evaluate the module and its root function; return what remains of the functions, by name."""
         for item in self._items:
             try:
-                self._parts.append(Part())
+                self.parts.append(Part(self._names))
                 self.evaluator.run(item.node)
-                if any(name for name, _ in self._parts[-1].statements):
+                if any(name for name, _ in self.parts[-1].statements):
                     raise UnsupportedPython("random numbers at the top level cannot be evaluated here")
-                self.printed += [ast.Expr(node) for _, node in self._parts[-1].statements]
+                self.printed += [ast.Expr(node) for _, node in self.parts[-1].statements]
             except UnsupportedPython as error:
                 error.node = error.node or item.node
                 self._failed |= dict.fromkeys(item.names, error)
             finally:
-                self._parts.pop()
+                self.parts.pop()
         if root not in self._functions:
             raise self._failed.get(root) or UnsupportedPython(f"`{root}` is not registered")
         function = self._functions[root][0]
-        for stream in self._streams:
+        for stream in self.streams:
             stream.seed(0)
         self._is_started = True
+        self.evaluator.loops = self.loops
         try:
             self._variant(root, function, {})
         except NameError as error:
@@ -422,7 +418,7 @@ class Folding:
             "register": self._register, "register_animation": lambda text=None: self._register(text, True),
             "library_call": self._library_call,
             "loop": self._loop,
-            "concat_shapes": lambda *shapes: self._union(shapes),
+            "concat_shapes": lambda *shapes: self.union(shapes),
         }  # fmt: skip
         functions["transform_shape"] = self._transform
         functions["primitive_call"] = self._primitive
@@ -448,10 +444,13 @@ class Folding:
         """Leave a ``print`` to the program, of one text if its values are known."""
         is_known = not any(type(each) is Residual for each in values)
         text = [str(sep).join(map(str, values)) + str(end).removesuffix("\n")] if is_known else values
-        self._parts[-1].statements.append(("", call_node("print", [node_of(each) for each in text])))
+        self.parts[-1].statements.append(("", call_node("print", [node_of(each) for each in text])))
 
     def _loop(self, n: int, fn: Any) -> Residual:
-        return self._union([self.evaluator.call(fn, (i,), {}) for i in self.evaluator.iterate(range(n))])
+        made = self.loops.call(n, fn) if self.evaluator.loops is not None and type(n) is int else None
+        if made is not None:
+            return made
+        return self.union([self.evaluator.call(fn, (i,), {}) for i in self.evaluator.iterate(range(n))])
 
     def _transform(self, shape: Any, pose: Any) -> Residual:
         inner = self._whole(shape)
@@ -465,7 +464,7 @@ class Folding:
         """Return ``value += other``; all names of a shape see what is added."""
         if not is_shape(value):
             return value + other
-        made = self._union([_kept(value), *self._flat(other)])
+        made = self.union([_kept(value), *self._flat(other)])
         value.node, value.primitives, value.name = made.node, made.primitives, ""
         return value
 
@@ -496,10 +495,10 @@ class Folding:
         if type(shape) is Residual and shape.kind in ("shape", "any"):
             return shape
         if isinstance(shape, (list, tuple)):
-            return self._union(shape)
+            return self.union(shape)
         raise UnsupportedPython(f"expected a shape, got {type_name(shape)}")
 
-    def _union(self, shapes: Sequence[Any]) -> Residual:
+    def union(self, shapes: Sequence[Any]) -> Residual:
         parts = [each for shape in shapes for each in self._flat(shape)]
         found = Residual(call_node("concat_shapes", [node_of(each) for each in parts]), "shape", self)
         if all(each.primitives is not None for each in parts):
@@ -551,14 +550,9 @@ class Folding:
 
     def _stated(self, node: ast.expr, kind: str, prefix: str) -> Residual:
         """Return the value of an expression that is computed at this point of the function."""
-        name = self._new_name(prefix)
-        self._parts[-1].statements.append((name, node))
+        name = self.parts[-1].new_name(prefix)
+        self.parts[-1].statements.append((name, node))
         return Residual(ast.Name(name, ast.Load()), kind, self)
-
-    def _new_name(self, prefix: str) -> str:
-        part = self._parts[-1]
-        part.count += 1
-        return f"{prefix}_{part.count}"
 
     # --- random numbers ----------------------------------------------------------------------------------------
 
@@ -573,7 +567,7 @@ class Folding:
     def _fix_draws(self, library: PythonLibrary) -> None:
         """Draw random numbers while the program is evaluated, as the paper's tool does."""
         plain, arrays = library.modules["random"].names, library.modules["np"].names["random"].names
-        stream, array_stream = self._streams
+        stream, array_stream = self.streams
         for name in METHODS[random.Random]:
             plain[name] = Native(f"random.{name}", limited_draw(name, getattr(stream, name)))
         for name in METHODS[np.random.RandomState]:
@@ -623,7 +617,7 @@ class Folding:
 
     def _shuffle(self, path: str, items: list[Any]) -> None:
         held = self._stated(node_of(list(items)), "any", "items")
-        self._parts[-1].statements.append(("", call_node(path, [held.node])))
+        self.parts[-1].statements.append(("", call_node(path, [held.node])))
         items[:] = [held[i] for i in range(len(items))]
 
     # --- functions ---------------------------------------------------------------------------------------------
@@ -632,31 +626,60 @@ class Folding:
         """Return a residual value that is computed once, however often it is used."""
         if isinstance(value.node, ast.Name):
             return value
-        values = self._parts[-1].values
-        held = values.get(value.name)
-        if held is None or held.node is not value.node:
-            value.name = self._new_name("part" if is_shape(value) else "value")
-            values[value.name] = Residual(value.node, value.kind, self, value.name)
+        current = self.parts[-1]
+        home = self._names.parts.get(value.name)
+        if home is not None and current.reaches(home) and home.values[value.name].node is value.node:
+            return Residual(ast.Name(value.name, ast.Load()), value.kind, self)
+        node = self._brought(value.node, current)
+        if self.loops.is_conditional(value):
+            return Residual(node if node is not value.node else copy.deepcopy(node), value.kind, self)
+        part = current
+        while part.loop is not None and part.outer is not None and id(value) in part.loop.reached:
+            part = part.outer  # it is computed before the loop
+        value.name = part.new_name("part" if is_shape(value) else "value")
+        part.values[value.name] = Residual(value.node, value.kind, self, value.name)
+        if node is not value.node:
+            part.values[value.name].node = value.node = node
         return Residual(ast.Name(value.name, ast.Load()), value.kind, self)
+
+    def _brought(self, node: ast.expr, part: Part) -> ast.expr:
+        """Return an expression with values of other functions, or of loops that have ended, written out."""
+        homes = self._names.parts
+        foreign = {
+            each.id
+            for each in ast.walk(node)
+            if isinstance(each, ast.Name) and each.id in homes and not part.reaches(homes[each.id])
+        }
+        return _Brought(foreign, homes).visit(copy.deepcopy(node)) if foreign else node  # type: ignore[no-any-return]
 
     def _variant(self, name: str, function: Any, named: dict[str, Any]) -> dict[str, ast.expr]:
         """Evaluate a registered function for some arguments; return the arguments that its callers pass."""
         shown: dict[str, ast.expr] = {}
         test: dict[str, ast.expr] = {}
         inner: dict[str, Any] = {}
+        general = self._general(name, function, named)
+        part = Part(self._names)
         for key, value in named.items():
-            if type(value) is Residual:
-                shown[key], inner[key] = node_of(value), Residual(ast.Name(key, ast.Load()), value.kind, self)
+            if type(value) is Residual or key in general or has_residual(value):
+                shown[key] = node_of(value)
+                inner[key] = self._parameter(name, function, key, value)
+                part.parameters.add(key)
                 continue
             shown[key] = test[key] = self._literal(f"{name}.{key}", value)
             inner[key] = value
-        part = Part()
-        self._parts.append(part)
+        for key in general - named.keys():
+            value = general_defaults(function)[key]
+            inner[key] = self._parameter(name, function, key, value)
+            part.parameters.add(key)
+            self._defaults.setdefault(name, {})[key] = node_of(value)
+        self.parts.append(part)
         try:
-            part.result = self._result(name, self.evaluator.call(function, (), inner))
+            with self.loops.inside(function.node) if general else contextlib.nullcontext():
+                part.result = self._result(name, self.evaluator.call(function, (), inner))
         finally:
-            self._parts.pop()
-        given = tuple((each, ast.dump(node)) for each, node in test.items()), tuple(k for k in shown if k not in test)
+            self.parts.pop()
+        rest = tuple(k for k in shown if k not in test and k not in general)
+        given = tuple((each, ast.dump(node)) for each, node in test.items()), (*rest, *sorted(general))
         variants = self._variants.setdefault(name, {}).setdefault(given, [])
         made = Variant(test, part)
         number = (
@@ -667,6 +690,22 @@ class Folding:
         if number:  # the function depends on more than its arguments
             shown[_STATE] = ast.Constant(number)
         return shown
+
+    def _general(self, name: str, function: Any, named: Mapping[str, Any]) -> set[str]:
+        """Return the parameters of a function that are not specialised for their arguments: numbers and points."""
+        if type(function) is not PythonFunction or not self.loops.may_keep(function.node) or not self._is_started:
+            return set()
+        given = {**general_defaults(function), **named}
+        return {key for key, value in given.items() if is_general(value)}
+
+    def _parameter(self, name: str, function: Any, key: str, value: Any) -> Any:
+        """Return the residual value of a parameter: one, or a tuple of them for a tuple."""
+        kind = self.loops.kind_of_parameter(name, key, value, getattr(function, "node", None))
+        node = ast.Name(key, ast.Load())
+        if isinstance(value, (tuple, list)):
+            items = [Residual(ast.Subscript(node, ast.Constant(i), ast.Load()), kind, self) for i in range(len(value))]
+            return type(value)(items) if type(value) in (tuple, list) else tuple(items)
+        return Residual(node, kind, self)
 
     def _literal(self, place: str, value: Any) -> ast.expr:
         """Return a literal for an argument: the number of the object if it has none."""
@@ -693,15 +732,19 @@ class Folding:
         node: Any = next((item.node for item in self._items if getattr(item.node, "name", "") == name), function.node)
         given = [each.arg for each in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
         passed = {key for literal, rest in found for key in (*(each for each, _ in literal), *rest)}
+        known = self._defaults.get(name, {})
         names = [each for each in given if each in passed] + sorted(passed - set(given))
         has_states = any(len(variants) > 1 for variants in found.values())
         if has_states and _STATE in names:
             raise UnsupportedPython(f"`{name}` depends on variables that change", f"rename its parameter `{_STATE}`")
-        defaults: list[ast.expr] = [*(ast.Constant(None) for _ in names), *([ast.Constant(0)] * has_states)]
+        defaults: list[ast.expr] = [
+            *(known.get(each, ast.Constant(None)) for each in names),
+            *([ast.Constant(0)] * has_states),
+        ]
         parameters = [ast.arg(each) for each in (*names, *([_STATE] if has_states else ()))]
         arguments = ast.arguments([], parameters, None, [], [], None, defaults)
         body: list[ast.stmt] = []
-        for variants in reversed(list(found.values())):
+        for variants in sorted(reversed(found.values()), key=lambda each: len(each[0].test)):  # the most general last
             for number, variant in reversed(list(enumerate(variants))):
                 test = {**variant.test, _STATE: ast.Constant(number)} if has_states else variant.test
                 tests: list[ast.expr] = [
@@ -721,8 +764,42 @@ class Folding:
                 f"what remains of `{name}` is too long", "write its loops with `for` and plain lists"
             )
         for each in ast.walk(made):
-            _place(each, node)
+            place(each, node)
         return made
+
+
+class _Brought(ast.NodeTransformer):
+    """Writes values of other functions out."""
+
+    def __init__(self, foreign: set[str], homes: Mapping[str, Part]) -> None:
+        self._foreign, self._homes = foreign, homes
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        home = self._homes[node.id] if node.id in self._foreign else None
+        if home is None or node.id not in home.values:
+            return node  # a draw: it is an error when the function is written
+        inner = copy.deepcopy(home.values[node.id].node)
+        self._foreign |= {each.id for each in ast.walk(inner) if isinstance(each, ast.Name) and each.id in home.values}
+        return self.visit(inner)  # type: ignore[no-any-return]
+
+
+def is_general(value: Any) -> bool:
+    """Return whether a function may be the same for all values like this: a number, or a point or colour."""
+    if isinstance(value, (tuple, list)):
+        return type(value) in (tuple, list) and 2 <= len(value) <= 4 and all(map(_is_plain_number, value))
+    return _is_plain_number(value)
+
+
+def _is_plain_number(value: Any) -> bool:
+    return type(value) in (int, float) or (type(value) is Residual and value.kind in ("int", "float", "number"))
+
+
+def general_defaults(function: PythonFunction) -> dict[str, Any]:
+    """Return the defaults of parameters that need not be specialised."""
+    given = function.node.args
+    names = [each.arg for each in (*given.posonlyargs, *given.args)]
+    found = dict(zip(names[len(names) - len(function.defaults) :], function.defaults)) | function.keyword_defaults
+    return {key: value for key, value in found.items() if is_general(value)}
 
 
 def _state(value: Any) -> str:
@@ -756,187 +833,3 @@ def _is_literal(value: Any) -> bool:
     except UnsupportedPython:
         return False
     return True
-
-
-def _place(node: ast.AST, origin: ast.AST) -> None:
-    if "lineno" in node._attributes and not hasattr(node, "lineno"):
-        ast.copy_location(node, origin)
-        node.end_lineno, node.end_col_offset = node.lineno, node.col_offset  # type: ignore[attr-defined]
-
-
-def _written(part: Part) -> list[ast.stmt]:
-    """Return the statements of a residual function: values that are used once stand where they are used."""
-    uses: dict[str, int] = {}
-    assert part.result is not None
-    names: set[str] = set()
-    pending: list[ast.AST] = [part.result, *(node for _, node in part.statements)]
-    while pending:
-        node = pending.pop()
-        if isinstance(node, ast.Name) and node.id not in part.values:
-            names.add(node.id)
-        elif isinstance(node, ast.Name):
-            uses[node.id] = uses.get(node.id, 0) + 1
-            if uses[node.id] == 1:
-                pending.append(part.values[node.id].node)
-        else:
-            pending += ast.iter_child_nodes(node)
-    known = {name for name, _ in part.statements}
-    if any(name.partition("_")[0] in ("draw", "items", "part") and name[-1].isdigit() for name in names - known):
-        raise UnsupportedPython("a random value of another function cannot be used here")
-    writer = _Writer(part, uses)
-    for name, node in part.statements:
-        value = writer.visit(node)
-        target: list[ast.expr] = [ast.Name(name, ast.Store())]
-        writer.statements.append(ast.Assign(target, value) if name else ast.Expr(value))
-    result = writer.frames(part.result) if isinstance(part.result, ast.List) else writer.visit(part.result)
-    return [*writer.statements, ast.Return(result)]
-
-
-class _Writer(ast.NodeTransformer):
-    """Replaces the names of residual values by their expressions, or assigns them before the statement."""
-
-    def __init__(self, part: Part, uses: Mapping[str, int]) -> None:
-        self._part, self._uses = part, uses
-        self._done: set[str] = set()
-        self.statements: list[ast.stmt] = []
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        if node.id in self._part.values:
-            value = self._part.values[node.id].node
-            if self._uses[node.id] == 1:
-                return self.visit(value)  # type: ignore[no-any-return]
-            if node.id not in self._done:
-                self._done.add(node.id)
-                written = self.visit(value)
-                self.statements.append(ast.Assign([ast.Name(node.id, ast.Store())], written))
-            return ast.Name(node.id, ast.Load())
-        return ast.Name(_ALIASES.get(node.id, node.id), node.ctx)
-
-    def visit_Call(self, node: ast.Call) -> ast.expr:
-        self.generic_visit(node)
-        if isinstance(node.func, ast.Name) and node.func.id == "concat_shapes":
-            if len(node.args) == 1 and not isinstance(node.args[0], ast.Starred):
-                return node.args[0]
-            return ast.Call(node.func, rolled(_unnested(node.args)), [])
-        return node
-
-    def frames(self, node: ast.List) -> ast.expr:
-        """Write the frames of an animation, as a comprehension if they are similar."""
-        found = rolled([self.visit(each) for each in node.elts], _MOST_COLUMNS_OF_FRAMES)
-        only = found[0] if len(found) == 1 else None
-        return only.value if isinstance(only, ast.Starred) else ast.List(found, ast.Load())
-
-
-def _unnested(nodes: Sequence[ast.expr]) -> Iterator[ast.expr]:
-    for node in nodes:
-        is_union = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "concat_shapes"
-        if is_union and isinstance(node, ast.Call):
-            yield from node.args
-        else:
-            yield node
-
-
-# Loops from lists of similar expressions: `f(1, 2), f(1, 3)` becomes `*[f(1, x) for x in (2, 3)]`. The expressions are
-# generalised to their least general common form (anti-unification; Plotkin 1970); what differs becomes a table.
-
-
-_FEWEST = 3  # expressions that become a loop
-
-
-def rolled(nodes: Iterable[ast.expr], most: int = _MOST_COLUMNS) -> list[ast.expr]:
-    """Return expressions with loops, over tables of at most ``most`` columns, in place of runs of similar ones."""
-    found: list[ast.expr] = []
-    run: list[ast.expr] = []
-    shape = ""
-    for node in nodes:
-        own = _shape(node)
-        if own != shape:
-            found += _loop(run, most)
-            run, shape = [], own
-        run.append(node)
-    return found + _loop(run, most)
-
-
-def _shape(node: ast.expr) -> str:
-    """Return the form of an expression without its numbers and texts."""
-    if isinstance(node, ast.Starred):
-        return f"*{id(node)}"  # a loop remains
-    parts: list[str] = []
-    pending: list[Any] = [node]
-    while pending:
-        each = pending.pop()
-        if _is_number(each):
-            parts.append("0")
-        elif isinstance(each, ast.AST):
-            parts.append(type(each).__name__)
-            values = [getattr(each, name, None) for name in each._fields if name not in ("ctx", "kind")]
-            pending += values
-        elif isinstance(each, list):
-            parts.append(f"[{len(each)}")
-            pending += each
-        else:
-            parts.append(repr(each))
-    return " ".join(parts)
-
-
-def _is_number(node: ast.AST) -> bool:
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        node = node.operand
-    return isinstance(node, ast.Constant) and type(node.value) in (int, float)
-
-
-def _loop(run: Sequence[ast.expr], most: int) -> list[ast.expr]:
-    if len(run) < _FEWEST or isinstance(run[0], ast.Starred):
-        return list(run)
-    rows = [_numbers(node) for node in run]
-    columns = list(zip(*rows))
-    taken = {n.id for n in ast.walk(run[0]) if isinstance(n, ast.Name)}
-    free = (name for name in _names() if name not in taken)
-    varying = [i for i, column in enumerate(columns) if len({ast.dump(each) for each in column}) > 1]
-    groups: dict[str, str] = {}  # names by the values of a column
-    names: dict[int, str] = {}
-    kept: list[int] = []
-    for i in varying:
-        text = "".join(map(ast.dump, columns[i]))
-        if text not in groups:
-            groups[text] = next(free)
-            kept.append(i)
-        names[i] = groups[text]
-    if not varying or len(kept) > most:
-        return list(run)
-    template: Any = _Named(names).visit(copy.deepcopy(run[0]))
-    table: list[ast.expr] = [
-        columns[kept[0]][row] if len(kept) == 1 else ast.Tuple([columns[i][row] for i in kept], ast.Load())
-        for row in range(len(run))
-    ]
-    targets: list[ast.expr] = [ast.Name(name, ast.Store()) for name in groups.values()]
-    target = targets[0] if len(targets) == 1 else ast.Tuple(targets, ast.Store())
-    loop = ast.comprehension(target, ast.List(table, ast.Load()), [], 0)
-    return [ast.Starred(ast.ListComp(template, [loop]), ast.Load())]
-
-
-def _names() -> Iterator[str]:
-    for number in itertools.count():
-        for letter in "xyzwuvabcdefghijklmnopqrst":
-            yield f"{letter}{number or ''}"
-
-
-def _numbers(node: ast.AST) -> list[ast.expr]:
-    """Return the numbers in an expression, in order."""
-    if _is_number(node) and isinstance(node, ast.expr):
-        return [node]
-    return [each for child in ast.iter_child_nodes(node) for each in _numbers(child)]
-
-
-class _Named(ast.NodeTransformer):
-    """Replaces numbers, by their position, by names."""
-
-    def __init__(self, names: dict[int, str]) -> None:
-        self._names, self._count = names, 0
-
-    def visit(self, node: ast.AST) -> ast.AST:
-        if _is_number(node):
-            name = self._names.get(self._count)
-            self._count += 1
-            return ast.Name(name, ast.Load()) if name is not None else node
-        return self.generic_visit(node)

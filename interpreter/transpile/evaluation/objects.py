@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ast
 import operator
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Protocol
@@ -57,6 +57,7 @@ class Evaluating(Caller, Protocol):
     modules: Mapping[str, Module]
     builtins: dict[str, Any]
     types: dict[type, Native]
+    loops: Any
 
     def spread(self, shape: Residual) -> list[Residual]:
         """Return a shape for a list to which its primitives are added."""
@@ -358,6 +359,7 @@ class PythonObject:
 
     cls: PythonClass
     fields: dict[str, Any] = field(default_factory=dict)
+    is_general: bool = False  # whether it stands for another object in every turn of a loop
 
     def method(self, name: str) -> Any:
         """Return a bound method, else None."""
@@ -377,7 +379,7 @@ class PythonObject:
         values = self.compared()
         if values is not None and type(other) is PythonObject and other.cls is self.cls:
             return values == other.compared()
-        return True if self is other else NotImplemented
+        return True if same(self, other) else NotImplemented
 
     def __ne__(self, other: object) -> Any:
         method = self.method("__ne__")
@@ -394,7 +396,7 @@ class PythonObject:
             raise TypeError(f"unhashable type: '{self.cls.name}'")
         values = self.compared()
         if values is None:
-            return id(self) >> 4
+            return id(self) >> 4 if not self.is_general else same(self, None)
         if not self.cls.options.get("frozen") and not self.cls.options.get("unsafe_hash"):
             raise TypeError(f"unhashable type: '{self.cls.name}'")
         return hash(values)
@@ -747,6 +749,66 @@ class TextMember(str):
 # --- residual values -----------------------------------------------------------------------------------------------
 
 
+class Unroll(BaseException):
+    """Raised where a loop cannot remain a loop, or a function not one for all arguments; ``place`` is its node.
+
+    ``around`` are the nodes of the loops and functions around it. No ``place`` stands for the innermost one;
+    ``is_again`` tells that the next evaluation knows more.
+    """
+
+    def __init__(self, place: ast.AST | None = None, around: tuple[ast.AST, ...] = (), is_again: bool = False) -> None:
+        super().__init__()
+        self.place, self.around = place, around
+        self.is_final = place is not None or is_again
+
+
+class Poison:
+    """Value of a variable after a loop that has assigned it; nobody may read it."""
+
+
+class Known:
+    """Values of a residual value in the turns of a loop, in order; ``values`` computes them when they are asked for."""
+
+    def __init__(self, loop: Any, values: Callable[[], Sequence[Any]]) -> None:
+        self.loop, self._compute = loop, values
+        self._values: Sequence[Any] | None = None
+
+    def values(self) -> Sequence[Any]:
+        """Return the values."""
+        if self._values is None:
+            self._values = self._compute()
+        return self._values
+
+
+def known_result(function: Callable[..., Any], operands: tuple[Any, ...]) -> Known | None:
+    """Return the values of a function of values that are known in the turns of one loop, else None."""
+    known = [each.known for each in operands if type(each) is Residual]
+    first = known[0] if known else None
+    if first is None or any(each is None or each.loop is not first.loop for each in known):
+        return None
+    if any(has_residual(each) for each in operands if type(each) is not Residual):
+        return None
+    count = first.loop.count
+
+    def compute() -> list[Any]:
+        columns = [
+            each.known.values() if type(each) is Residual and each.known is not None else [each] * count
+            for each in operands
+        ]
+        return [function(*row) for row in zip(*columns)]
+
+    return Known(first.loop, compute)
+
+
+def same(value: PythonObject, other: Any) -> Any:
+    """Return whether two values are the same object. Raises Unroll if another turn of a loop may tell otherwise."""
+    if value is other:
+        return True
+    if value.is_general or (type(other) is PythonObject and other.is_general):
+        raise Unroll
+    return False
+
+
 @dataclass(slots=True, eq=False)
 class Residual:
     """Value that is known when the translated program runs: an expression of Python.
@@ -761,11 +823,15 @@ class Residual:
     holder: Holder
     name: str = ""
     primitives: Callable[[], list[Residual]] | None = None
+    known: Known | None = None
 
     def __bool__(self) -> bool:
         if self.kind == "shape":
             return self.primitives is None or bool(self.primitives())
-        raise undecided(self)
+        found = {bool(each) for each in self.known.values()} if self.known is not None else {True, False}
+        if len(found) > 1:
+            raise undecided(self)
+        return found.pop()
 
     def __getitem__(self, index: Any) -> Residual:
         return self.parts()[index] if self.kind == "shape" else residual(self.holder, "item", (self, index))
@@ -822,6 +888,11 @@ def has_kind(value: Any, *kinds: str) -> bool:
     return type(value) is Residual and value.kind in kinds
 
 
+def is_decided(value: Residual) -> bool:
+    """Return whether a value is true, or false, in all turns of a loop."""
+    return value.known is not None and len({bool(each) for each in value.known.values()}) == 1
+
+
 def is_shape(value: Any) -> bool:
     """Return whether a value is a shape of the finished scene."""
     return type(value) is Residual and value.kind == "shape"
@@ -829,6 +900,16 @@ def is_shape(value: Any) -> bool:
 
 def residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Residual:
     """Return the residual result of an operation: an operator's name, "item", "neg" or "abs"."""
+    function = _FUNCTIONS.get(operation) or getattr(operator, operation)
+    found = _residual(holder, operation, operands)
+    found.known = known_result(function, operands)
+    return found
+
+
+_FUNCTIONS = {"item": operator.getitem, "abs": abs}
+
+
+def _residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Residual:
     nodes = [node_of(each) for each in operands]
     kinds = [each.kind for each in operands if type(each) is Residual]
     if operation == "item":
@@ -926,18 +1007,6 @@ def type_name(value: Any) -> str:
         Module: "module", PythonGenerator: "generator", Residual: "list",
     }  # fmt: skip
     return names.get(type(value), type(value).__name__)
-
-
-STRUCTURAL = tuple(
-    f"np.{name}"
-    for name in words(
-        "append array asarray atleast_1d atleast_2d broadcast_to column_stack concatenate copy diag dot dstack "
-        "expand_dims flip fliplr flipud hstack insert matmul moveaxis outer ravel repeat reshape roll rot90 shape "
-        "size split squeeze stack sum swapaxes tile transpose vstack cumsum cross trace array_split add subtract "
-        "multiply divide"
-    )
-)
-SCALARS = ("np.linalg.norm", "np.dot", "np.sum", "np.hypot", "np.arctan2", "np.mean", "np.max", "np.min")
 
 
 def is_kind_of(value: Residual, kind: Any) -> bool:

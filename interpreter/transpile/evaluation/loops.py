@@ -1,0 +1,845 @@
+"""Loops of the program that remain loops.
+
+The body of a loop is evaluated once, with the items of the loop as residual values; what it adds to a list becomes the
+body of a loop in what remains (partial evaluation with generalisation; Jones, Gomard and Sestoft 1993, chapter 6). A
+loop whose body needs its items, or changes anything but that list, is unrolled: the evaluation starts again.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import keyword
+import random
+from collections import ChainMap, deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from scenelang.interpreter.transpile.evaluation.objects import (
+    MISSING,
+    BoundMethod,
+    ClassMethod,
+    Frame,
+    IntMember,
+    Known,
+    Module,
+    NamedTuple,
+    Native,
+    Poison,
+    Property,
+    PythonClass,
+    PythonFunction,
+    PythonGenerator,
+    PythonObject,
+    Residual,
+    StaticMethod,
+    Super,
+    TextMember,
+    Unroll,
+    ValueObject,
+    call_node,
+    is_shape,
+    known_result,
+    node_of,
+)
+from scenelang.interpreter.transpile.evaluation.residue import Loop, LoopNode, Part
+
+_FEWEST, _MOST = 2, 5_000  # turns of a loop that remains
+_MOST_WALKED, _MOST_WALKED_IN_ALL = 30_000, 1_500_000  # values that a loop might change
+MOST_RESTARTS, _MOST_SECONDS = 30, 1.5
+_DEEPEST = 5  # objects in objects whose fields become columns
+_GROWN = ("append", "extend")
+
+
+@dataclass(eq=False, slots=True)
+class Plan:
+    """What is unrolled or specialised, after what earlier evaluations have met.
+
+    Attributes
+    ----------
+    refused
+        Syntax nodes of loops that are unrolled, and of functions that are specialised, with those around them at the
+        time of the failure.
+    kinds
+        Kinds of the parameters of functions that are not specialised, by function and parameter.
+    is_off
+        Whether all loops are unrolled.
+    """
+
+    refused: dict[ast.AST, tuple[ast.AST, ...]] = field(default_factory=dict)
+    kinds: dict[str, dict[str, tuple[str, int]]] = field(default_factory=dict)
+    is_off: bool = False
+    restarts: int = 0
+    seconds: float = 0.0
+
+    def learn(self, failure: Unroll, seconds: float) -> None:
+        """Remember why an evaluation of some seconds failed; what is inside of it may succeed the next time."""
+        self.restarts += 1
+        self.seconds += seconds
+        if failure.place is not None:
+            self.refused = {k: around for k, around in self.refused.items() if failure.place not in around}
+            self.refused[failure.place] = failure.around
+        if self.restarts > MOST_RESTARTS or self.seconds > _MOST_SECONDS:
+            self.is_off = True
+
+
+class Folds(Protocol):
+    """What loops need of the folding."""
+
+    parts: list[Part]
+    streams: tuple[Any, ...]
+
+    def union(self, shapes: Sequence[Any]) -> Residual:
+        """Return the union of shapes."""
+        ...
+
+
+class Runs(Protocol):
+    """What loops need of the evaluator."""
+
+    module: Frame
+    tries: int
+
+    def call(self, function: Any, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        """Call a value."""
+        ...
+
+    def eval(self, node: ast.expr, frame: Frame) -> Any:
+        """Evaluate an expression."""
+        ...
+
+    def execute(self, body: list[ast.stmt], frame: Frame) -> Iterator[Any]:
+        """Evaluate statements; iterate over what they yield."""
+        ...
+
+    def store(self, target: ast.expr, value: Any, frame: Frame) -> None:
+        """Assign a value to a target."""
+        ...
+
+    def iterate(self, value: Any) -> Iterator[Any]:
+        """Iterate over a value; every item is a step."""
+        ...
+
+
+class Loops:
+    """Evaluates loops so that they remain."""
+
+    def __init__(self, plan: Plan, evaluator: Runs, folding: Folds, tree: ast.Module) -> None:
+        self._plan, self._evaluator, self._folding = plan, evaluator, folding
+        self._around: list[ast.AST] = []  # loops and functions that are being evaluated
+        self._branches: list[Heap] = []
+        self._usages: dict[ast.AST, Usage] = {}
+        self._walked = 0
+        self.is_used = False
+        self._reserved = {*dir(builtins), *keyword.kwlist, "math", "np", "random", "numpy", "P", "T", "Shape"}
+        for node in tree.body:
+            names = [getattr(node, "name", "")]
+            names += [n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
+            self._reserved |= {*names} if not isinstance(node, (ast.FunctionDef, ast.ClassDef)) else {names[0]}
+
+    @property
+    def is_inside(self) -> bool:
+        """Whether the body of a loop that remains is being evaluated."""
+        return bool(self._around)
+
+    def failure(self) -> Unroll:
+        """Return the exception that unrolls the innermost loop."""
+        if not self._around:
+            self._plan.is_off = True
+            return Unroll(None, ())
+        return Unroll(self._around[-1], tuple(self._around[:-1]))
+
+    @contextmanager
+    def inside(self, node: ast.AST) -> Iterator[None]:
+        """Unroll a loop, or specialise a function, whatever goes wrong in it."""
+        self._around.append(node)
+        try:
+            yield
+        except Unroll as failure:
+            raise failure if failure.is_final or self._plan.is_off else self.failure() from None
+        except (KeyboardInterrupt, SystemExit, MemoryError):
+            raise
+        except BaseException as error:
+            raise self.failure() from error
+        finally:
+            self._around.pop()
+
+    def touch(self, value: Any) -> None:
+        """Raise an exception if the body of a loop takes an item of an iterator from before the loop."""
+        if not self._around or not isinstance(value, (PythonGenerator, Iterator)):
+            return
+        part: Part | None = self._folding.parts[-1]
+        while part is not None:
+            if part.loop is not None and id(value) in part.loop.reached:
+                raise self.failure()
+            part = part.outer
+
+    def may_keep(self, node: ast.AST) -> bool:
+        """Return whether a loop or a function is tried."""
+        return not self._plan.is_off and node not in self._plan.refused and not self._evaluator.tries
+
+    # --- loops -------------------------------------------------------------------------------------------------
+
+    def statement(self, node: ast.For, items: Any, frame: Frame) -> Any:
+        """Evaluate a ``for`` statement once for all items; returns the items if it is to be unrolled, else None."""
+        usage = self._usage(frame)
+        if usage is None or not self.may_keep(node) or not usage.may_keep(node):
+            return items
+        items, heap = self._prepared(node, items, frame)
+        if heap is None:
+            return items
+        lists = {name: frame.names.get(name) for name in usage.grown[node]}
+        with self.inside(node), self._loop(items, node.target, frame, heap) as loop:
+            before = {name: len(each) for name, each in lists.items() if type(each) is list}
+            poisoned = usage.stored[node] - lists.keys()
+            frame.names |= dict.fromkeys(poisoned & frame.names.keys(), Poison())
+            self._evaluator.store(node.target, loop.item, frame)
+            for _ in self._evaluator.execute(node.body, frame):
+                raise self.failure()  # it yields
+            heap.check(frame, poisoned, [each for each in lists.values() if type(each) is list], self.failure)
+            frame.names |= dict.fromkeys(poisoned, Poison())
+            grown = {name: each[before[name] :] for name, each in lists.items() if type(each) is list}
+            self._grow({id(lists[name]): (lists[name], before[name], new) for name, new in grown.items() if new}, loop)
+        return None
+
+    def _grow(self, grown: dict[int, tuple[list[Any], int, list[Any]]], loop: Loop) -> None:
+        outer = loop.part.outer
+        is_stated = bool(loop.part.statements)
+        if is_stated and len(grown) > 1:
+            raise self.failure()
+        results = []
+        for _, _, new in grown.values():
+            if not all(map(is_shape, new)):
+                raise self.failure()
+            results.append(node_of(new[0] if len(new) == 1 else self._folding.union(new)))
+        for (items, length, _), result in zip(grown.values(), results):
+            items[length:] = [self._made(loop, result)]
+        if not grown and is_stated and outer is not None:
+            outer.statements.append(("", LoopNode(loop, None)))
+
+    def _made(self, loop: Loop, result: ast.expr) -> Residual:
+        """Return the shape of all turns of a loop, for the part around it."""
+        part = loop.part.outer
+        assert part is not None
+        name = part.new_name("parts")
+        node = LoopNode(loop, result, name)
+        if loop.part.statements:
+            part.statements.append((name, node))
+        else:
+            part.values[name] = Residual(node, "list", self._folding, name)  # type: ignore[arg-type]
+        self.is_used = True
+        spread = ast.Starred(ast.Name(name, ast.Load()), ast.Load())
+        made = Residual(call_node("concat_shapes", [spread]), "shape", self._folding)  # type: ignore[arg-type]
+        made.primitives = self._unknown
+        return made
+
+    def _unknown(self) -> list[Residual]:
+        self._plan.is_off = True
+        raise Unroll(None, ())
+
+    def comprehension(self, node: Any, items: Any, frame: Frame) -> tuple[Residual | None, Any]:
+        """Evaluate a comprehension of shapes once for all items; returns None and the items if it is to be unrolled."""
+        usage = self._usage(frame)
+        if usage is None or node not in usage.spread or not self.may_keep(node):
+            return None, items
+        scope = Frame({}, frame, is_comprehension=True, function=frame.function, first=frame.first)
+        items, heap = self._prepared(node, items, scope)
+        return (self._level(node, 0, items, scope, heap) if heap is not None else None), items
+
+    def _level(self, node: Any, level: int, items: Any, scope: Frame, heap: Heap) -> Residual:
+        generator = node.generators[level]
+        with self.inside(node), self._loop(items, generator.target, scope, heap) as loop:
+            self._evaluator.store(generator.target, loop.item, scope)
+            if not all(self._evaluator.eval(test, scope) for test in generator.ifs):
+                raise self.failure()
+            if level + 1 == len(node.generators):
+                shape = self._evaluator.eval(node.elt, scope)
+            else:
+                given = self._evaluator.eval(node.generators[level + 1].iter, scope)
+                given, inner = self._prepared(node, given, scope)
+                if inner is None:
+                    raise self.failure()
+                shape = self._level(node, level + 1, given, scope, inner)
+            if not is_shape(shape):
+                raise self.failure()
+            heap.check(scope, set(scope.names), [], self.failure)
+            made = self._made(loop, node_of(shape))
+        return made
+
+    def _refusal(self, node: ast.AST) -> Unroll:
+        return Unroll(node, tuple(self._around))
+
+    def call(self, count: int, function: Any) -> Residual | None:
+        """Evaluate ``loop(count, function)``; returns None if it is to be unrolled."""
+        node = getattr(function, "node", None)
+        if type(function) is not PythonFunction or not self.may_keep(node) or count < _FEWEST:  # type: ignore[arg-type]
+            return None
+        items, heap = self._prepared(function.node, range(count), function.outer)
+        if heap is None:
+            return None
+        given = function.node.args.args
+        target = ast.Name(given[0].arg if given else "i", ast.Store())
+        with self.inside(function.node), self._loop(items, target, function.outer, heap) as loop:
+            shape = self._evaluator.call(function, (loop.item,), {})
+            shape = shape if is_shape(shape) else self._folding.union([shape])
+            heap.check(function.outer, set(), [], self.failure)
+            made = self._made(loop, node_of(shape))
+        return made
+
+    def _prepared(self, node: ast.AST, items: Any, frame: Frame) -> tuple[Any, Heap | None]:
+        """Return the items of a loop, and what its body may not change; None if the loop is to be unrolled."""
+        heap = Heap.of((frame, self._evaluator.module, *self._folding.streams))
+        self._walked += _MOST_WALKED // 10 if heap is None else len(heap.held)
+        if self._walked > _MOST_WALKED_IN_ALL:
+            self._plan.is_off = True
+        if heap is None or self._plan.is_off:
+            return items, None
+        if type(items) not in (range, list, tuple, np.ndarray, dict):
+            if not isinstance(items, (Iterable, PythonClass)) or type(items) is Residual:
+                return items, None
+            items = self._listed(node, items, heap, frame)
+        if not _FEWEST <= len(items) <= _MOST:
+            return items, None
+        return items, heap
+
+    def _listed(self, node: ast.AST, items: Any, heap: Heap, frame: Frame) -> list[Any]:
+        """Return the items of an iterator; what it does must not depend on when it does it."""
+        part = self._folding.parts[-1]
+        count = len(part.statements)
+        found: list[Any] = []
+        for item in self._evaluator.iterate(items):
+            found.append(item)
+            if len(found) > _MOST:
+                raise self._refusal(node)
+        heap.drop(items)
+        held = {id(each) for each in heap.held}
+        is_mutable = any(not isinstance(each, _PLAIN) and id(each) not in held for each in found)
+        if isinstance(items, (PythonGenerator, PythonObject)) and (is_mutable and len({*map(id, found)}) < len(found)):
+            raise self._refusal(node)  # it may have changed since
+        heap.check(frame, set(), [], lambda: self._refusal(node))
+        if len(part.statements) > count:
+            raise self._refusal(node)
+        return found
+
+    @contextmanager
+    def _loop(self, items: Any, target: ast.expr, frame: Frame, heap: Heap) -> Iterator[Loop]:
+        outer = self._folding.parts[-1]
+        part = Part(outer.names, outer=outer)
+        loop = part.loop = Loop(part, items if type(items) is range else None, len(items), heap.seen)
+        if type(items) is range:
+            loop.item = self.column(loop, list(items), _hint(target))
+        else:
+            loop.item = self.general(loop, list(items), target)
+        heap.add(loop.item)
+        self._folding.parts.append(part)
+        try:
+            yield loop
+        finally:
+            self._folding.parts.pop()
+
+    def is_conditional(self, value: Residual) -> bool:
+        """Return whether a value belongs to one branch of a condition, so that it may not be computed before."""
+        return bool(self._branches) and id(value) not in self._branches[-1].seen
+
+    def kind_of_parameter(self, name: str, key: str, value: Any, function: ast.AST | None) -> str:
+        """Return the kind of a parameter, or of its items; all calls of a function have to agree."""
+        items = value if isinstance(value, (tuple, list)) else [value]
+        kinds = {each.kind if type(each) is Residual else _kind(each) for each in items}
+        kind = kinds.pop() if len(kinds) == 1 else "number" if kinds <= {"int", "float", "number"} else "any"
+        length = len(value) if isinstance(value, (tuple, list)) else -1
+        if self._plan.is_off:
+            return kind
+        known = self._plan.kinds.setdefault(name, {})
+        before, size = known.setdefault(key, (kind, length))
+        if size != length:
+            if function is not None:
+                raise Unroll(function, tuple(self._around))
+            raise self.failure()
+        if before not in (kind, "any", *(["number"] if kind in ("int", "float") else [])):
+            both = {kind, before}
+            known[key] = ("number" if both <= {"int", "float", "number"} else "any"), length
+            raise Unroll(None, (), is_again=True)
+        return before
+
+    # --- branches ----------------------------------------------------------------------------------------------
+
+    def branch(self, node: ast.If, test: Residual, frame: Frame) -> bool:
+        """Evaluate both branches of a condition that is not known; what they assign and add becomes conditional."""
+        usage = self._usage(frame)
+        if usage is None or not self.may_keep(node) or any(map(_leaves, (*node.body, *node.orelse))):
+            return False
+        heap = Heap.of((frame, self._evaluator.module, *self._folding.streams))
+        if heap is None:
+            return False
+        names = {each.id for part in (*node.body, *node.orelse) for each in ast.walk(part) if _is_stored(each)}  # type: ignore[attr-defined]
+        lists = {name: each for name, each in frame.names.items() if name in usage.lists and type(each) is list}
+        names -= lists.keys()
+        before = {name: frame.names.get(name, MISSING) for name in names}
+        sizes = {name: len(each) for name, each in lists.items()}
+        with self.inside(node):
+            outcomes = []
+            for body in (node.body, node.orelse):
+                count = len(self._folding.parts[-1].statements)
+                self._branches.append(heap)
+                try:
+                    for _ in self._evaluator.execute(body, frame):
+                        raise self.failure()
+                finally:
+                    self._branches.pop()
+                heap.check(frame, names, list(lists.values()), self.failure)
+                if len(self._folding.parts[-1].statements) > count:
+                    raise self.failure()
+                assigned = {name: frame.names.get(name, MISSING) for name in names}
+                outcomes.append((assigned, {name: each[sizes[name] :] for name, each in lists.items()}))
+                for name, value in before.items():
+                    frame.names.pop(name, None) if value is MISSING else frame.names.update({name: value})
+                for name, each in lists.items():
+                    del each[sizes[name] :]
+            self._merge(test, outcomes, frame, lists)
+        return True
+
+    def _merge(self, test: Residual, outcomes: Sequence[Any], frame: Frame, lists: dict[str, list[Any]]) -> None:
+        (first, grown), (second, also_grown) = outcomes
+        for name in first:
+            values = first[name], second[name]
+            if values[0] is not MISSING or values[1] is not MISSING:
+                is_partial = MISSING in (type(values[0]), type(values[1])) or any(v is MISSING for v in values)
+                frame.names[name] = Poison() if is_partial else self._choice(test, *values)
+        for name, items in lists.items():
+            if grown[name] or also_grown[name]:
+                shapes = [self._folding.union(each) for each in (grown[name], also_grown[name])]
+                items.append(self._choice(test, *shapes))
+
+    def _choice(self, test: Residual, first: Any, second: Any) -> Any:
+        """Return a value that depends on a condition."""
+        if first is second or (type(first) is type(second) and type(first) in _CONSTANTS and first == second):
+            return first
+        if type(first) is type(second) and type(first) in (tuple, list) and len(first) == len(second):
+            return type(first)(self._choice(test, *pair) for pair in zip(first, second))
+        if not all(isinstance(each, (*_SCALARS, Residual, type(None))) for each in (first, second)):
+            raise self.failure()
+        kinds = {each.kind if type(each) is Residual else _kind(each) for each in (first, second)}
+        if len(kinds) > 1 and not kinds <= {"int", "float", "number"}:
+            kinds = {"any"} if "shape" not in kinds else set()
+        if not kinds:
+            raise self.failure()
+        kind = kinds.pop() if len(kinds) == 1 else "number"
+        known = known_result(lambda is_true, a, b: a if is_true else b, (test, first, second))
+        node = ast.IfExp(node_of(test), node_of(first), node_of(second))
+        found = Residual(node, kind, self._folding, known=known)  # type: ignore[arg-type]
+        if kind == "shape":
+            found.primitives = self._unknown
+        return found
+
+    # --- items -------------------------------------------------------------------------------------------------
+
+    def general(self, loop: Loop, values: Sequence[Any], target: Any, depth: int = 0) -> Any:
+        """Return what stands for a value that differs from turn to turn; the same value stays itself."""
+        first = values[0]
+        kind = type(first)
+        if all(each is first for each in values):
+            return first
+        if all(isinstance(each, _SCALARS) or each is None for each in values):
+            is_same = all(type(each) is kind and each == first for each in values)
+            return first if is_same else self.column(loop, values, _hint(target))
+        if depth > _DEEPEST or any(type(each) is not kind for each in values):
+            raise self.failure()
+        if kind in (tuple, list, NamedTuple) and len({*map(len, values)}) == 1:
+            return self._general_sequence(loop, values, target, depth)
+        if kind is dict and len({tuple(each) for each in values}) == 1:
+            return {key: self.general(loop, [each[key] for each in values], key, depth + 1) for key in first}
+        if kind is np.ndarray and len({(each.shape, each.dtype) for each in values}) == 1 and 0 < first.size <= 16:
+            made = np.empty(first.shape, dtype=object)
+            names = [each.id for each in getattr(target, "elts", ()) if isinstance(each, ast.Name)]
+            for number, index in enumerate(np.ndindex(first.shape)):
+                hint = names[number] if len(names) == first.size else f"{_hint(target)}_{number}"
+                made[index] = self.general(loop, [each[index] for each in values], hint, depth + 1)
+            return made
+        if kind is PythonObject and first.cls.members is None:
+            if len({(id(each.cls), tuple(each.fields)) for each in values}) == 1:
+                fields = {n: self.general(loop, [v.fields[n] for v in values], n, depth + 1) for n in first.fields}
+                return PythonObject(first.cls, fields, is_general=True)
+        raise self.failure()
+
+    def _general_sequence(self, loop: Loop, values: Sequence[Any], target: Any, depth: int) -> Any:
+        first = values[0]
+        targets = list(getattr(target, "elts", ()))
+        if type(first) is NamedTuple:
+            if any(each.cls is not first.cls for each in values):
+                raise self.failure()
+            targets = list(first.cls.tuple_fields or ())
+        elif len(targets) != len(first) or any(isinstance(each, ast.Starred) for each in targets):
+            targets = [f"{_hint(target)}_{i}" for i in range(len(first))]
+        made = [self.general(loop, column, each, depth + 1) for each, column in zip(targets, zip(*values))]
+        if type(first) is NamedTuple:
+            found = NamedTuple(made)
+            found.cls, found.fields = first.cls, dict(first.fields)
+            return found
+        return type(first)(made)
+
+    def column(self, loop: Loop, values: Sequence[Any], hint: str) -> Residual:
+        """Return a residual value that is another in every turn."""
+        kinds = {_kind(each) for each in values}
+        kind = kinds.pop() if len(kinds) == 1 else "number" if kinds <= {"int", "float", "number"} else "any"
+        text = repr(list(values))
+        for name, known in loop.columns.items():
+            if repr(list(known)) == text:
+                return Residual(ast.Name(name, ast.Load()), kind, self._folding, known=Known(loop, lambda: values))  # type: ignore[arg-type]
+        name = self._name(loop, hint, kind)
+        loop.columns[name] = list(values)
+        loop.part.names.columns.add(name)
+        return Residual(ast.Name(name, ast.Load()), kind, self._folding, known=Known(loop, lambda: values))  # type: ignore[arg-type]
+
+    def _name(self, loop: Loop, hint: str, kind: str) -> str:
+        """Return a name for a column that is free in the function; loops one after the other may share one."""
+        stem = hint.strip("_") if hint.strip("_").isidentifier() else "value"
+        active: set[str] = {*loop.columns}
+        part: Part | None = loop.part.outer
+        root = loop.part
+        while part is not None:
+            active |= {*(part.loop.columns if part.loop is not None else ())}
+            root, part = part, part.outer
+        number = 1
+        name = stem
+        while name in self._reserved or name in active or name in root.parameters or root.taken.get(name, kind) != kind:
+            number += 1
+            name = f"{stem}{number}"
+        root.taken[name] = kind
+        return name
+
+    def looked_up(self, container: Any, index: Residual) -> Any:
+        """Return an item of a container by an index that differs from turn to turn, MISSING if it is left to run."""
+        if index.known is None or not self._around:
+            return MISSING
+        loop = index.known.loop
+        values = [container[each] for each in index.known.values()]
+        hint = getattr(index.node, "id", "value")
+        return self.general(loop, values, f"{hint}_item")
+
+    def computed(self, function: Callable[..., Any], operands: Sequence[Any]) -> Any:
+        """Return the result of a function without effects for values that are known in the turns of a loop.
+
+        Returns MISSING if they are not known.
+        """
+        known = known_result(function, tuple(operands))
+        return MISSING if known is None else self.general(known.loop, known.values(), "value")
+
+    def texts(self, parts: Sequence[Any], joined: Callable[[list[Any]], str]) -> Any:
+        """Return a text that differs from turn to turn."""
+        known = [each.known for each in parts if type(each) is Residual]
+        if not known or any(each is None or each.loop is not known[0].loop for each in known):
+            raise self.failure()
+        count = known[0].loop.count
+        rows = zip(*(each.known.values() if type(each) is Residual else [each] * count for each in parts))
+        return self.general(known[0].loop, [joined(list(row)) for row in rows], "text")
+
+    def _usage(self, frame: Frame) -> Usage | None:
+        while frame.is_comprehension and frame.outer is not None:
+            frame = frame.outer
+        function = frame.function.node if frame.function is not None and not frame.is_class else None
+        if not isinstance(function, ast.FunctionDef):
+            return None
+        if function not in self._usages:
+            self._usages[function] = Usage(function)
+        return self._usages[function]
+
+
+_SCALARS = (int, float, str, np.integer, np.floating, np.bool_)
+_PLAIN = (*_SCALARS, type(None), tuple, NamedTuple)
+
+
+def _kind(value: Any) -> str:
+    if isinstance(value, bool):
+        return "bool"
+    if type(value) in (int, float):
+        return type(value).__name__
+    return "number" if isinstance(value, (np.integer, np.floating)) else "any"
+
+
+def _hint(target: Any) -> str:
+    return target if isinstance(target, str) else target.id if isinstance(target, ast.Name) else "value"
+
+
+# What a loop does with the lists of a function is decided by the text of the function: a list that is only added to,
+# and whose items only become shapes, may contain all turns of a loop as one shape.
+
+
+class Usage:
+    """Lists of shapes in a function.
+
+    Attributes
+    ----------
+    lists
+        Names of lists that are only added to, and whose items only become a shape.
+    grown
+        For each loop that only adds shapes to lists: the names of the lists.
+    stored
+        For each such loop: the names that it assigns.
+    spread
+        Comprehensions whose items only become a shape.
+    """
+
+    def __init__(self, function: ast.FunctionDef) -> None:
+        self.grown: dict[ast.For, set[str]] = {}
+        self.stored: dict[ast.For, set[str]] = {}
+        self.spread: set[ast.AST] = set()
+        self._is_registered = any(_is_registering(each) for each in function.decorator_list)
+        self._parents: dict[ast.AST, ast.AST] = {
+            child: node for node in ast.walk(function) for child in ast.iter_child_nodes(node)
+        }
+        names: dict[str, list[ast.Name]] = {}
+        for node in ast.walk(function):
+            if isinstance(node, ast.Name):
+                names.setdefault(node.id, []).append(node)
+        self.lists = {
+            name
+            for name, nodes in names.items()
+            if any(isinstance(node.ctx, ast.Store) for node in nodes) and all(map(self._is_list, nodes))
+        }
+        for node in ast.walk(function):
+            if isinstance(node, ast.For):
+                self._add(node)
+            elif isinstance(node, (ast.ListComp, ast.GeneratorExp)) and self._is_spread(node):
+                self.spread.add(node)
+
+    def may_keep(self, node: ast.For) -> bool:
+        """Return whether a loop may remain."""
+        return bool(self.grown.get(node))
+
+    def _add(self, node: ast.For) -> None:
+        inner = [each for statement in node.body for each in ast.walk(statement)]
+        if node.orelse or any(isinstance(each, _LEAVING) for each in inner):
+            return
+        stored = {each.id for each in [*inner, *ast.walk(node.target)] if _is_stored(each)}  # type: ignore[attr-defined]
+        added = {each.value.id for each in inner if _is_growth(each)}  # type: ignore[attr-defined]
+        added |= {each.target.id for each in inner if isinstance(each, ast.AugAssign) and _is_stored(each.target)}  # type: ignore[union-attr]
+        assigned = {
+            each.id for each in inner if _is_stored(each) and not isinstance(self._parents[each], ast.AugAssign)
+        }  # type: ignore[attr-defined]
+        self.grown[node], self.stored[node] = (added & self.lists) - assigned, stored
+
+    def _is_list(self, node: ast.Name) -> bool:
+        parent = self._parents.get(node)
+        if isinstance(node.ctx, ast.Store):
+            if isinstance(parent, ast.AugAssign):
+                return isinstance(parent.op, ast.Add)
+            value = self._assigned(node)
+            return isinstance(value, (ast.List, ast.ListComp))
+        if _is_growth(parent):
+            call = self._parents.get(parent) if parent is not None else None
+            return isinstance(call, ast.Call) and isinstance(self._parents.get(call), ast.Expr)
+        return self._is_whole(node)
+
+    def _assigned(self, node: ast.Name) -> ast.expr | None:
+        """Return the expression whose value a name becomes, None if that is not plain."""
+        parent = self._parents.get(node)
+        if isinstance(parent, (ast.Assign, ast.AnnAssign)):
+            return parent.value
+        assignment = self._parents.get(parent) if isinstance(parent, ast.Tuple) else None
+        if isinstance(assignment, ast.Assign) and isinstance(assignment.value, ast.Tuple):
+            assert isinstance(parent, ast.Tuple)
+            place = parent.elts.index(node)
+            return assignment.value.elts[place] if len(assignment.value.elts) == len(parent.elts) else None
+        return None
+
+    def _is_whole(self, node: ast.AST) -> bool:
+        """Return whether all items of a list become one shape, or the frames of an animation."""
+        parent = self._parents.get(node)
+        if isinstance(parent, ast.Return):
+            return self._is_registered
+        call = self._parents.get(parent) if isinstance(parent, ast.Starred) else None
+        return isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "concat_shapes"
+
+    def _is_spread(self, node: ast.AST) -> bool:
+        if self._is_whole(node):
+            return not isinstance(node, ast.GeneratorExp) or not isinstance(self._parents.get(node), ast.Return)
+        parent = self._parents.get(node)
+        if isinstance(node, ast.GeneratorExp):
+            return False
+        if isinstance(parent, ast.AugAssign):
+            return isinstance(parent.target, ast.Name) and parent.target.id in self.lists
+        if isinstance(parent, ast.Assign):
+            return all(isinstance(each, ast.Name) and each.id in self.lists for each in parent.targets)
+        is_call = isinstance(parent, ast.Call) and _is_growth(parent.func)
+        return is_call and parent.func.attr == "extend" and parent.func.value.id in self.lists  # type: ignore
+
+
+_LEAVING = (ast.Return, ast.Break, ast.Yield, ast.YieldFrom, ast.Try, ast.With, ast.Global, ast.Nonlocal, ast.While)
+
+
+_CONSTANTS = (int, float, str, bool, type(None))
+
+
+def _leaves(statement: ast.stmt) -> bool:
+    return any(isinstance(each, (*_LEAVING, ast.Continue)) for each in ast.walk(statement))
+
+
+def _is_registering(node: ast.expr) -> bool:
+    function = node.func if isinstance(node, ast.Call) else node
+    return isinstance(function, ast.Name) and function.id in ("register", "register_animation")
+
+
+def _is_stored(node: ast.AST) -> bool:
+    return isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+
+
+def _is_growth(node: ast.AST | None) -> bool:
+    return isinstance(node, ast.Attribute) and node.attr in _GROWN and isinstance(node.value, ast.Name)
+
+
+# What a loop may not change.
+
+
+@dataclass(eq=False, slots=True)
+class Heap:
+    """Values that the body of a loop can reach, as they are before it."""
+
+    held: list[Any] = field(default_factory=list)
+    seen: dict[int, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, frames: Iterable[Any]) -> Heap | None:
+        """Return what can be reached from frames, None if that is too much or cannot be compared."""
+        heap = cls()
+        return heap if heap.add(*frames) else None
+
+    def add(self, *values: Any) -> bool:
+        """Add values and all that they contain; returns False if a value cannot be compared."""
+        pending = list(values)
+        while pending:
+            value = pending.pop()
+            if isinstance(value, _LEAVES) or id(value) in self.seen:
+                continue
+            if len(self.held) > _MOST_WALKED:
+                return False
+            parts = _contents(value)
+            if parts is None:
+                return False
+            self.held.append(value)
+            self.seen[id(value)] = _signature(value)
+            pending += parts
+        return True
+
+    def drop(self, value: Any) -> None:
+        """Leave out an iterator that is used up."""
+        self.held = [each for each in self.held if each is not value]
+
+    def check(self, frame: Frame, names: set[str], grown: list[Any], failure: Callable[[], Unroll]) -> None:
+        """Raise an exception if anything has changed but some variables of a frame and the end of some lists."""
+        for value in self.held:
+            before, after = self.seen[id(value)], _signature(value)
+            if before == after:
+                continue
+            if value is frame:
+                changed = {each for each, _ in {*before} ^ {*after}}
+                if changed <= names:
+                    continue
+            elif any(value is each for each in grown) and after[: len(before)] == before:
+                continue
+            raise failure()
+
+
+_LEAVES = (
+    int,
+    float,
+    complex,
+    str,
+    bytes,
+    type(None),
+    range,
+    type,
+    np.generic,
+    np.dtype,
+    Module,
+    IntMember,
+    TextMember,
+)
+
+
+def _contents(value: Any) -> list[Any] | None:
+    """Return the values in a value, None for a value with a state of its own."""
+    kind = type(value)
+    if kind is Frame:
+        return [*value.names.values(), *([value.outer] if value.outer is not None else [])]
+    if kind is PythonFunction:
+        return [value.outer, *value.defaults, *value.keyword_defaults.values(), *value.attributes.values()]
+    if kind is Native:
+        cells = [cell.cell_contents for cell in getattr(value.function, "__closure__", None) or () if _is_full(cell)]
+        return [*value.attributes.values(), *(each for each in cells if type(each) in _OWN)]
+    if kind is BoundMethod:
+        return [value.function, value.value]
+    if kind is PythonClass:
+        return [*value.names.values(), *value.bases]
+    if kind is PythonObject:
+        return [value.cls, *value.fields.values()]
+    if isinstance(value, ValueObject):
+        return [value.cls, *value.fields.values(), *(_items(value.plain()) or ())]
+    if kind in (Property, StaticMethod, ClassMethod, Super, Residual, Poison) or value is MISSING:
+        return [getattr(value, name) for name in ("get", "set", "delete", "function") if hasattr(value, name)]
+    if kind is np.ndarray:
+        return value.ravel().tolist() if value.dtype == object else [] if value.size < 100_000 else None
+    return _items(value)
+
+
+def _items(value: Any) -> list[Any] | None:
+    if isinstance(value, ChainMap):
+        return list(value.maps)
+    if isinstance(value, dict):
+        return [*value.keys(), *value.values()]
+    if isinstance(value, (list, tuple, set, frozenset, deque, int, float, str)):
+        return list(value) if not isinstance(value, (int, float, str)) else []
+    if isinstance(value, (PythonGenerator, Iterator, *_STREAMS)):
+        return []  # nobody may advance it
+    is_plain = type(value).__name__ in ("Fraction", "Pattern", "mappingproxy", "ellipsis", "NotImplementedType")
+    return [] if is_plain or isinstance(value, Exception) else None
+
+
+_OWN = (PythonFunction, PythonObject, PythonClass, BoundMethod, Native, Frame, list, dict, set)
+
+
+def _is_full(cell: Any) -> bool:
+    try:
+        _ = cell.cell_contents
+    except ValueError:
+        return False
+    return True
+
+
+_STREAMS = (random.Random, np.random.RandomState, np.random.Generator)
+
+
+def _state_of(stream: Any) -> Any:
+    if isinstance(stream, random.Random):
+        return stream.getstate()
+    if isinstance(stream, np.random.RandomState):
+        state: Any = stream.get_state()
+        return state[1].tobytes(), state[2:]
+    return stream.bit_generator.state
+
+
+def _signature(value: Any) -> Any:
+    """Describe which values a value contains now."""
+    kind = type(value)
+    if kind is Frame:
+        return tuple((name, id(each)) for name, each in value.names.items())
+    if kind in (PythonObject, PythonClass):
+        return tuple((name, id(each)) for name, each in (value.fields if kind is PythonObject else value.names).items())
+    if kind in (PythonFunction, Native):
+        return tuple((name, id(each)) for name, each in value.attributes.items())
+    if isinstance(value, ValueObject):
+        return _signature(value.plain()), _signature(value.fields)
+    if kind is Residual:
+        return id(value.node)
+    if kind is np.ndarray:
+        return [*map(id, value.ravel().tolist())] if value.dtype == object else value.tobytes()
+    if isinstance(value, _STREAMS):
+        return repr(_state_of(value))
+    if isinstance(value, dict):
+        return tuple((id(key), id(each)) for key, each in value.items())
+    if isinstance(value, (list, tuple, deque)):
+        return tuple(map(id, value))
+    return frozenset(map(id, value)) if isinstance(value, (set, frozenset)) else None
