@@ -120,7 +120,8 @@ def _with_evaluated_parts(
         more: list[Diagnostic] = []
         best: Translation | None = None
         for way in ("loops", "unrolled", "drawn"):
-            folded = fold(text, root, errors, way)
+            remaining = fold(text, root, errors, way)
+            folded = remaining.text
             if isinstance(folded, Diagnostic) and way == "loops":
                 return _refused(folded, found, translation)
             if not isinstance(folded, PythonText):
@@ -128,7 +129,8 @@ def _with_evaluated_parts(
             second = _translation(folded, analyse(folded), with_text, finish)
             if second.ok and (best is None or len(second.text) < len(best.text)):
                 best = second
-            if best is not None and (len(best.text) <= len(text.source.text) or way == "unrolled"):
+            is_short = best is not None and len(best.text) <= len(text.source.text)
+            if best is not None and (is_short or not remaining.has_loops or way == "unrolled"):
                 return best
             more += [d for d in second.diagnostics if d.is_error] if way == "loops" else []
         if best is not None:

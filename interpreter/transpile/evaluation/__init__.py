@@ -119,6 +119,31 @@ CREATORS = words(
     "tile tri zeros"
 )
 
+# What the evaluator does with functions by their names.
+
+
+STRUCTURAL = tuple(
+    f"np.{name}"
+    for name in words(
+        "append array asarray atleast_1d atleast_2d broadcast_to column_stack concatenate copy diag dot dstack "
+        "expand_dims flip fliplr flipud hstack insert matmul moveaxis outer ravel repeat reshape roll rot90 shape "
+        "size split squeeze stack sum swapaxes tile transpose vstack cumsum cross trace array_split add subtract "
+        "multiply divide"
+    )
+)
+SCALARS = ("np.linalg.norm", "np.dot", "np.sum", "np.hypot", "np.arctan2", "np.mean", "np.max", "np.min")
+KEPT = words(
+    "np.sin np.cos np.tan np.arctan2 np.sqrt np.radians np.deg2rad np.abs np.floor np.ceil np.exp np.array np.dot "
+    "np.hypot np.arctan np.arcsin np.arccos np.degrees np.rad2deg np.minimum np.maximum np.log np.sign np.pi"
+)  # functions that the program keeps
+COMPUTED = words(
+    "len str repr ord chr bin hex oct divmod bool get index count startswith endswith upper lower title bit_length "
+    "find split strip replace isupper islower isdigit isalpha format"
+)  # functions without effects, computed for all turns of a loop
+DEEP = words("str repr ascii hash print format json.dumps copy.deepcopy dataclasses.asdict dataclasses.astuple")
+WHOLE = words("int ceil floor trunc comb factorial gcd isqrt lcm perm prod isclose isfinite isinf isnan")
+
+
 # Operators.
 
 

@@ -37,19 +37,22 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     PythonFunction,
     PythonGenerator,
     PythonObject,
-    Residual,
     StaticMethod,
     Super,
     TextMember,
     ValueObject,
-    formatted,
     int_member,
-    is_kind_of,
-    is_shape,
     linearized,
     type_name,
-    undecided,
     value_type,
+)
+from scenelang.interpreter.transpile.evaluation.residue import (
+    Residual,
+    attribute_of_residual,
+    formatted,
+    is_kind_of,
+    is_shape,
+    undecided,
 )
 
 # --- definition ----------------------------------------------------------------------------------------------------
@@ -391,7 +394,7 @@ def _found(evaluator: Evaluating, value: Any, name: str) -> Any:
     if kind in (PythonFunction, Native, BoundMethod):
         return _of_function(evaluator, value, name)
     if kind is Residual:
-        return _of_residual(evaluator, value, name)
+        return attribute_of_residual(evaluator, value, name)
     if kind is Property:
         return _of_property(value, name)
     if kind is PythonGenerator:
@@ -690,40 +693,6 @@ def _of_function(evaluator: Evaluating, value: Any, name: str) -> Any:
     return MISSING
 
 
-def _of_residual(evaluator: Evaluating, value: Residual, name: str) -> Any:
-    from scenelang.interpreter.transpile.evaluation.objects import node_of
-
-    if value.kind == "shape":
-        return value.holder.method_of(value, name)  # type: ignore[attr-defined]
-    if value.known is not None and evaluator.loops is not None:
-        return _of_known(evaluator, value, name)
-    if name == "T":
-        return Residual(ast.Attribute(node_of(value), "T", ast.Load()), value.kind, value.holder)
-    if name in ("copy", "tolist", "sum", "min", "max", "mean", "astype", "dot"):
-        kind = value.kind if name in ("copy", "tolist", "astype") else "number"
-
-        def method(*arguments: Any) -> Residual:
-            nodes = [node_of(each) for each in arguments if type(each) is not Native]
-            return Residual(ast.Call(ast.Attribute(node_of(value), name, ast.Load()), nodes, []), kind, value.holder)
-
-        return Native(name, method) if name != "astype" else Native(name, lambda kind: value)
-    return MISSING
-
-
-def _of_known(evaluator: Evaluating, value: Residual, name: str) -> Any:
-    """Return an attribute of a value that is another in every turn of a loop; methods are those of constants."""
-    assert value.known is not None
-    found = [evaluator.attribute(each, name) for each in value.known.values()]
-    if not isinstance(found[0], (Native, BoundMethod)):
-        return evaluator.loops.general(value.known.loop, found, name)
-
-    def method(*arguments: Any) -> Any:
-        call = lambda each, *rest: evaluator.call(evaluator.attribute(each, name), rest, {})
-        return evaluator.loops.computed(call, (value, *arguments))
-
-    return Native(name, method)
-
-
 def _of_property(value: Property, name: str) -> Any:
     if name == "setter":
         return Native(name, lambda function: Property(value.get, function, value.delete))
@@ -1014,3 +983,13 @@ def shallow_copy(value: Any) -> Any:
         made.cls, made.fields = value.cls, dict(value.fields)
         return made
     return value.copy() if isinstance(value, (list, dict, set, deque, np.ndarray)) else value
+
+
+def attribute_name(node: ast.Attribute, frame: Frame) -> str:
+    """Return the name of an attribute, as the class mangles it in whose methods it stands."""
+    scope: Frame | None = frame if node.attr.startswith("__") and not node.attr.endswith("__") else None
+    while scope is not None:
+        if scope.function is not None and scope.function.owner is not None:
+            return private_name(scope.function.owner.name, node.attr)
+        scope = scope.outer
+    return node.attr

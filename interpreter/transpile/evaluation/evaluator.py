@@ -19,24 +19,29 @@ from scenelang.interpreter.runtime.limits import resident_bytes
 from scenelang.interpreter.transpile.evaluation import (
     BINARY,
     COMPARISONS,
+    COMPUTED,
+    DEEP,
+    KEPT,
     MAX_BITS,
     MAX_ITEMS,
+    SCALARS,
+    STRUCTURAL,
     UNARY,
+    WHOLE,
     NeedsPrimitives,
     UnsupportedPython,
     check_widths,
     unknown_statement,
     weigh,
-    words,
 )
 from scenelang.interpreter.transpile.evaluation.classes import (
+    attribute_name,
     attribute_of,
     bound_arguments,
     create,
     define,
     is_instance,
     mapping_of,
-    private_name,
     set_attribute,
     type_of,
 )
@@ -47,33 +52,38 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     ClassMethod,
     Exhausted,
     Frame,
+    Metered,
     Module,
     Native,
-    Poison,
     Property,
     PythonClass,
     PythonFunction,
     PythonGenerator,
     PythonObject,
     Raised,
-    Residual,
     StaticMethod,
     Super,
+    refused,
+    renamed,
+    same,
+    type_name,
+    value_of_error,
+)
+from scenelang.interpreter.transpile.evaluation.residue import (
+    Poison,
+    Residual,
     call_node,
     formatted,
     has_kind,
     has_residual,
     is_decided,
+    is_open,
     is_shape,
     known_result,
     node_of,
-    refused,
-    renamed,
+    residual,
     residuals,
-    same,
-    type_name,
     undecided,
-    value_of_error,
 )
 from scenelang.interpreter.transpile.python_text import scope_of
 
@@ -274,7 +284,7 @@ class PythonEvaluator:
             self._store_name(target.id, self.operate(node.op, in_place, old, self.eval(node.value, frame)), frame)
         elif isinstance(target, ast.Attribute):
             owner = self.eval(target.value, frame)
-            name = _attribute_name(target, frame)
+            name = attribute_name(target, frame)
             old = self.attribute(owner, name)
             new = self.operate(node.op, in_place, old, self.eval(node.value, frame))
             self.set_attribute(owner, name, new)
@@ -299,8 +309,11 @@ class PythonEvaluator:
     def _for(self, node: ast.For, frame: Frame) -> Generator[Any, Any, Any]:
         items = self.eval(node.iter, frame)
         if self.loops is not None:
-            items = self.loops.statement(node, items, frame)
-        for item in self.iterate(items) if items is not None else ():
+            items, frames = self.loops.statement(node, items, frame)
+            if frames is not None:
+                yield from frames
+                return
+        for item in self.iterate(items):
             self.store(node.target, item, frame)
             if not (yield from self._turn(node.body, frame)):
                 return
@@ -418,7 +431,7 @@ class PythonEvaluator:
                 container, index = self.eval(target.value, frame), self.eval(target.slice, frame)
                 del self._plain_container(container)[index]
             elif isinstance(target, ast.Attribute):
-                self.delete_attribute(self.eval(target.value, frame), _attribute_name(target, frame))
+                self.delete_attribute(self.eval(target.value, frame), attribute_name(target, frame))
 
     def delete_attribute(self, owner: Any, name: str) -> None:
         """Delete an attribute of a value."""
@@ -516,7 +529,7 @@ class PythonEvaluator:
         elif isinstance(target, (ast.Tuple, ast.List)):
             self._unpack(target.elts, value, frame)
         elif isinstance(target, ast.Attribute):
-            self.set_attribute(self.eval(target.value, frame), _attribute_name(target, frame), value)
+            self.set_attribute(self.eval(target.value, frame), attribute_name(target, frame), value)
         elif isinstance(target, ast.Subscript):
             self._set_item(self.eval(target.value, frame), self.eval(target.slice, frame), value)
         else:
@@ -647,6 +660,8 @@ class PythonEvaluator:
     def _unary(self, node: ast.UnaryOp, frame: Frame) -> Any:
         value = self.eval(node.operand, frame)
         try:
+            if type(node.op) is ast.Not and is_open(value):
+                return residual(value.holder, "not", (value,))
             return UNARY[type(node.op)](value)
         except TypeError as error:
             raise renamed(error, value) from None
@@ -656,14 +671,30 @@ class PythonEvaluator:
         value: Any = None
         for each in node.values:
             value = self.eval(each, frame)
+            if is_open(value):
+                rest = ast.BoolOp(node.op, node.values[node.values.index(each) + 1 :])
+                return self._joined_tests(value, rest, frame) if rest.values else value
             if bool(value) is not is_and:
                 return value
         return value
+
+    def _joined_tests(self, value: Residual, rest: ast.BoolOp, frame: Frame) -> Residual:
+        """Return ``value and rest``, or ``value or rest``, of conditions that differ from turn to turn."""
+        if value.kind != "bool" or self.loops is None or value.known is None:
+            raise undecided(value)
+        others = [self.eval(each, frame) for each in rest.values]
+        if not all(type(each) is bool or has_kind(each, "bool") for each in others):
+            raise undecided(value)
+        name = "and" if type(rest.op) is ast.And else "or"
+        return residual(value.holder, name, (value, *others))
 
     def _compare(self, node: ast.Compare, frame: Frame) -> Any:
         left: Any = self.eval(node.left, frame)
         result: Any = True
         for number, (op, each) in enumerate(zip(node.ops, node.comparators)):
+            if number and is_open(result):
+                rest = ast.Compare(node.comparators[number - 1], node.ops[number:], node.comparators[number:])
+                return self._joined_tests(result, ast.BoolOp(ast.And(), [rest]), frame)
             if number and not result:
                 return result
             right = self.eval(each, frame)
@@ -685,6 +716,12 @@ class PythonEvaluator:
         test = self.eval(node.test, frame)
         if type(test) is not Residual or test.kind == "shape":
             return self.eval(node.body if test else node.orelse, frame)
+        if is_decided(test):
+            return self.eval(node.body if test else node.orelse, frame)
+        if self.loops is not None and test.kind == "bool":
+            found = self.loops.choose(node, test, frame)
+            if found is not MISSING:
+                return found
         if any(isinstance(each, ast.Call) for part in (node.body, node.orelse) for each in ast.walk(part)):
             raise undecided(test)  # it may do things
         values = self.eval(node.body, frame), self.eval(node.orelse, frame)
@@ -702,19 +739,20 @@ class PythonEvaluator:
     def _item(self, container: Any, index: Any) -> Any:
         if isinstance(container, Native):
             return container
-        if type(index) is Residual:
+        if type(index) is Residual or (type(index) is tuple and self.loops is not None and has_residual(index)):
             return self._residual_item(container, index)
         try:
             return self.look(container)[index]
         except TypeError as error:
             raise renamed(error, container) from None
 
-    def _residual_item(self, container: Any, index: Residual) -> Any:
+    def _residual_item(self, container: Any, index: Any) -> Any:
         if self.loops is not None and type(container) is not Residual:
             found = self.loops.looked_up(self.look(container), index)
             if found is not MISSING:
                 return found
-        return Residual(ast.Subscript(node_of(container), node_of(index), ast.Load()), "any", index.holder)
+        holder = next(residuals((index,))).holder
+        return Residual(ast.Subscript(node_of(container), node_of(index), ast.Load()), "any", holder)
 
     def _set_item(self, container: Any, index: Any, value: Any) -> None:
         self._plain_container(container)[index] = value
@@ -863,14 +901,12 @@ class PythonEvaluator:
         if self.loops is not None:
             for each in arguments:
                 self.loops.touch(each)
-            if function.path in _COMPUTED and any(
-                has_kind(each, "any", "int", "float", "number") for each in arguments
-            ):
+            if function.path in COMPUTED and any(has_kind(each, "any", "int", "float", "number") for each in arguments):
                 found = self.loops.computed(lambda *items: self._call_native(function, items, named), arguments)
                 if found is not MISSING:
                     return found
         plain = arguments if function.path in ("iter", "next") else tuple(map(self._argument, arguments))
-        if function.path in _DEEP:
+        if function.path in DEEP:
             weigh((*arguments, *named.values()))
         try:
             return self.checked(function.function(*plain, **named))
@@ -885,7 +921,7 @@ class PythonEvaluator:
         return self.metered(iter(value)) if type(value) is range and len(value) > MAX_ITEMS else value
 
     def metered(self, items: Any) -> Any:
-        return _Metered(self, items)
+        return Metered(self, items)
 
     def _numeric_call(self, function: Native, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
         """Call a numeric function with values that are not known: item by item, if it works on items."""
@@ -894,16 +930,20 @@ class PythonEvaluator:
         if arrays and isinstance(host, np.ufunc) and not named:
             each = np.frompyfunc(lambda *items: self._call_native(function, items, {}), len(arguments), 1)
             return each(*(np.asarray(value) if isinstance(value, (list, tuple)) else value for value in arguments))
-        if function.path in _STRUCTURAL:
+        if self.loops is not None and function.path.startswith("np.") and function.path not in KEPT and not named:
+            found = self.loops.computed(lambda *items: self._call_native(function, items, {}), arguments)
+            if found is not MISSING:
+                return found
+        if function.path in STRUCTURAL:
             return function.function(*arguments, **named)
         return self._residual_call(function, arguments, named)
 
     def _residual_call(self, function: Native, arguments: tuple[Any, ...], named: dict[str, Any]) -> Residual:
         held = next(residuals((*arguments, *named.values())))
         nodes = {name: node_of(value) for name, value in named.items()}
-        kind = "array" if function.path.startswith("np.") and function.path not in _SCALARS else "number"
+        kind = "array" if function.path.startswith("np.") and function.path not in SCALARS else "number"
         if function.path in ("int", "float") or function.path.startswith("math."):
-            kind = "int" if function.path.rpartition(".")[2] in _WHOLE else "float"
+            kind = "int" if function.path.rpartition(".")[2] in WHOLE else "float"
         known = known_result(function.function, arguments) if not named else None
         node = call_node(function.path, [node_of(each) for each in arguments], nodes)
         return Residual(node, kind, held.holder, known=known)
@@ -941,7 +981,7 @@ class PythonEvaluator:
     # --- attributes --------------------------------------------------------------------------------------------
 
     def _attribute(self, node: ast.Attribute, frame: Frame) -> Any:
-        return self.attribute(self.eval(node.value, frame), _attribute_name(node, frame))
+        return self.attribute(self.eval(node.value, frame), attribute_name(node, frame))
 
     def attribute(self, value: Any, name: str, default: Any = UnsupportedPython) -> Any:
         """Return an attribute of a value."""
@@ -952,47 +992,5 @@ class PythonEvaluator:
         set_attribute(self, value, name, new)
 
 
-_STRUCTURAL = tuple(
-    f"np.{name}"
-    for name in words(
-        "append array asarray atleast_1d atleast_2d broadcast_to column_stack concatenate copy diag dot dstack "
-        "expand_dims flip fliplr flipud hstack insert matmul moveaxis outer ravel repeat reshape roll rot90 shape "
-        "size split squeeze stack sum swapaxes tile transpose vstack cumsum cross trace array_split add subtract "
-        "multiply divide"
-    )
-)
-_SCALARS = ("np.linalg.norm", "np.dot", "np.sum", "np.hypot", "np.arctan2", "np.mean", "np.max", "np.min")
-_COMPUTED = words(
-    "len str repr ord chr bin hex oct divmod bool get index count startswith endswith upper lower title bit_length "
-    "find split strip replace isupper islower isdigit isalpha format"
-)  # functions without effects, computed for all turns of a loop
-_DEEP = words("str repr ascii hash print format json.dumps copy.deepcopy dataclasses.asdict dataclasses.astuple")
-_WHOLE = words("int ceil floor trunc comb factorial gcd isqrt lcm perm prod isclose isfinite isinf isnan")
-
-
-def _attribute_name(node: ast.Attribute, frame: Frame) -> str:
-    """Return the name of an attribute, as the class mangles it in whose methods it stands."""
-    scope: Frame | None = frame if node.attr.startswith("__") and not node.attr.endswith("__") else None
-    while scope is not None:
-        if scope.function is not None and scope.function.owner is not None:
-            return private_name(scope.function.owner.name, node.attr)
-        scope = scope.outer
-    return node.attr
-
-
 def _kinds(value: Any) -> tuple[Any, ...]:
     return value if isinstance(value, tuple) else (value,)
-
-
-class _Metered:
-    """Iterator whose items are steps."""
-
-    def __init__(self, evaluator: PythonEvaluator, items: Iterator[Any]) -> None:
-        self._evaluator, self._items = evaluator, items
-
-    def __iter__(self) -> _Metered:
-        return self
-
-    def __next__(self) -> Any:
-        self._evaluator.tick()
-        return next(self._items)

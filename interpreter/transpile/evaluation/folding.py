@@ -35,16 +35,21 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     PythonFunction,
     PythonGenerator,
     PythonObject,
-    Residual,
     Unroll,
+    type_name,
+    value_of_error,
+)
+from scenelang.interpreter.transpile.evaluation.residue import (
+    Names,
+    Part,
+    Residual,
+    Variant,
     call_node,
     has_residual,
     is_shape,
     node_of,
-    type_name,
-    value_of_error,
+    place,
 )
-from scenelang.interpreter.transpile.evaluation.residue import Names, Part, Variant, place
 from scenelang.interpreter.transpile.python_text import PythonText
 
 MAX_NODES = 60_000  # of a residual function
@@ -156,9 +161,18 @@ def closure(items: Sequence[Item], start: set[int], is_user: bool) -> set[int]:
     return found
 
 
-def fold(
-    text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: str = "loops"
-) -> PythonText | Diagnostic | None:
+@dataclass(frozen=True, slots=True)
+class Folded:
+    """Program that remains; the reason why it cannot be evaluated, if a part that the root needs cannot; else None.
+
+    ``has_loops`` tells whether loops or functions of the program have been kept.
+    """
+
+    text: PythonText | Diagnostic | None
+    has_loops: bool = False
+
+
+def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: str = "loops") -> Folded:
     """Evaluate the parts of a program that have errors.
 
     Parameters
@@ -171,30 +185,28 @@ def fold(
         Errors of its translation.
     way
         What remains: "loops", where they can; "unrolled" loops; or "drawn", with the random numbers of the seed 0.
-
-    Returns
-    -------
-    PythonText or Diagnostic or None
-        The program that remains; the reason why it cannot be evaluated, if a part that the root needs cannot; None if
-        nothing can be done.
     """
     items = items_of(text.tree)
     wrong = {number for number, item in enumerate(items) if any(map(_inside(text, item), errors))}
     start = {number for number, item in enumerate(items) if root is not None and root in item.names}
     if not start or not all(any(_inside(text, items[number])(d) for number in wrong) for d in errors):
-        return None
+        return Folded(None)
     reached = closure(items, start, is_user=False)
     evaluated = closure(items, wrong & reached, is_user=True) & reached
     if not start & evaluated:
-        return _rewritten(text, items, reached - evaluated, {})
-    if way == "drawn":
-        return _with_fixed_draws(text, items, reached, str(root)) if "random" in text.source.text else None
-    folding = _evaluated(text, items, evaluated, str(root), Plan(is_off=way == "unrolled"))
-    if folding.error is None:
-        return _rewritten(text, items, reached - evaluated, folding.found, folding.printed)
-    if folding.draws:
-        return _with_fixed_draws(text, items, reached, str(root))
-    return _problem(text, folding, folding.error)
+        return Folded(_rewritten(text, items, reached - evaluated, {}))
+    plan = Plan(is_off=way == "unrolled")
+    if way != "drawn":
+        folding = _evaluated(text, items, evaluated, str(root), plan)
+        if folding.error is None:
+            rewritten = _rewritten(text, items, reached - evaluated, folding.found, folding.printed)
+            return Folded(rewritten, folding.loops.is_used)
+        if not folding.draws:
+            return Folded(_problem(text, folding, folding.error))
+    folding = _evaluated(text, items, reached, str(root), plan, True)
+    if folding.error is not None:
+        return Folded(_problem(text, folding, folding.error))
+    return Folded(_with_fixed_draws(text, items, reached, folding, str(root)), folding.loops.is_used)
 
 
 def _evaluated(
@@ -221,12 +233,9 @@ def _evaluated(
 
 
 def _with_fixed_draws(
-    text: PythonText, items: Sequence[Item], reached: set[int], root: str
-) -> PythonText | Diagnostic | None:
-    """Evaluate all of a program in which random numbers decide what happens: they are those of the seed 0."""
-    folding = _evaluated(text, items, reached, root, Plan(), True)
-    if folding.error is not None:
-        return _problem(text, folding, folding.error)
+    text: PythonText, items: Sequence[Item], reached: set[int], folding: Folding, root: str
+) -> PythonText | None:
+    """Return what remains of a program in which random numbers decide what happens: they are those of the seed 0."""
     span = text.span(next(items[n].node for n in reached if root in items[n].names))
     message = "random numbers decide what this program builds, and are those of the seed 0"
     warning = Diagnostic("fixed-draws", message, Span(span.source, span.start, span.start + 1))
@@ -650,7 +659,7 @@ class Folding:
             for each in ast.walk(node)
             if isinstance(each, ast.Name) and each.id in homes and not part.reaches(homes[each.id])
         }
-        return _Brought(foreign, homes).visit(copy.deepcopy(node)) if foreign else node  # type: ignore[no-any-return]
+        return _Brought(foreign, homes).visit(copy.deepcopy(node)) if foreign else node
 
     def _variant(self, name: str, function: Any, named: dict[str, Any]) -> dict[str, ast.expr]:
         """Evaluate a registered function for some arguments; return the arguments that its callers pass."""
@@ -674,6 +683,7 @@ class Folding:
             self._defaults.setdefault(name, {})[key] = node_of(value)
         self.parts.append(part)
         try:
+            self.loops.is_used |= bool(general)
             with self.loops.inside(function.node) if general else contextlib.nullcontext():
                 part.result = self._result(name, self.evaluator.call(function, (), inner))
         finally:
@@ -696,7 +706,8 @@ class Folding:
         if type(function) is not PythonFunction or not self.loops.may_keep(function.node) or not self._is_started:
             return set()
         given = {**general_defaults(function), **named}
-        return {key for key, value in given.items() if is_general(value)}
+        is_whole = self.loops.level_of(function.node) == 1  # which is specialised
+        return {key for key, value in given.items() if is_general(value) and not (is_whole and type(value) is int)}
 
     def _parameter(self, name: str, function: Any, key: str, value: Any) -> Any:
         """Return the residual value of a parameter: one, or a tuple of them for a tuple."""
@@ -719,11 +730,15 @@ class Folding:
 
     def _result(self, name: str, value: Any) -> ast.expr:
         if name in self._animations:
-            frames = [node_of(self._whole(frame)) for frame in self.evaluator.iterate(value)]
+            frames = [self._frame(self._whole(frame)) for frame in self.evaluator.iterate(value)]
             return ast.List(frames, ast.Load())  # becomes a comprehension if the frames are similar
         if value is None:
             raise UnsupportedPython(f"`{name}` returns no shape", "return a shape from every path of the function")
         return node_of(self._whole(list(value) if type(value) is PythonGenerator else value))
+
+    def _frame(self, shape: Residual) -> ast.expr:
+        """Return the frame of an animation, or the frames of a loop."""
+        return shape.node.args[0] if self.loops.is_loop(shape) else node_of(shape)  # type: ignore[attr-defined]
 
     # --- what remains ------------------------------------------------------------------------------------------
 
@@ -744,7 +759,8 @@ class Folding:
         parameters = [ast.arg(each) for each in (*names, *([_STATE] if has_states else ()))]
         arguments = ast.arguments([], parameters, None, [], [], None, defaults)
         body: list[ast.stmt] = []
-        for variants in sorted(reversed(found.values()), key=lambda each: len(each[0].test)):  # the most general last
+        ordered = sorted(found.values(), key=lambda each: -len(each[0].test))  # the most general last
+        for variants in reversed(ordered):
             for number, variant in reversed(list(enumerate(variants))):
                 test = {**variant.test, _STATE: ast.Constant(number)} if has_states else variant.test
                 tests: list[ast.expr] = [
@@ -754,7 +770,7 @@ class Folding:
                 both = ast.BoolOp(ast.And(), tests) if len(tests) > 1 else tests[0] if tests else None
                 body = [ast.If(both, statements, body)] if body and both is not None else statements
         doc = ast.get_docstring(node) if isinstance(node, ast.FunctionDef) else None
-        note = "Evaluated from Python; its loops and objects are written out."
+        note = "Evaluated from Python; its objects are written as values."
         body = [ast.Expr(ast.Constant(f"{doc}\n\n{note}" if doc else note)), *body]
         decorator = "register_animation" if name in self._animations else "register"
         call = call_node(decorator, [ast.Constant(text)] if text else [])

@@ -76,15 +76,13 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     PythonGenerator,
     PythonObject,
     Raised,
-    Residual,
     StaticMethod,
     Super,
     ValueObject,
-    formatted,
-    is_shape,
     linearized,
     refused,
 )
+from scenelang.interpreter.transpile.evaluation.residue import Residual, formatted, is_shape
 
 _UNSAFE = ("os", "sys", "subprocess", "socket", "pickle", "shutil", "pathlib", "io", "importlib", "ctypes", "inspect")
 

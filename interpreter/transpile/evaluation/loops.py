@@ -25,32 +25,37 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     ClassMethod,
     Frame,
     IntMember,
-    Known,
     Module,
     NamedTuple,
     Native,
-    Poison,
     Property,
     PythonClass,
     PythonFunction,
     PythonGenerator,
     PythonObject,
-    Residual,
     StaticMethod,
     Super,
     TextMember,
     Unroll,
     ValueObject,
+)
+from scenelang.interpreter.transpile.evaluation.residue import (
+    Holder,
+    Known,
+    Loop,
+    LoopNode,
+    Part,
+    Poison,
+    Residual,
     call_node,
     is_shape,
     known_result,
     node_of,
 )
-from scenelang.interpreter.transpile.evaluation.residue import Loop, LoopNode, Part
 
 _FEWEST, _MOST = 2, 5_000  # turns of a loop that remains
 _MOST_WALKED, _MOST_WALKED_IN_ALL = 30_000, 1_500_000  # values that a loop might change
-MOST_RESTARTS, _MOST_SECONDS = 30, 1.5
+MOST_RESTARTS, _MOST_SECONDS = 50, 0.7
 _DEEPEST = 5  # objects in objects whose fields become columns
 _GROWN = ("append", "extend")
 
@@ -66,12 +71,15 @@ class Plan:
         time of the failure.
     kinds
         Kinds of the parameters of functions that are not specialised, by function and parameter.
+    levels
+        What is specialised of functions: nothing (0), integers (1) or all (2).
     is_off
         Whether all loops are unrolled.
     """
 
     refused: dict[ast.AST, tuple[ast.AST, ...]] = field(default_factory=dict)
     kinds: dict[str, dict[str, tuple[str, int]]] = field(default_factory=dict)
+    levels: dict[ast.AST, int] = field(default_factory=dict)
     is_off: bool = False
     restarts: int = 0
     seconds: float = 0.0
@@ -82,12 +90,16 @@ class Plan:
         self.seconds += seconds
         if failure.place is not None:
             self.refused = {k: around for k, around in self.refused.items() if failure.place not in around}
-            self.refused[failure.place] = failure.around
+            level = self.levels.get(failure.place, 0) + 1
+            if isinstance(failure.place, ast.FunctionDef) and level < 2:
+                self.levels[failure.place] = level
+            else:
+                self.refused[failure.place] = failure.around
         if self.restarts > MOST_RESTARTS or self.seconds > _MOST_SECONDS:
             self.is_off = True
 
 
-class Folds(Protocol):
+class Folds(Holder, Protocol):
     """What loops need of the folding."""
 
     parts: list[Part]
@@ -135,6 +147,7 @@ class Loops:
         self._usages: dict[ast.AST, Usage] = {}
         self._walked = 0
         self.is_used = False
+        self._called = {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
         self._reserved = {*dir(builtins), *keyword.kwlist, "math", "np", "random", "numpy", "P", "T", "Shape"}
         for node in tree.body:
             names = [getattr(node, "name", "")]
@@ -184,39 +197,72 @@ class Loops:
 
     # --- loops -------------------------------------------------------------------------------------------------
 
-    def statement(self, node: ast.For, items: Any, frame: Frame) -> Any:
-        """Evaluate a ``for`` statement once for all items; returns the items if it is to be unrolled, else None."""
+    def statement(self, node: ast.For, items: Any, frame: Frame) -> tuple[Any, list[Any] | None]:
+        """Evaluate a ``for`` statement once for all items.
+
+        Returns the items and what the loop yields, None if it is to be unrolled.
+        """
         usage = self._usage(frame)
         if usage is None or not self.may_keep(node) or not usage.may_keep(node):
-            return items
+            return items, None
         items, heap = self._prepared(node, items, frame)
         if heap is None:
-            return items
-        lists = {name: frame.names.get(name) for name in usage.grown[node]}
+            return items, None
+        lists = {name: each for name in usage.grown[node] if type(each := frame.names.get(name)) is list}
         with self.inside(node), self._loop(items, node.target, frame, heap) as loop:
-            before = {name: len(each) for name, each in lists.items() if type(each) is list}
-            poisoned = usage.stored[node] - lists.keys()
-            frame.names |= dict.fromkeys(poisoned & frame.names.keys(), Poison())
+            before = {name: len(each) for name, each in lists.items()}
+            changing = usage.stored[node] - lists.keys()
+            carried = self._carry(loop, changing, frame)
             self._evaluator.store(node.target, loop.item, frame)
-            for _ in self._evaluator.execute(node.body, frame):
-                raise self.failure()  # it yields
-            heap.check(frame, poisoned, [each for each in lists.values() if type(each) is list], self.failure)
-            frame.names |= dict.fromkeys(poisoned, Poison())
-            grown = {name: each[before[name] :] for name, each in lists.items() if type(each) is list}
-            self._grow({id(lists[name]): (lists[name], before[name], new) for name, new in grown.items() if new}, loop)
-        return None
+            frames = list(self._evaluator.execute(node.body, frame))
+            heap.check(frame, changing, list(lists.values()), self.failure)
+            self._close(loop, changing, carried, frame)
+            grown = [(each, before[name], each[before[name] :]) for name, each in lists.items()]
+            self._grow([*(each for each in grown if each[2]), *([(frames, 0, frames[:])] if frames else [])], loop)
+        return items, frames
 
-    def _grow(self, grown: dict[int, tuple[list[Any], int, list[Any]]], loop: Loop) -> None:
+    def _carry(self, loop: Loop, names: set[str], frame: Frame) -> dict[str, tuple[Any, list[Any]]]:
+        """Make numbers that the turns of a loop hand on residual; other variables may not be read."""
+        carried: dict[str, tuple[Any, list[Any]]] = {}
+        for name in sorted(names & frame.names.keys()):
+            value = frame.names[name]
+            if type(value) not in (int, float):
+                frame.names[name] = Poison()
+                continue
+            final: list[Any] = []  # the value at the end of a turn, once it is known
+            known = Known(loop, _carried_row(value, final, self.failure))
+            kind = type(value).__name__
+            column = self._name(loop, name, kind)
+            loop.carried[column] = known
+            frame.names[name] = Residual(ast.Name(column, ast.Load()), kind, self._folding, known=known)
+            carried[name] = frame.names[name], final
+        return carried
+
+    def _close(self, loop: Loop, names: set[str], carried: dict[str, tuple[Any, list[Any]]], frame: Frame) -> None:
+        """Give variables the values that they have after a loop, if these are known."""
+        for name in names:
+            value = frame.names.get(name, MISSING)
+            if name in carried:
+                residual, final = carried[name]
+                final.append(value)
+                column = residual.node.id
+                if any(_kind(each) != residual.kind for each in residual.known.values()):
+                    raise self.failure()
+                loop.columns[column] = residual.known.values()
+            known = value.known if type(value) is Residual and value.kind != "shape" else None
+            frame.names[name] = known.row(loop.count - 1) if known is not None and known.loop is loop else Poison()
+
+    def _grow(self, grown: list[tuple[list[Any], int, list[Any]]], loop: Loop) -> None:
         outer = loop.part.outer
         is_stated = bool(loop.part.statements)
         if is_stated and len(grown) > 1:
             raise self.failure()
         results = []
-        for _, _, new in grown.values():
+        for _, _, new in grown:
             if not all(map(is_shape, new)):
                 raise self.failure()
             results.append(node_of(new[0] if len(new) == 1 else self._folding.union(new)))
-        for (items, length, _), result in zip(grown.values(), results):
+        for (items, length, _), result in zip(grown, results):
             items[length:] = [self._made(loop, result)]
         if not grown and is_stated and outer is not None:
             outer.statements.append(("", LoopNode(loop, None)))
@@ -230,10 +276,10 @@ class Loops:
         if loop.part.statements:
             part.statements.append((name, node))
         else:
-            part.values[name] = Residual(node, "list", self._folding, name)  # type: ignore[arg-type]
+            part.values[name] = Residual(node, "list", self._folding, name)
         self.is_used = True
         spread = ast.Starred(ast.Name(name, ast.Load()), ast.Load())
-        made = Residual(call_node("concat_shapes", [spread]), "shape", self._folding)  # type: ignore[arg-type]
+        made = Residual(call_node("concat_shapes", [spread]), "shape", self._folding)
         made.primitives = self._unknown
         return made
 
@@ -275,8 +321,8 @@ class Loops:
 
     def call(self, count: int, function: Any) -> Residual | None:
         """Evaluate ``loop(count, function)``; returns None if it is to be unrolled."""
-        node = getattr(function, "node", None)
-        if type(function) is not PythonFunction or not self.may_keep(node) or count < _FEWEST:  # type: ignore[arg-type]
+        node: Any = getattr(function, "node", None)
+        if type(function) is not PythonFunction or not self.may_keep(node) or count < _FEWEST:
             return None
         items, heap = self._prepared(function.node, range(count), function.outer)
         if heap is None:
@@ -341,6 +387,14 @@ class Loops:
         finally:
             self._folding.parts.pop()
 
+    def level_of(self, function: ast.AST) -> int:
+        """Return what is specialised of a function."""
+        return self._plan.levels.get(function, 0)
+
+    def is_loop(self, shape: Residual) -> bool:
+        """Return whether a shape is that of all turns of a loop."""
+        return shape.primitives == self._unknown and isinstance(shape.node, ast.Call)
+
     def is_conditional(self, value: Residual) -> bool:
         """Return whether a value belongs to one branch of a condition, so that it may not be computed before."""
         return bool(self._branches) and id(value) not in self._branches[-1].seen
@@ -375,7 +429,8 @@ class Loops:
         heap = Heap.of((frame, self._evaluator.module, *self._folding.streams))
         if heap is None:
             return False
-        names = {each.id for part in (*node.body, *node.orelse) for each in ast.walk(part) if _is_stored(each)}  # type: ignore[attr-defined]
+        inner = [each for part in (*node.body, *node.orelse) for each in ast.walk(part)]
+        names = {each.id for each in inner if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)}
         lists = {name: each for name, each in frame.names.items() if name in usage.lists and type(each) is list}
         names -= lists.keys()
         before = {name: frame.names.get(name, MISSING) for name in names}
@@ -401,6 +456,24 @@ class Loops:
                     del each[sizes[name] :]
             self._merge(test, outcomes, frame, lists)
         return True
+
+    def choose(self, node: ast.IfExp, test: Residual, frame: Frame) -> Any:
+        """Evaluate both values of a conditional expression; returns MISSING if that is not possible."""
+        heap = Heap.of((frame, self._evaluator.module, *self._folding.streams)) if self.may_keep(node) else None
+        if heap is None or self._usage(frame) is None:
+            return MISSING
+        part = self._folding.parts[-1]
+        count = len(part.statements)
+        with self.inside(node):
+            self._branches.append(heap)
+            try:
+                values = [self._evaluator.eval(each, frame) for each in (node.body, node.orelse)]
+            finally:
+                self._branches.pop()
+            heap.check(frame, set(), [], self.failure)
+            if len(part.statements) > count:
+                raise self.failure()
+            return self._choice(test, *values)
 
     def _merge(self, test: Residual, outcomes: Sequence[Any], frame: Frame, lists: dict[str, list[Any]]) -> None:
         (first, grown), (second, also_grown) = outcomes
@@ -430,7 +503,7 @@ class Loops:
         kind = kinds.pop() if len(kinds) == 1 else "number"
         known = known_result(lambda is_true, a, b: a if is_true else b, (test, first, second))
         node = ast.IfExp(node_of(test), node_of(first), node_of(second))
-        found = Residual(node, kind, self._folding, known=known)  # type: ignore[arg-type]
+        found = Residual(node, kind, self._folding, known=known)
         if kind == "shape":
             found.primitives = self._unknown
         return found
@@ -445,6 +518,8 @@ class Loops:
             return first
         if all(isinstance(each, _SCALARS) or each is None for each in values):
             is_same = all(type(each) is kind and each == first for each in values)
+            if not is_same and {"bool"} < {*map(_kind, values)}:
+                raise self.failure()
             return first if is_same else self.column(loop, values, _hint(target))
         if depth > _DEEPEST or any(type(each) is not kind for each in values):
             raise self.failure()
@@ -488,20 +563,20 @@ class Loops:
         text = repr(list(values))
         for name, known in loop.columns.items():
             if repr(list(known)) == text:
-                return Residual(ast.Name(name, ast.Load()), kind, self._folding, known=Known(loop, lambda: values))  # type: ignore[arg-type]
+                return Residual(ast.Name(name, ast.Load()), kind, self._folding, known=Known(loop, values.__getitem__))
         name = self._name(loop, hint, kind)
         loop.columns[name] = list(values)
         loop.part.names.columns.add(name)
-        return Residual(ast.Name(name, ast.Load()), kind, self._folding, known=Known(loop, lambda: values))  # type: ignore[arg-type]
+        return Residual(ast.Name(name, ast.Load()), kind, self._folding, known=Known(loop, values.__getitem__))
 
     def _name(self, loop: Loop, hint: str, kind: str) -> str:
         """Return a name for a column that is free in the function; loops one after the other may share one."""
         stem = hint.strip("_") if hint.strip("_").isidentifier() else "value"
-        active: set[str] = {*loop.columns}
+        active: set[str] = {*loop.columns, *loop.carried}
         part: Part | None = loop.part.outer
         root = loop.part
         while part is not None:
-            active |= {*(part.loop.columns if part.loop is not None else ())}
+            active |= {*part.loop.columns, *part.loop.carried} if part.loop is not None else set()
             root, part = part, part.outer
         number = 1
         name = stem
@@ -511,14 +586,13 @@ class Loops:
         root.taken[name] = kind
         return name
 
-    def looked_up(self, container: Any, index: Residual) -> Any:
+    def looked_up(self, container: Any, index: Any) -> Any:
         """Return an item of a container by an index that differs from turn to turn, MISSING if it is left to run."""
-        if index.known is None or not self._around:
+        known = known_result(container.__getitem__, (index,)) if self._around else None
+        if known is None:
             return MISSING
-        loop = index.known.loop
-        values = [container[each] for each in index.known.values()]
-        hint = getattr(index.node, "id", "value")
-        return self.general(loop, values, f"{hint}_item")
+        hint = getattr(getattr(index, "node", None), "id", "value")
+        return self.general(known.loop, known.values(), f"{hint}_item")
 
     def computed(self, function: Callable[..., Any], operands: Sequence[Any]) -> Any:
         """Return the result of a function without effects for values that are known in the turns of a loop.
@@ -530,12 +604,10 @@ class Loops:
 
     def texts(self, parts: Sequence[Any], joined: Callable[[list[Any]], str]) -> Any:
         """Return a text that differs from turn to turn."""
-        known = [each.known for each in parts if type(each) is Residual]
-        if not known or any(each is None or each.loop is not known[0].loop for each in known):
+        known = known_result(lambda *row: joined(list(row)), tuple(parts))
+        if known is None:
             raise self.failure()
-        count = known[0].loop.count
-        rows = zip(*(each.known.values() if type(each) is Residual else [each] * count for each in parts))
-        return self.general(known[0].loop, [joined(list(row)) for row in rows], "text")
+        return self.general(known.loop, known.values(), "text")
 
     def _usage(self, frame: Frame) -> Usage | None:
         while frame.is_comprehension and frame.outer is not None:
@@ -544,12 +616,28 @@ class Loops:
         if not isinstance(function, ast.FunctionDef):
             return None
         if function not in self._usages:
-            self._usages[function] = Usage(function)
+            self._usages[function] = Usage(function, function.name in self._called)
         return self._usages[function]
 
 
 _SCALARS = (int, float, str, np.integer, np.floating, np.bool_)
 _PLAIN = (*_SCALARS, type(None), tuple, NamedTuple)
+
+
+def _carried_row(first: Any, final: list[Any], failure: Callable[[], Unroll]) -> Callable[[int], Any]:
+    def row(number: int) -> Any:
+        if number == 0:
+            return first
+        if not final:
+            raise failure()
+        last = final[0]
+        if type(last) is not Residual:
+            return last
+        if last.known is None:
+            raise failure()
+        return last.known.row(number - 1)
+
+    return row
 
 
 def _kind(value: Any) -> str:
@@ -579,15 +667,18 @@ class Usage:
         For each loop that only adds shapes to lists: the names of the lists.
     stored
         For each such loop: the names that it assigns.
+    yielding
+        Loops of a registered function that yield its frames.
     spread
         Comprehensions whose items only become a shape.
     """
 
-    def __init__(self, function: ast.FunctionDef) -> None:
+    def __init__(self, function: ast.FunctionDef, is_called: bool) -> None:
         self.grown: dict[ast.For, set[str]] = {}
         self.stored: dict[ast.For, set[str]] = {}
         self.spread: set[ast.AST] = set()
-        self._is_registered = any(_is_registering(each) for each in function.decorator_list)
+        self.yielding: set[ast.For] = set()
+        self._is_registered = not is_called and any(_is_registering(each) for each in function.decorator_list)
         self._parents: dict[ast.AST, ast.AST] = {
             child: node for node in ast.walk(function) for child in ast.iter_child_nodes(node)
         }
@@ -608,18 +699,23 @@ class Usage:
 
     def may_keep(self, node: ast.For) -> bool:
         """Return whether a loop may remain."""
-        return bool(self.grown.get(node))
+        return bool(self.grown.get(node)) or node in self.yielding
 
     def _add(self, node: ast.For) -> None:
         inner = [each for statement in node.body for each in ast.walk(statement)]
-        if node.orelse or any(isinstance(each, _LEAVING) for each in inner):
+        yields = {each.value for each in inner if isinstance(each, ast.Expr) and isinstance(each.value, ast.Yield)}
+        if node.orelse or any(isinstance(each, _LEAVING) and each not in yields for each in inner):
             return
-        stored = {each.id for each in [*inner, *ast.walk(node.target)] if _is_stored(each)}  # type: ignore[attr-defined]
-        added = {each.value.id for each in inner if _is_growth(each)}  # type: ignore[attr-defined]
-        added |= {each.target.id for each in inner if isinstance(each, ast.AugAssign) and _is_stored(each.target)}  # type: ignore[union-attr]
-        assigned = {
-            each.id for each in inner if _is_stored(each) and not isinstance(self._parents[each], ast.AugAssign)
-        }  # type: ignore[attr-defined]
+        if yields and not self._is_registered:
+            return
+        if yields:
+            self.yielding.add(node)
+        stores = [each for each in [*inner, *ast.walk(node.target)] if _is_stored(each)]
+        names = {each: str(getattr(each, "id", "")) for each in stores}
+        added = {_grown_name(each) for each in inner if _is_growth(each)}
+        added |= {name for each, name in names.items() if isinstance(self._parents[each], ast.AugAssign)}
+        assigned = {name for each, name in names.items() if not isinstance(self._parents[each], ast.AugAssign)}
+        stored = {*names.values()}
         self.grown[node], self.stored[node] = (added & self.lists) - assigned, stored
 
     def _is_list(self, node: ast.Name) -> bool:
@@ -664,8 +760,9 @@ class Usage:
             return isinstance(parent.target, ast.Name) and parent.target.id in self.lists
         if isinstance(parent, ast.Assign):
             return all(isinstance(each, ast.Name) and each.id in self.lists for each in parent.targets)
-        is_call = isinstance(parent, ast.Call) and _is_growth(parent.func)
-        return is_call and parent.func.attr == "extend" and parent.func.value.id in self.lists  # type: ignore
+        method = parent.func if isinstance(parent, ast.Call) else None
+        is_extended = isinstance(method, ast.Attribute) and method.attr == "extend"
+        return is_extended and method is not None and _grown_name(method) in self.lists
 
 
 _LEAVING = (ast.Return, ast.Break, ast.Yield, ast.YieldFrom, ast.Try, ast.With, ast.Global, ast.Nonlocal, ast.While)
@@ -689,6 +786,10 @@ def _is_stored(node: ast.AST) -> bool:
 
 def _is_growth(node: ast.AST | None) -> bool:
     return isinstance(node, ast.Attribute) and node.attr in _GROWN and isinstance(node.value, ast.Name)
+
+
+def _grown_name(node: ast.AST) -> str:
+    return node.value.id if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) else ""
 
 
 # What a loop may not change.

@@ -7,7 +7,8 @@ from typing import Any
 
 from scenelang.interpreter.transpile.evaluation import UnsupportedPython
 from scenelang.interpreter.transpile.evaluation.classes import is_instance
-from scenelang.interpreter.transpile.evaluation.objects import MISSING, Evaluating, Frame, Native, has_kind, undecided
+from scenelang.interpreter.transpile.evaluation.objects import MISSING, Evaluating, Frame, Native
+from scenelang.interpreter.transpile.evaluation.residue import has_kind, undecided
 
 
 def matches(evaluator: Evaluating, pattern: ast.pattern, value: Any, bound: dict[str, Any], frame: Frame) -> bool:

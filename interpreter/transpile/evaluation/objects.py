@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import ast
 import operator
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Protocol
 
-import numpy as np
-
-from scenelang.interpreter.transpile.evaluation import UnsupportedPython, check_widths, weigh, words
+from scenelang.interpreter.transpile.evaluation import UnsupportedPython, words
 
 
 class Raised(Exception):
@@ -59,8 +57,12 @@ class Evaluating(Caller, Protocol):
     types: dict[type, Native]
     loops: Any
 
-    def spread(self, shape: Residual) -> list[Residual]:
+    def spread(self, shape: Any) -> list[Any]:
         """Return a shape for a list to which its primitives are added."""
+        ...
+
+    def tick(self, count: int = 1) -> None:
+        """Count steps."""
         ...
 
     def mixin(self, name: str) -> Any:
@@ -77,14 +79,6 @@ class Evaluating(Caller, Protocol):
 
     def attribute(self, value: Any, name: str, default: Any = ...) -> Any:
         """Return an attribute of a value."""
-        ...
-
-
-class Holder(Protocol):
-    """What residual values need of the function that is being written."""
-
-    def hold(self, value: Residual) -> Residual:
-        """Return a residual value that is computed once."""
         ...
 
 
@@ -746,7 +740,7 @@ class TextMember(str):
         return str.__hash__(self)
 
 
-# --- residual values -----------------------------------------------------------------------------------------------
+# --- identity and names ---------------------------------------------------------------------------------------------
 
 
 class Unroll(BaseException):
@@ -762,44 +756,6 @@ class Unroll(BaseException):
         self.is_final = place is not None or is_again
 
 
-class Poison:
-    """Value of a variable after a loop that has assigned it; nobody may read it."""
-
-
-class Known:
-    """Values of a residual value in the turns of a loop, in order; ``values`` computes them when they are asked for."""
-
-    def __init__(self, loop: Any, values: Callable[[], Sequence[Any]]) -> None:
-        self.loop, self._compute = loop, values
-        self._values: Sequence[Any] | None = None
-
-    def values(self) -> Sequence[Any]:
-        """Return the values."""
-        if self._values is None:
-            self._values = self._compute()
-        return self._values
-
-
-def known_result(function: Callable[..., Any], operands: tuple[Any, ...]) -> Known | None:
-    """Return the values of a function of values that are known in the turns of one loop, else None."""
-    known = [each.known for each in operands if type(each) is Residual]
-    first = known[0] if known else None
-    if first is None or any(each is None or each.loop is not first.loop for each in known):
-        return None
-    if any(has_residual(each) for each in operands if type(each) is not Residual):
-        return None
-    count = first.loop.count
-
-    def compute() -> list[Any]:
-        columns = [
-            each.known.values() if type(each) is Residual and each.known is not None else [each] * count
-            for each in operands
-        ]
-        return [function(*row) for row in zip(*columns)]
-
-    return Known(first.loop, compute)
-
-
 def same(value: PythonObject, other: Any) -> Any:
     """Return whether two values are the same object. Raises Unroll if another turn of a loop may tell otherwise."""
     if value is other:
@@ -807,193 +763,6 @@ def same(value: PythonObject, other: Any) -> Any:
     if value.is_general or (type(other) is PythonObject and other.is_general):
         raise Unroll
     return False
-
-
-@dataclass(slots=True, eq=False)
-class Residual:
-    """Value that is known when the translated program runs: an expression of Python.
-
-    ``kind`` is "shape", "pose", "array", "int", "float", "number" (one of both, or numpy's), "bool" or "any"; ``name``
-    stands for it in what remains.
-    ``primitives`` returns those of a shape, if they are known.
-    """
-
-    node: ast.expr
-    kind: str
-    holder: Holder
-    name: str = ""
-    primitives: Callable[[], list[Residual]] | None = None
-    known: Known | None = None
-
-    def __bool__(self) -> bool:
-        if self.kind == "shape":
-            return self.primitives is None or bool(self.primitives())
-        found = {bool(each) for each in self.known.values()} if self.known is not None else {True, False}
-        if len(found) > 1:
-            raise undecided(self)
-        return found.pop()
-
-    def __getitem__(self, index: Any) -> Residual:
-        return self.parts()[index] if self.kind == "shape" else residual(self.holder, "item", (self, index))
-
-    def __iter__(self) -> Iterator[Residual]:
-        if self.kind != "shape":
-            raise UnsupportedPython("the length of a random value is not known here")
-        return iter(self.parts())
-
-    def parts(self) -> list[Residual]:
-        """Return the primitives of a shape."""
-        if self.primitives is None:
-            raise UnsupportedPython("the primitives of this shape cannot be taken apart here")
-        return self.primitives()
-
-    def __hash__(self) -> int:
-        if self.kind != "shape":
-            raise undecided(self)
-        return id(self) >> 4
-
-    def __eq__(self, other: object) -> Any:
-        if self is other or (self.kind != "any" and (other is None or isinstance(other, str))):
-            return self is other
-        if self.kind == "shape":
-            raise UnsupportedPython("shapes cannot be compared here")
-        return residual(self.holder, "eq", (self, other))
-
-    def __ne__(self, other: object) -> Any:
-        found = self.__eq__(other)
-        return not found if isinstance(found, bool) else residual(self.holder, "ne", (self, other))
-
-    def __str__(self) -> str:
-        raise UnsupportedPython("a value of the finished scene cannot be part of a text here")
-
-    __repr__ = __str__
-
-    def __getattr__(self, name: str) -> Any:
-        raise AttributeError(name)
-
-
-Residual.__array_ufunc__ = None  # type: ignore[attr-defined]
-Residual.__iadd__ = lambda self, other: self.holder.extended(self, other)  # type: ignore
-_OPERATORS: dict[str, type[ast.operator]] = {
-    "add": ast.Add, "sub": ast.Sub, "mul": ast.Mult, "truediv": ast.Div, "floordiv": ast.FloorDiv, "mod": ast.Mod,
-    "pow": ast.Pow, "matmul": ast.MatMult,
-}  # fmt: skip
-_COMPARED: dict[str, type[ast.cmpop]] = {
-    "lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE, "eq": ast.Eq, "ne": ast.NotEq,
-}  # fmt: skip
-
-
-def has_kind(value: Any, *kinds: str) -> bool:
-    """Return whether a value is residual and of one of some kinds."""
-    return type(value) is Residual and value.kind in kinds
-
-
-def is_decided(value: Residual) -> bool:
-    """Return whether a value is true, or false, in all turns of a loop."""
-    return value.known is not None and len({bool(each) for each in value.known.values()}) == 1
-
-
-def is_shape(value: Any) -> bool:
-    """Return whether a value is a shape of the finished scene."""
-    return type(value) is Residual and value.kind == "shape"
-
-
-def residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Residual:
-    """Return the residual result of an operation: an operator's name, "item", "neg" or "abs"."""
-    function = _FUNCTIONS.get(operation) or getattr(operator, operation)
-    found = _residual(holder, operation, operands)
-    found.known = known_result(function, operands)
-    return found
-
-
-_FUNCTIONS = {"item": operator.getitem, "abs": abs}
-
-
-def _residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Residual:
-    nodes = [node_of(each) for each in operands]
-    kinds = [each.kind for each in operands if type(each) is Residual]
-    if operation == "item":
-        kind = operands[0].kind if operands[0].kind in ("int", "float") else "any"
-        return Residual(ast.Subscript(nodes[0], nodes[1], ast.Load()), kind, holder)
-    if operation == "neg":
-        return Residual(ast.UnaryOp(ast.USub(), nodes[0]), kinds[0], holder)
-    if operation == "abs":
-        return Residual(call_node("abs", nodes), kinds[0], holder)
-    if operation in _COMPARED:
-        return Residual(ast.Compare(nodes[0], [_COMPARED[operation]()], [nodes[1]]), "bool", holder)
-    kind = "pose" if "pose" in kinds and operation == "matmul" else "array" if _has_array(operands) else "number"
-    return Residual(ast.BinOp(nodes[0], _OPERATORS[operation](), nodes[1]), kind, holder)
-
-
-def _has_array(operands: tuple[Any, ...]) -> bool:
-    return any(
-        isinstance(each, np.ndarray) or (type(each) is Residual and each.kind in ("array", "pose")) for each in operands
-    )
-
-
-def _residual_operation(name: str, is_reflected: bool) -> Callable[[Residual, Any], Any]:
-    def operation(self: Residual, other: Any) -> Any:
-        if self.kind == "shape":
-            if name != "add" or not (type(other) is list or is_shape(other)):
-                return NotImplemented
-            return [other, self] if is_reflected else [self, other]
-        if isinstance(other, (PythonObject, list, str)) or (isinstance(other, tuple) and name != "matmul"):
-            return NotImplemented
-        return residual(self.holder, name, (other, self) if is_reflected else (self, other))
-
-    return operation
-
-
-for _name in _OPERATORS:
-    setattr(Residual, f"__{_name}__", _residual_operation(_name, False))
-    setattr(Residual, f"__r{_name}__", _residual_operation(_name, True))
-for _name in ("lt", "le", "gt", "ge"):
-    setattr(Residual, f"__{_name}__", lambda self, other, _name=_name: residual(self.holder, _name, (self, other)))
-for _name in ("neg", "abs"):
-    setattr(Residual, f"__{_name}__", lambda self, _name=_name: residual(self.holder, _name, (self,)))
-
-
-def call_node(path: str, arguments: list[ast.expr], named: dict[str, ast.expr] | None = None) -> ast.Call:
-    """Return a call of a function by its dotted name."""
-    first, *rest = path.split(".")
-    function: ast.expr = ast.Name(first, ast.Load())
-    for name in rest:
-        function = ast.Attribute(function, name, ast.Load())
-    return ast.Call(function, arguments, [ast.keyword(name, node) for name, node in (named or {}).items()])
-
-
-def node_of(value: Any) -> ast.expr:
-    """Return an expression of a value. Raises UnsupportedPython for a value that has none."""
-    if type(value) is Residual:
-        return value.holder.hold(value).node
-    if isinstance(value, (np.generic, IntMember)):
-        value = value.item() if isinstance(value, np.generic) else int(value)
-    if isinstance(value, ValueObject):
-        value = value.plain()
-    if isinstance(value, TextMember):
-        value = str.__str__(value)
-    if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):
-        return call_node("float", [ast.Constant(repr(value))])
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and (value < 0 or str(value).startswith("-")):
-        return ast.UnaryOp(ast.USub(), ast.Constant(-value))
-    if value is None or isinstance(value, (bool, int, float, str)):
-        return ast.Constant(value)
-    if isinstance(value, np.ndarray):
-        return call_node("np.array", [node_of(value.tolist())])
-    if isinstance(value, tuple):
-        return ast.Tuple([node_of(item) for item in value], ast.Load())
-    if isinstance(value, list):
-        return ast.List([node_of(item) for item in value], ast.Load())
-    if isinstance(value, dict):
-        return ast.Dict([node_of(key) for key in value], [node_of(item) for item in value.values()])
-    if isinstance(value, slice):
-        bounds = [node_of(each) if each is not None else None for each in (value.start, value.stop, value.step)]
-        return ast.Slice(*bounds)
-    if hasattr(type(value), "__float__") and not isinstance(value, PythonObject):  # such as a fraction
-        return node_of(float(value))
-    if isinstance(value, PythonObject) and value.cls.members is not None:
-        return ast.Constant(value.fields["name"])
-    raise UnsupportedPython(f"a value of the type `{type_name(value)}` cannot be written as a literal")
 
 
 def type_name(value: Any) -> str:
@@ -1004,45 +773,9 @@ def type_name(value: Any) -> str:
         return "type"
     names: dict[type, str] = {
         PythonFunction: "function", BoundMethod: "method", Native: "builtin_function_or_method", PythonClass: "type",
-        Module: "module", PythonGenerator: "generator", Residual: "list",
+        Module: "module", PythonGenerator: "generator",
     }  # fmt: skip
-    return names.get(type(value), type(value).__name__)
-
-
-def is_kind_of(value: Residual, kind: Any) -> bool:
-    """Return whether a residual value has a type."""
-    kinds: dict[str, tuple[Any, ...]] = {
-        "shape": (list,), "pose": (np.ndarray,), "array": (np.ndarray,), "int": (int,), "float": (float,),
-        "bool": (bool,), "number": (int, float, np.integer, np.floating), "any": (int, str, tuple, object()),
-    }  # fmt: skip
-    found = {isinstance(each, type) and issubclass(each, kind) for each in kinds[value.kind]}
-    if len(found) > 1:
-        raise undecided(value)
-    return True in found
-
-
-def undecided(value: Residual) -> UnsupportedPython:
-    """Return the error of a program that depends on a residual value."""
-    is_drawn = value.kind in ("int", "float", "number", "bool", "any")
-    what = "a random number" if is_drawn else "a value of the finished scene"
-    hint = "write this part with plain functions, loops and lists"
-    return UnsupportedPython(f"{what} decides here which part of the program runs", hint)
-
-
-def residuals(values: Iterable[Any]) -> Iterator[Residual]:
-    """Iterate over the residual values in some values."""
-    for value in values:
-        if type(value) is Residual:
-            yield value
-        elif isinstance(value, (list, tuple)):
-            yield from residuals(value)
-        elif isinstance(value, np.ndarray) and value.dtype == object:
-            yield from residuals(value.ravel().tolist())
-
-
-def has_residual(value: Any) -> bool:
-    """Return whether a value is residual, or contains one that is."""
-    return next(residuals((value,)), None) is not None
+    return names.get(type(value)) or str(getattr(type(value), "python_name", type(value).__name__))
 
 
 # --- calls and texts ---------------------------------------------------------------------------------------------
@@ -1060,10 +793,15 @@ def renamed(error: TypeError, *values: Any) -> TypeError:
     return error if text == str(error) else TypeError(text)
 
 
-def formatted(value: Any, specification: str) -> str:
-    """Format a value. Raises UnsupportedPython for a residual value or a width that is too large."""
-    if type(value) is Residual:
-        raise UnsupportedPython("a random value cannot be part of a text here")
-    check_widths(specification)
-    weigh(value)
-    return format(value, specification)
+class Metered:
+    """Iterator whose items are steps."""
+
+    def __init__(self, evaluator: Evaluating, items: Iterator[Any]) -> None:
+        self._evaluator, self._items = evaluator, items
+
+    def __iter__(self) -> Metered:
+        return self
+
+    def __next__(self) -> Any:
+        self._evaluator.tick()
+        return next(self._items)

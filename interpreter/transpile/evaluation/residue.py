@@ -5,13 +5,360 @@ from __future__ import annotations
 import ast
 import copy
 import itertools
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import operator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar, Protocol
 
-from scenelang.interpreter.transpile.evaluation import UnsupportedPython
-from scenelang.interpreter.transpile.evaluation.objects import Residual, call_node, node_of
+import numpy as np
+
+from scenelang.interpreter.transpile.evaluation import UnsupportedPython, check_widths, weigh
+from scenelang.interpreter.transpile.evaluation.objects import (
+    MISSING,
+    BoundMethod,
+    Evaluating,
+    IntMember,
+    Native,
+    PythonObject,
+    TextMember,
+    ValueObject,
+    type_name,
+)
+
+
+class Holder(Protocol):
+    """What residual values need of the function that is being written."""
+
+    def hold(self, value: Residual) -> Residual:
+        """Return a residual value that is computed once."""
+        ...
+
+
+class Poison:
+    """Value of a variable after a loop that has assigned it; nobody may read it."""
+
+
+class Known:
+    """Values of a residual value in the turns of a loop; ``row`` computes the one of a turn when it is asked for."""
+
+    def __init__(self, loop: Any, row: Callable[[int], Any]) -> None:
+        self.loop, self._compute = loop, row
+        self._rows: dict[int, Any] = {}
+
+    def row(self, number: int) -> Any:
+        """Return the value in a turn."""
+        if number not in self._rows:
+            self._rows[number] = self._compute(number)
+        return self._rows[number]
+
+    def values(self) -> list[Any]:
+        """Return the values in all turns."""
+        return [self.row(number) for number in range(self.loop.count)]
+
+
+def known_result(function: Callable[..., Any], operands: tuple[Any, ...]) -> Known | None:
+    """Return the values of a function of values that are known in the turns of one loop, else None."""
+    loop = None
+    for each in residuals(operands):
+        if each.known is None or (loop is not None and each.known.loop is not loop):
+            return None
+        loop = each.known.loop
+    return None if loop is None else Known(loop, lambda number: function(*(_row(each, number) for each in operands)))
+
+
+def _row(value: Any, number: int) -> Any:
+    """Return a value as it is in a turn of a loop."""
+    if type(value) is Residual:
+        return value.known.row(number) if value.known is not None else value
+    if type(value) in (tuple, list) and has_residual(value):
+        return type(value)(_row(each, number) for each in value)
+    if isinstance(value, np.ndarray) and value.dtype == object and has_residual(value):
+        return np.array([_row(each, number) for each in value.ravel().tolist()]).reshape(value.shape)
+    return value
+
+
+@dataclass(slots=True, eq=False)
+class Residual:
+    """Value that is known when the translated program runs: an expression of Python.
+
+    ``kind`` is "shape", "pose", "array", "int", "float", "number" (one of both, or numpy's), "bool" or "any"; ``name``
+    stands for it in what remains.
+    ``primitives`` returns those of a shape, if they are known.
+    """
+
+    node: ast.expr
+    kind: str
+    holder: Holder
+    name: str = ""
+    primitives: Callable[[], list[Residual]] | None = None
+    known: Known | None = None
+    python_name: ClassVar[str] = "list"
+
+    def __bool__(self) -> bool:
+        if self.kind == "shape":
+            return self.primitives is None or bool(self.primitives())
+        found = {bool(each) for each in self.known.values()} if self.known is not None else {True, False}
+        if len(found) > 1:
+            raise undecided(self)
+        return found.pop()
+
+    def __getitem__(self, index: Any) -> Residual:
+        return self.parts()[index] if self.kind == "shape" else residual(self.holder, "item", (self, index))
+
+    def __iter__(self) -> Iterator[Residual]:
+        if self.kind != "shape":
+            raise UnsupportedPython("the length of a random value is not known here")
+        return iter(self.parts())
+
+    def parts(self) -> list[Residual]:
+        """Return the primitives of a shape."""
+        if self.primitives is None:
+            raise UnsupportedPython("the primitives of this shape cannot be taken apart here")
+        return self.primitives()
+
+    def __hash__(self) -> int:
+        if self.kind != "shape":
+            raise undecided(self)
+        return id(self) >> 4
+
+    def __eq__(self, other: object) -> Any:
+        if self is other or (self.kind != "any" and (other is None or isinstance(other, str))):
+            return self is other
+        if self.kind == "shape":
+            raise UnsupportedPython("shapes cannot be compared here")
+        return residual(self.holder, "eq", (self, other))
+
+    def __ne__(self, other: object) -> Any:
+        found = self.__eq__(other)
+        return not found if isinstance(found, bool) else residual(self.holder, "ne", (self, other))
+
+    def __str__(self) -> str:
+        raise UnsupportedPython("a value of the finished scene cannot be part of a text here")
+
+    __repr__ = __str__
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(name)
+
+
+Residual.__array_ufunc__ = None  # type: ignore[attr-defined]
+Residual.__iadd__ = lambda self, other: self.holder.extended(self, other)  # type: ignore
+_OPERATORS: dict[str, type[ast.operator]] = {
+    "add": ast.Add, "sub": ast.Sub, "mul": ast.Mult, "truediv": ast.Div, "floordiv": ast.FloorDiv, "mod": ast.Mod,
+    "pow": ast.Pow, "matmul": ast.MatMult,
+}  # fmt: skip
+_COMPARED: dict[str, type[ast.cmpop]] = {
+    "lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE, "eq": ast.Eq, "ne": ast.NotEq,
+}  # fmt: skip
+
+
+def has_kind(value: Any, *kinds: str) -> bool:
+    """Return whether a value is residual and of one of some kinds."""
+    return type(value) is Residual and value.kind in kinds
+
+
+def is_decided(value: Residual) -> bool:
+    """Return whether a value is true, or false, in all turns of a loop."""
+    return value.known is not None and len({bool(each) for each in value.known.values()}) == 1
+
+
+def is_open(value: Any) -> bool:
+    """Return whether a value is true in some turns of a loop only."""
+    return type(value) is Residual and value.known is not None and not is_decided(value)
+
+
+def is_shape(value: Any) -> bool:
+    """Return whether a value is a shape of the finished scene."""
+    return type(value) is Residual and value.kind == "shape"
+
+
+def residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Residual:
+    """Return the residual result of an operation: an operator's name, "item", "neg" or "abs"."""
+    function = _FUNCTIONS.get(operation) or getattr(operator, operation)
+    found = _residual(holder, operation, operands)
+    found.known = known_result(function, operands)
+    return found
+
+
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "item": operator.getitem, "abs": abs, "not": operator.not_, "and": lambda *each: all(each),
+    "or": lambda *each: any(each),
+}  # fmt: skip
+
+
+def _residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Residual:
+    nodes = [node_of(each) for each in operands]
+    kinds = [each.kind for each in operands if type(each) is Residual]
+    if operation == "item":
+        kind = operands[0].kind if operands[0].kind in ("int", "float") else "any"
+        return Residual(ast.Subscript(nodes[0], nodes[1], ast.Load()), kind, holder)
+    if operation == "not":
+        return Residual(ast.UnaryOp(ast.Not(), nodes[0]), "bool", holder)
+    if operation in ("and", "or"):
+        return Residual(ast.BoolOp(ast.And() if operation == "and" else ast.Or(), nodes), "bool", holder)
+    if operation == "neg":
+        return Residual(ast.UnaryOp(ast.USub(), nodes[0]), kinds[0], holder)
+    if operation == "abs":
+        return Residual(call_node("abs", nodes), kinds[0], holder)
+    if operation in _COMPARED:
+        return Residual(ast.Compare(nodes[0], [_COMPARED[operation]()], [nodes[1]]), "bool", holder)
+    if "bool" in kinds:
+        raise UnsupportedPython("arithmetic with a condition that is not known is not supported here")
+    kind = "pose" if "pose" in kinds and operation == "matmul" else "array" if _has_array(operands) else "number"
+    return Residual(ast.BinOp(nodes[0], _OPERATORS[operation](), nodes[1]), kind, holder)
+
+
+def _has_array(operands: tuple[Any, ...]) -> bool:
+    return any(
+        isinstance(each, np.ndarray) or (type(each) is Residual and each.kind in ("array", "pose")) for each in operands
+    )
+
+
+def _residual_operation(name: str, is_reflected: bool) -> Callable[[Residual, Any], Any]:
+    def operation(self: Residual, other: Any) -> Any:
+        if self.kind == "shape":
+            if name != "add" or not (type(other) is list or is_shape(other)):
+                return NotImplemented
+            return [other, self] if is_reflected else [self, other]
+        if isinstance(other, (PythonObject, list, str)) or (isinstance(other, tuple) and name != "matmul"):
+            return NotImplemented
+        return residual(self.holder, name, (other, self) if is_reflected else (self, other))
+
+    return operation
+
+
+for _name in _OPERATORS:
+    setattr(Residual, f"__{_name}__", _residual_operation(_name, False))
+    setattr(Residual, f"__r{_name}__", _residual_operation(_name, True))
+for _name in ("lt", "le", "gt", "ge"):
+    setattr(Residual, f"__{_name}__", lambda self, other, _name=_name: residual(self.holder, _name, (self, other)))
+for _name in ("neg", "abs"):
+    setattr(Residual, f"__{_name}__", lambda self, _name=_name: residual(self.holder, _name, (self,)))
+
+
+def call_node(path: str, arguments: list[ast.expr], named: dict[str, ast.expr] | None = None) -> ast.Call:
+    """Return a call of a function by its dotted name."""
+    first, *rest = path.split(".")
+    function: ast.expr = ast.Name(first, ast.Load())
+    for name in rest:
+        function = ast.Attribute(function, name, ast.Load())
+    return ast.Call(function, arguments, [ast.keyword(name, node) for name, node in (named or {}).items()])
+
+
+def node_of(value: Any) -> ast.expr:
+    """Return an expression of a value. Raises UnsupportedPython for a value that has none."""
+    if type(value) is Residual:
+        return value.holder.hold(value).node
+    if isinstance(value, (np.generic, IntMember)):
+        value = value.item() if isinstance(value, np.generic) else int(value)
+    if isinstance(value, ValueObject):
+        value = value.plain()
+    if isinstance(value, TextMember):
+        value = str.__str__(value)
+    if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):
+        return call_node("float", [ast.Constant(repr(value))])
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and (value < 0 or str(value).startswith("-")):
+        return ast.UnaryOp(ast.USub(), ast.Constant(-value))
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return ast.Constant(value)
+    if isinstance(value, np.ndarray):
+        return call_node("np.array", [node_of(value.tolist())])
+    if isinstance(value, tuple):
+        return ast.Tuple([node_of(item) for item in value], ast.Load())
+    if isinstance(value, list):
+        return ast.List([node_of(item) for item in value], ast.Load())
+    if isinstance(value, dict):
+        return ast.Dict([node_of(key) for key in value], [node_of(item) for item in value.values()])
+    if isinstance(value, slice):
+        bounds = [node_of(each) if each is not None else None for each in (value.start, value.stop, value.step)]
+        return ast.Slice(*bounds)
+    if hasattr(type(value), "__float__") and not isinstance(value, PythonObject):  # such as a fraction
+        return node_of(float(value))
+    if isinstance(value, PythonObject) and value.cls.members is not None:
+        return ast.Constant(value.fields["name"])
+    raise UnsupportedPython(f"a value of the type `{type_name(value)}` cannot be written as a literal")
+
+
+def is_kind_of(value: Residual, kind: Any) -> bool:
+    """Return whether a residual value has a type."""
+    kinds: dict[str, tuple[Any, ...]] = {
+        "shape": (list,), "pose": (np.ndarray,), "array": (np.ndarray,), "int": (int,), "float": (float,),
+        "bool": (bool,), "number": (int, float, np.integer, np.floating), "any": (int, str, tuple, object()),
+    }  # fmt: skip
+    found = {isinstance(each, type) and issubclass(each, kind) for each in kinds[value.kind]}
+    if len(found) > 1:
+        raise undecided(value)
+    return True in found
+
+
+def undecided(value: Residual) -> UnsupportedPython:
+    """Return the error of a program that depends on a residual value."""
+    is_drawn = value.kind in ("int", "float", "number", "bool", "any")
+    what = "a random number" if is_drawn else "a value of the finished scene"
+    hint = "write this part with plain functions, loops and lists"
+    return UnsupportedPython(f"{what} decides here which part of the program runs", hint)
+
+
+def residuals(values: Iterable[Any]) -> Iterator[Residual]:
+    """Iterate over the residual values in some values."""
+    for value in values:
+        if type(value) is Residual:
+            yield value
+        elif isinstance(value, (list, tuple)):
+            yield from residuals(value)
+        elif isinstance(value, np.ndarray) and value.dtype == object:
+            yield from residuals(value.ravel().tolist())
+
+
+def has_residual(value: Any) -> bool:
+    """Return whether a value is residual, or contains one that is."""
+    return next(residuals((value,)), None) is not None
+
+
+def formatted(value: Any, specification: str) -> str:
+    """Format a value. Raises UnsupportedPython for a residual value or a width that is too large."""
+    if type(value) is Residual:
+        raise UnsupportedPython("a random value cannot be part of a text here")
+    check_widths(specification)
+    weigh(value)
+    return format(value, specification)
+
+
+def attribute_of_residual(evaluator: Evaluating, value: Residual, name: str) -> Any:
+    if value.kind == "shape":
+        return value.holder.method_of(value, name)  # type: ignore[attr-defined]
+    if value.known is not None and evaluator.loops is not None:
+        return _of_known(evaluator, value, name)
+    if name == "T":
+        return Residual(ast.Attribute(node_of(value), "T", ast.Load()), value.kind, value.holder)
+    if name in ("copy", "tolist", "sum", "min", "max", "mean", "astype", "dot"):
+        kind = value.kind if name in ("copy", "tolist", "astype") else "number"
+
+        def method(*arguments: Any) -> Residual:
+            nodes = [node_of(each) for each in arguments if type(each) is not Native]
+            return Residual(ast.Call(ast.Attribute(node_of(value), name, ast.Load()), nodes, []), kind, value.holder)
+
+        return Native(name, method) if name != "astype" else Native(name, lambda kind: value)
+    return MISSING
+
+
+def _of_known(evaluator: Evaluating, value: Residual, name: str) -> Any:
+    """Return an attribute of a value that is another in every turn of a loop; methods are those of constants."""
+    assert value.known is not None
+    found = [evaluator.attribute(each, name) for each in value.known.values()]
+    if not isinstance(found[0], (Native, BoundMethod)):
+        return evaluator.loops.general(value.known.loop, found, name)
+
+    def method(*arguments: Any) -> Any:
+        call = lambda each, *rest: evaluator.call(evaluator.attribute(each, name), rest, {})
+        return evaluator.loops.computed(call, (value, *arguments))
+
+    return Native(name, method)
+
+
+# --- parts --------------------------------------------------------------------------------------------------------
+
 
 _MOST_COLUMNS, _MOST_COLUMNS_OF_FRAMES = 24, 500
 _ALIASES = {"np": "numpy_module", "math": "math_module", "random": "random_module"}
@@ -57,7 +404,8 @@ class Part:
     def known(self) -> set[str]:
         """Return the names that may be used in this part."""
         outer = self.outer.known() if self.outer is not None else {*self.parameters}
-        return outer | {name for name, _ in self.statements} | {*(self.loop.columns if self.loop is not None else ())}
+        turns = {*self.loop.columns, *self.loop.carried} if self.loop is not None else set()
+        return outer | turns | {name for name, _ in self.statements}
 
 
 @dataclass(eq=False, slots=True)
@@ -69,6 +417,7 @@ class Loop:
     count: int
     reached: Mapping[int, Any]  # values that exist before the loop, by their numbers
     columns: dict[str, list[Any]] = field(default_factory=dict)
+    carried: dict[str, Any] = field(default_factory=dict)  # numbers that a turn hands on to the next
     item: Any = None
 
 
