@@ -101,6 +101,7 @@ def test_what_remains(body: str, texts: list[str]) -> None:
         "for i in range(4):\n    parts.insert(0, cube(i, LEGS[0].x))",
         "names = []\nfor leg in LEGS:\n    names.append(leg.height)\n    parts.append(cube(sum(names)))",
         "for kind in Kind:\n    parts.append(cube(kind.value, len(kind.name)))",
+        "for value_0, value_1, value_2 in [(1, 2, 3), (4, 5, 6)]:\n    parts.append(cube(value_0 * value_1, value_0 * value_1 + value_2))",
         "for flag in [True, False, 2]:\n    parts.append(cube(flag + 1, LEGS[0].x))",
     ],
 )

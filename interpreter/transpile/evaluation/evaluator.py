@@ -55,7 +55,6 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     Metered,
     Module,
     Native,
-    Property,
     PythonClass,
     PythonFunction,
     PythonGenerator,
@@ -63,6 +62,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     Raised,
     StaticMethod,
     Super,
+    delete_attribute,
     refused,
     renamed,
     same,
@@ -431,20 +431,7 @@ class PythonEvaluator:
                 container, index = self.eval(target.value, frame), self.eval(target.slice, frame)
                 del self._plain_container(container)[index]
             elif isinstance(target, ast.Attribute):
-                self.delete_attribute(self.eval(target.value, frame), attribute_name(target, frame))
-
-    def delete_attribute(self, owner: Any, name: str) -> None:
-        """Delete an attribute of a value."""
-        if type(owner) is PythonClass and name in owner.names:
-            del owner.names[name]
-            return
-        if type(owner) is not PythonObject:
-            raise UnsupportedPython("only attributes of the program's own objects can be deleted")
-        found = owner.cls.find(name)
-        if type(found) is Property and found.delete is not None:
-            self.call(found.delete, (owner,), {})
-        elif owner.fields.pop(name, MISSING) is MISSING:
-            raise AttributeError(f"'{owner.cls.name}' object has no attribute '{name}'")
+                delete_attribute(self, self.eval(target.value, frame), attribute_name(target, frame))
 
     def _import(self, node: ast.Import, frame: Frame) -> None:
         for alias in node.names:
@@ -668,49 +655,55 @@ class PythonEvaluator:
 
     def _boolean(self, node: ast.BoolOp, frame: Frame) -> Any:
         is_and = type(node.op) is ast.And
-        value: Any = None
-        for each in node.values:
-            value = self.eval(each, frame)
+        value: Any = self.eval(node.values[0], frame)
+        for each in node.values[1:]:
             if is_open(value):
-                rest = ast.BoolOp(node.op, node.values[node.values.index(each) + 1 :])
-                return self._joined_tests(value, rest, frame) if rest.values else value
-            if bool(value) is not is_and:
+                value = self._both(node.op, value, self.loops.quietly(each, frame))
+            elif bool(value) is not is_and:
                 return value
+            else:
+                value = self.eval(each, frame)
         return value
 
-    def _joined_tests(self, value: Residual, rest: ast.BoolOp, frame: Frame) -> Residual:
-        """Return ``value and rest``, or ``value or rest``, of conditions that differ from turn to turn."""
-        if value.kind != "bool" or self.loops is None or value.known is None:
+    @staticmethod
+    def _both(op: ast.boolop, value: Residual, other: Any) -> Residual:
+        """Return ``value and other``, or ``value or other``, of conditions that differ from turn to turn."""
+        if value.kind != "bool" or not (type(other) is bool or has_kind(other, "bool")):
             raise undecided(value)
-        others = [self.eval(each, frame) for each in rest.values]
-        if not all(type(each) is bool or has_kind(each, "bool") for each in others):
-            raise undecided(value)
-        name = "and" if type(rest.op) is ast.And else "or"
-        return residual(value.holder, name, (value, *others))
+        return residual(value.holder, "and" if type(op) is ast.And else "or", (value, other))
 
     def _compare(self, node: ast.Compare, frame: Frame) -> Any:
         left: Any = self.eval(node.left, frame)
         result: Any = True
         for number, (op, each) in enumerate(zip(node.ops, node.comparators)):
             if number and is_open(result):
-                rest = ast.Compare(node.comparators[number - 1], node.ops[number:], node.comparators[number:])
-                return self._joined_tests(result, ast.BoolOp(ast.And(), [rest]), frame)
-            if number and not result:
+                right = self.loops.quietly(each, frame)
+                result = self._both(ast.And(), result, self._compared(op, left, right))
+            elif number and not result:
                 return result
-            right = self.eval(each, frame)
-            if type(op) in (ast.In, ast.NotIn) and isinstance(right, Iterator) and type(right) is not PythonObject:
-                right = self.iterate(right)
-            if type(op) in (ast.Is, ast.IsNot) and type(left) is PythonObject:
-                same(left, right)
-            if type(op) in (ast.Is, ast.IsNot) and (has_kind(left, "any") or has_kind(right, "any")):
-                raise undecided(left if type(left) is Residual else right)
-            weigh(left)
-            try:
-                result = COMPARISONS[type(op)](left, right)
-            except TypeError as error:
-                raise renamed(error, left, right) from None
+            else:
+                right = self.eval(each, frame)
+                result = self._compared(op, left, right)
             left = right
         return result
+
+    def _compared(self, op: ast.cmpop, left: Any, right: Any) -> Any:
+        is_identity = type(op) in (ast.Is, ast.IsNot)
+        if type(op) in (ast.In, ast.NotIn) and isinstance(right, Iterator) and type(right) is not PythonObject:
+            right = self.iterate(right)
+        if is_identity and type(left) is PythonObject:
+            same(left, right)
+        if (is_identity or type(op) in (ast.In, ast.NotIn)) and self.loops is not None:
+            found = self.loops.computed(COMPARISONS[type(op)], (left, right))
+            if found is not MISSING:
+                return found
+        if is_identity and (has_kind(left, "any") or has_kind(right, "any")):
+            raise undecided(left if type(left) is Residual else right)
+        weigh(left)
+        try:
+            return COMPARISONS[type(op)](left, right)
+        except TypeError as error:
+            raise renamed(error, left, right) from None
 
     def _conditional(self, node: ast.IfExp, frame: Frame) -> Any:
         test = self.eval(node.test, frame)
@@ -901,6 +894,10 @@ class PythonEvaluator:
         if self.loops is not None:
             for each in arguments:
                 self.loops.touch(each)
+            if function.path == "range" and all(type(each) is int or has_kind(each, "int") for each in arguments):
+                if any(type(each) is Residual for each in arguments):
+                    holder = next(residuals(arguments)).holder
+                    return Residual(call_node("range", [node_of(each) for each in arguments]), "range", holder)
             if function.path in COMPUTED and any(has_kind(each, "any", "int", "float", "number") for each in arguments):
                 found = self.loops.computed(lambda *items: self._call_native(function, items, named), arguments)
                 if found is not MISSING:
@@ -930,8 +927,8 @@ class PythonEvaluator:
         if arrays and isinstance(host, np.ufunc) and not named:
             each = np.frompyfunc(lambda *items: self._call_native(function, items, {}), len(arguments), 1)
             return each(*(np.asarray(value) if isinstance(value, (list, tuple)) else value for value in arguments))
-        if self.loops is not None and function.path.startswith("np.") and function.path not in KEPT and not named:
-            found = self.loops.computed(lambda *items: self._call_native(function, items, {}), arguments)
+        if self.loops is not None and function.path.startswith("np.") and function.path not in KEPT:
+            found = self.loops.computed(lambda *items: self._call_native(function, items, named), arguments)
             if found is not MISSING:
                 return found
         if function.path in STRUCTURAL:

@@ -40,11 +40,12 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     value_of_error,
 )
 from scenelang.interpreter.transpile.evaluation.residue import (
-    Names,
     Part,
+    PartNames,
     Residual,
     Variant,
     call_node,
+    has_kind,
     has_residual,
     is_shape,
     node_of,
@@ -162,7 +163,7 @@ def closure(items: Sequence[Item], start: set[int], is_user: bool) -> set[int]:
 
 
 @dataclass(frozen=True, slots=True)
-class Folded:
+class Remaining:
     """Program that remains; the reason why it cannot be evaluated, if a part that the root needs cannot; else None.
 
     ``has_loops`` tells whether loops or functions of the program have been kept.
@@ -172,7 +173,7 @@ class Folded:
     has_loops: bool = False
 
 
-def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: str = "loops") -> Folded:
+def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: str = "loops") -> Remaining:
     """Evaluate the parts of a program that have errors.
 
     Parameters
@@ -190,23 +191,23 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: 
     wrong = {number for number, item in enumerate(items) if any(map(_inside(text, item), errors))}
     start = {number for number, item in enumerate(items) if root is not None and root in item.names}
     if not start or not all(any(_inside(text, items[number])(d) for number in wrong) for d in errors):
-        return Folded(None)
+        return Remaining(None)
     reached = closure(items, start, is_user=False)
     evaluated = closure(items, wrong & reached, is_user=True) & reached
     if not start & evaluated:
-        return Folded(_rewritten(text, items, reached - evaluated, {}))
+        return Remaining(_rewritten(text, items, reached - evaluated, {}))
     plan = Plan(is_off=way == "unrolled")
     if way != "drawn":
         folding = _evaluated(text, items, evaluated, str(root), plan)
         if folding.error is None:
             rewritten = _rewritten(text, items, reached - evaluated, folding.found, folding.printed)
-            return Folded(rewritten, folding.loops.is_used)
+            return Remaining(rewritten, folding.loops.is_used)
         if not folding.draws:
-            return Folded(_problem(text, folding, folding.error))
+            return Remaining(_problem(text, folding, folding.error))
     folding = _evaluated(text, items, reached, str(root), plan, True)
     if folding.error is not None:
-        return Folded(_problem(text, folding, folding.error))
-    return Folded(_with_fixed_draws(text, items, reached, folding, str(root)), folding.loops.is_used)
+        return Remaining(_problem(text, folding, folding.error))
+    return Remaining(_with_fixed_draws(text, items, reached, folding, str(root)), folding.loops.is_used)
 
 
 def _evaluated(
@@ -372,8 +373,9 @@ class Folding:
         self._functions: dict[str, tuple[Any, str]] = {}
         self._animations: set[str] = set()
         self.parts: list[Part] = []
-        self._names = Names()
-        self._defaults: dict[str, dict[str, ast.expr]] = {}  # of parameters that are not specialised
+        self._names = PartNames()
+        self._defaults: dict[str, dict[str, ast.expr]] = {}  # of parameters, by function
+        self._shown: dict[str, set[str]] = {}  # parameters that calls pass, by function
         self._variants: dict[str, dict[Any, list[Variant]]] = {}
         self.printed: list[ast.stmt] = []  # by the statements at the top level
         self._objects: dict[str, dict[str, int]] = {}  # numbers of arguments by their states
@@ -456,7 +458,11 @@ class Folding:
         self.parts[-1].statements.append(("", call_node("print", [node_of(each) for each in text])))
 
     def _loop(self, n: int, fn: Any) -> Residual:
-        made = self.loops.call(n, fn) if self.evaluator.loops is not None and type(n) is int else None
+        made = (
+            self.loops.call(n, fn)
+            if self.evaluator.loops is not None and (type(n) is int or has_kind(n, "int"))
+            else None
+        )
         if made is not None:
             return made
         return self.union([self.evaluator.call(fn, (i,), {}) for i in self.evaluator.iterate(range(n))])
@@ -635,6 +641,9 @@ class Folding:
         """Return a residual value that is computed once, however often it is used."""
         if isinstance(value.node, ast.Name):
             return value
+        if isinstance(value.node, ast.Subscript) and isinstance(value.node.slice, ast.Constant):
+            if isinstance(value.node.value, ast.Name) and value.node.value.id in self._root().parameters:
+                return Residual(copy.deepcopy(value.node), value.kind, self)  # an item of a parameter
         current = self.parts[-1]
         home = self._names.parts.get(value.name)
         if home is not None and current.reaches(home) and home.values[value.name].node is value.node:
@@ -651,6 +660,13 @@ class Folding:
             part.values[value.name].node = value.node = node
         return Residual(ast.Name(value.name, ast.Load()), value.kind, self)
 
+    def _root(self) -> Part:
+        """Return the part of the function that is being written."""
+        part = self.parts[-1]
+        while part.outer is not None:
+            part = part.outer
+        return part
+
     def _brought(self, node: ast.expr, part: Part) -> ast.expr:
         """Return an expression with values of other functions, or of loops that have ended, written out."""
         homes = self._names.parts
@@ -666,21 +682,22 @@ class Folding:
         shown: dict[str, ast.expr] = {}
         test: dict[str, ast.expr] = {}
         inner: dict[str, Any] = {}
-        general = self._general(name, function, named)
+        defaults = defaults_of(function)
+        general = self._general(name, function, {**defaults, **named})
         part = Part(self._names)
-        for key, value in named.items():
+        for key, value in {**defaults, **named}.items():
             if type(value) is Residual or key in general or has_residual(value):
-                shown[key] = node_of(value)
+                node = node_of(value)
                 inner[key] = self._parameter(name, function, key, value)
-                part.parameters.add(key)
+                part.parameters[key] = len(value) if isinstance(value, (tuple, list)) else -1
+            else:
+                node = test[key] = self._literal(f"{name}.{key}", value)
+            if key not in named:
+                self._defaults.setdefault(name, {})[key] = node
                 continue
-            shown[key] = test[key] = self._literal(f"{name}.{key}", value)
-            inner[key] = value
-        for key in general - named.keys():
-            value = general_defaults(function)[key]
-            inner[key] = self._parameter(name, function, key, value)
-            part.parameters.add(key)
-            self._defaults.setdefault(name, {})[key] = node_of(value)
+            shown[key] = node
+            inner.setdefault(key, value)
+        self._shown.setdefault(name, set()).update(shown)
         self.parts.append(part)
         try:
             self.loops.is_used |= bool(general)
@@ -688,8 +705,7 @@ class Folding:
                 part.result = self._result(name, self.evaluator.call(function, (), inner))
         finally:
             self.parts.pop()
-        rest = tuple(k for k in shown if k not in test and k not in general)
-        given = tuple((each, ast.dump(node)) for each, node in test.items()), (*rest, *sorted(general))
+        given = tuple((each, ast.dump(node)) for each, node in test.items()), tuple(sorted(part.parameters))
         variants = self._variants.setdefault(name, {}).setdefault(given, [])
         made = Variant(test, part)
         number = (
@@ -701,13 +717,17 @@ class Folding:
             shown[_STATE] = ast.Constant(number)
         return shown
 
-    def _general(self, name: str, function: Any, named: Mapping[str, Any]) -> set[str]:
+    def _general(self, name: str, function: Any, given: Mapping[str, Any]) -> set[str]:
         """Return the parameters of a function that are not specialised for their arguments: numbers and points."""
         if type(function) is not PythonFunction or not self.loops.may_keep(function.node) or not self._is_started:
             return set()
-        given = {**general_defaults(function), **named}
-        is_whole = self.loops.level_of(function.node) == 1  # which is specialised
-        return {key for key, value in given.items() if is_general(value) and not (is_whole and type(value) is int)}
+        kinds = {
+            key: self.loops.kind_of_parameter(name, key, value, function.node)
+            for key, value in given.items()
+            if is_general(value)
+        }
+        specialised = {1: ("int",)}.get(self.loops.level_of(function.node), ())
+        return {key for key, kind in kinds.items() if kind not in specialised}
 
     def _parameter(self, name: str, function: Any, key: str, value: Any) -> Any:
         """Return the residual value of a parameter: one, or a tuple of them for a tuple."""
@@ -747,7 +767,10 @@ class Folding:
         node: Any = next((item.node for item in self._items if getattr(item.node, "name", "") == name), function.node)
         given = [each.arg for each in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
         passed = {key for literal, rest in found for key in (*(each for each, _ in literal), *rest)}
-        known = self._defaults.get(name, {})
+        known, shown = self._defaults.get(name, {}), self._shown.get(name, set())
+        tests_of = [dict(literal) for literal, _ in found]
+        same = {key for key in tests_of[0] if all(each.get(key) == tests_of[0][key] for each in tests_of)}
+        passed -= {key for key in same if key not in shown}
         names = [each for each in given if each in passed] + sorted(passed - set(given))
         has_states = any(len(variants) > 1 for variants in found.values())
         if has_states and _STATE in names:
@@ -762,7 +785,8 @@ class Folding:
         ordered = sorted(found.values(), key=lambda each: -len(each[0].test))  # the most general last
         for variants in reversed(ordered):
             for number, variant in reversed(list(enumerate(variants))):
-                test = {**variant.test, _STATE: ast.Constant(number)} if has_states else variant.test
+                test = {key: value for key, value in variant.test.items() if key not in same}
+                test |= {_STATE: ast.Constant(number)} if has_states else {}
                 tests: list[ast.expr] = [
                     ast.Compare(ast.Name(key, ast.Load()), [ast.Eq()], [value]) for key, value in test.items()
                 ]
@@ -810,12 +834,13 @@ def _is_plain_number(value: Any) -> bool:
     return type(value) in (int, float) or (type(value) is Residual and value.kind in ("int", "float", "number"))
 
 
-def general_defaults(function: PythonFunction) -> dict[str, Any]:
-    """Return the defaults of parameters that need not be specialised."""
+def defaults_of(function: Any) -> dict[str, Any]:
+    """Return the defaults of the parameters of a function of the program."""
+    if type(function) is not PythonFunction:
+        return {}
     given = function.node.args
     names = [each.arg for each in (*given.posonlyargs, *given.args)]
-    found = dict(zip(names[len(names) - len(function.defaults) :], function.defaults)) | function.keyword_defaults
-    return {key: value for key, value in found.items() if is_general(value)}
+    return dict(zip(names[len(names) - len(function.defaults) :], function.defaults)) | function.keyword_defaults
 
 
 def _state(value: Any) -> str:

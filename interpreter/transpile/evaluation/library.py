@@ -79,6 +79,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     StaticMethod,
     Super,
     ValueObject,
+    delete_attribute,
     linearized,
     refused,
 )
@@ -144,7 +145,7 @@ class PythonLibrary:
         found["dict"] = Native("dict", self._dict, dict)
         for name, kind in (("bytes", bytes), ("bytearray", bytearray)):
             found[name] = Native(name, _limited_bytes(kind), kind)
-        found["delattr"] = Native("delattr", self.evaluator.delete_attribute)
+        found["delattr"] = Native("delattr", functools.partial(delete_attribute, self.evaluator))
         found["sum"] = Native("sum", _sum)
         for name in ("abs", "round", "divmod", "pow", "min", "max"):
             found[name] = Native(name, getattr(builtins, name), None, True)

@@ -41,8 +41,8 @@ from scenelang.interpreter.transpile.evaluation.objects import (
 )
 from scenelang.interpreter.transpile.evaluation.residue import (
     Holder,
+    KeptLoop,
     Known,
-    Loop,
     LoopNode,
     Part,
     Poison,
@@ -144,7 +144,7 @@ class Loops:
         self._plan, self._evaluator, self._folding = plan, evaluator, folding
         self._around: list[ast.AST] = []  # loops and functions that are being evaluated
         self._branches: list[Heap] = []
-        self._usages: dict[ast.AST, Usage] = {}
+        self._usages: dict[ast.AST, ListUsage] = {}
         self._walked = 0
         self.is_used = False
         self._called = {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
@@ -221,12 +221,12 @@ class Loops:
             self._grow([*(each for each in grown if each[2]), *([(frames, 0, frames[:])] if frames else [])], loop)
         return items, frames
 
-    def _carry(self, loop: Loop, names: set[str], frame: Frame) -> dict[str, tuple[Any, list[Any]]]:
+    def _carry(self, loop: KeptLoop, names: set[str], frame: Frame) -> dict[str, tuple[Any, list[Any]]]:
         """Make numbers that the turns of a loop hand on residual; other variables may not be read."""
         carried: dict[str, tuple[Any, list[Any]]] = {}
         for name in sorted(names & frame.names.keys()):
             value = frame.names[name]
-            if type(value) not in (int, float):
+            if type(value) not in (int, float) or loop.numbers is not None:
                 frame.names[name] = Poison()
                 continue
             final: list[Any] = []  # the value at the end of a turn, once it is known
@@ -238,7 +238,7 @@ class Loops:
             carried[name] = frame.names[name], final
         return carried
 
-    def _close(self, loop: Loop, names: set[str], carried: dict[str, tuple[Any, list[Any]]], frame: Frame) -> None:
+    def _close(self, loop: KeptLoop, names: set[str], carried: dict[str, tuple[Any, list[Any]]], frame: Frame) -> None:
         """Give variables the values that they have after a loop, if these are known."""
         for name in names:
             value = frame.names.get(name, MISSING)
@@ -252,7 +252,7 @@ class Loops:
             known = value.known if type(value) is Residual and value.kind != "shape" else None
             frame.names[name] = known.row(loop.count - 1) if known is not None and known.loop is loop else Poison()
 
-    def _grow(self, grown: list[tuple[list[Any], int, list[Any]]], loop: Loop) -> None:
+    def _grow(self, grown: list[tuple[list[Any], int, list[Any]]], loop: KeptLoop) -> None:
         outer = loop.part.outer
         is_stated = bool(loop.part.statements)
         if is_stated and len(grown) > 1:
@@ -267,7 +267,7 @@ class Loops:
         if not grown and is_stated and outer is not None:
             outer.statements.append(("", LoopNode(loop, None)))
 
-    def _made(self, loop: Loop, result: ast.expr) -> Residual:
+    def _made(self, loop: KeptLoop, result: ast.expr) -> Residual:
         """Return the shape of all turns of a loop, for the part around it."""
         part = loop.part.outer
         assert part is not None
@@ -319,12 +319,15 @@ class Loops:
     def _refusal(self, node: ast.AST) -> Unroll:
         return Unroll(node, tuple(self._around))
 
-    def call(self, count: int, function: Any) -> Residual | None:
+    def call(self, count: Any, function: Any) -> Residual | None:
         """Evaluate ``loop(count, function)``; returns None if it is to be unrolled."""
         node: Any = getattr(function, "node", None)
-        if type(function) is not PythonFunction or not self.may_keep(node) or count < _FEWEST:
+        if type(function) is not PythonFunction or not self.may_keep(node):
             return None
-        items, heap = self._prepared(function.node, range(count), function.outer)
+        is_open = type(count) is Residual
+        numbers = range(0) if is_open else range(count)
+        turns = Residual(call_node("range", [node_of(count)]), "range", self._folding) if is_open else numbers
+        items, heap = self._prepared(function.node, turns, function.outer)
         if heap is None:
             return None
         given = function.node.args.args
@@ -344,6 +347,8 @@ class Loops:
             self._plan.is_off = True
         if heap is None or self._plan.is_off:
             return items, None
+        if type(items) is Residual and items.kind == "range":
+            return items, heap
         if type(items) not in (range, list, tuple, np.ndarray, dict):
             if not isinstance(items, (Iterable, PythonClass)) or type(items) is Residual:
                 return items, None
@@ -372,11 +377,18 @@ class Loops:
         return found
 
     @contextmanager
-    def _loop(self, items: Any, target: ast.expr, frame: Frame, heap: Heap) -> Iterator[Loop]:
+    def _loop(self, items: Any, target: ast.expr, frame: Frame, heap: Heap) -> Iterator[KeptLoop]:
         outer = self._folding.parts[-1]
         part = Part(outer.names, outer=outer)
-        loop = part.loop = Loop(part, items if type(items) is range else None, len(items), heap.seen)
-        if type(items) is range:
+        is_open = type(items) is Residual
+        count = 0 if is_open else len(items)
+        loop = part.loop = KeptLoop(part, items if type(items) is range else None, count, heap.seen)
+        if is_open:
+            name = self._name(loop, _hint(target), "int")
+            loop.columns[name], loop.numbers = [], items.node
+            part.names.columns.add(name)
+            loop.item = Residual(ast.Name(name, ast.Load()), "int", self._folding)
+        elif type(items) is range:
             loop.item = self.column(loop, list(items), _hint(target))
         else:
             loop.item = self.general(loop, list(items), target)
@@ -475,6 +487,15 @@ class Loops:
                 raise self.failure()
             return self._choice(test, *values)
 
+    def quietly(self, node: ast.expr, frame: Frame) -> Any:
+        """Evaluate an expression that Python evaluates in some turns only: it may not draw or print."""
+        part = self._folding.parts[-1]
+        count = len(part.statements)
+        value = self._evaluator.eval(node, frame)
+        if len(part.statements) > count:
+            raise self.failure()
+        return value
+
     def _merge(self, test: Residual, outcomes: Sequence[Any], frame: Frame, lists: dict[str, list[Any]]) -> None:
         (first, grown), (second, also_grown) = outcomes
         for name in first:
@@ -510,7 +531,7 @@ class Loops:
 
     # --- items -------------------------------------------------------------------------------------------------
 
-    def general(self, loop: Loop, values: Sequence[Any], target: Any, depth: int = 0) -> Any:
+    def general(self, loop: KeptLoop, values: Sequence[Any], target: Any, depth: int = 0) -> Any:
         """Return what stands for a value that differs from turn to turn; the same value stays itself."""
         first = values[0]
         kind = type(first)
@@ -534,13 +555,15 @@ class Loops:
                 hint = names[number] if len(names) == first.size else f"{_hint(target)}_{number}"
                 made[index] = self.general(loop, [each[index] for each in values], hint, depth + 1)
             return made
+        if kind is PythonObject and first.cls.members is not None and all(each.cls is first.cls for each in values):
+            return self.column(loop, values, _hint(target))
         if kind is PythonObject and first.cls.members is None:
             if len({(id(each.cls), tuple(each.fields)) for each in values}) == 1:
                 fields = {n: self.general(loop, [v.fields[n] for v in values], n, depth + 1) for n in first.fields}
                 return PythonObject(first.cls, fields, is_general=True)
         raise self.failure()
 
-    def _general_sequence(self, loop: Loop, values: Sequence[Any], target: Any, depth: int) -> Any:
+    def _general_sequence(self, loop: KeptLoop, values: Sequence[Any], target: Any, depth: int) -> Any:
         first = values[0]
         targets = list(getattr(target, "elts", ()))
         if type(first) is NamedTuple:
@@ -556,28 +579,31 @@ class Loops:
             return found
         return type(first)(made)
 
-    def column(self, loop: Loop, values: Sequence[Any], hint: str) -> Residual:
+    def column(self, loop: KeptLoop, values: Sequence[Any], hint: str) -> Residual:
         """Return a residual value that is another in every turn."""
         kinds = {_kind(each) for each in values}
         kind = kinds.pop() if len(kinds) == 1 else "number" if kinds <= {"int", "float", "number"} else "any"
-        text = repr(list(values))
+        text = [(type(each), repr(each)) for each in values]
         for name, known in loop.columns.items():
-            if repr(list(known)) == text:
+            if [(type(each), repr(each)) for each in known] == text:
                 return Residual(ast.Name(name, ast.Load()), kind, self._folding, known=Known(loop, values.__getitem__))
         name = self._name(loop, hint, kind)
         loop.columns[name] = list(values)
         loop.part.names.columns.add(name)
         return Residual(ast.Name(name, ast.Load()), kind, self._folding, known=Known(loop, values.__getitem__))
 
-    def _name(self, loop: Loop, hint: str, kind: str) -> str:
+    def _name(self, loop: KeptLoop, hint: str, kind: str) -> str:
         """Return a name for a column that is free in the function; loops one after the other may share one."""
         stem = hint.strip("_") if hint.strip("_").isidentifier() else "value"
-        active: set[str] = {*loop.columns, *loop.carried}
-        part: Part | None = loop.part.outer
         root = loop.part
-        while part is not None:
-            active |= {*part.loop.columns, *part.loop.carried} if part.loop is not None else set()
-            root, part = part, part.outer
+        while root.outer is not None:
+            root = root.outer
+        loops = [loop, *(part.loop for part in self._folding.parts if part.loop is not None)]
+        outer = loop.part.outer
+        while outer is not None:
+            loops += [outer.loop] if outer.loop is not None else []
+            outer = outer.outer
+        active = {name for each in loops for name in (*each.columns, *each.carried)}
         number = 1
         name = stem
         while name in self._reserved or name in active or name in root.parameters or root.taken.get(name, kind) != kind:
@@ -609,14 +635,14 @@ class Loops:
             raise self.failure()
         return self.general(known.loop, known.values(), "text")
 
-    def _usage(self, frame: Frame) -> Usage | None:
+    def _usage(self, frame: Frame) -> ListUsage | None:
         while frame.is_comprehension and frame.outer is not None:
             frame = frame.outer
         function = frame.function.node if frame.function is not None and not frame.is_class else None
         if not isinstance(function, ast.FunctionDef):
             return None
         if function not in self._usages:
-            self._usages[function] = Usage(function, function.name in self._called)
+            self._usages[function] = ListUsage(function, function.name in self._called)
         return self._usages[function]
 
 
@@ -656,7 +682,7 @@ def _hint(target: Any) -> str:
 # and whose items only become shapes, may contain all turns of a loop as one shape.
 
 
-class Usage:
+class ListUsage:
     """Lists of shapes in a function.
 
     Attributes

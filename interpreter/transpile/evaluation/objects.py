@@ -793,6 +793,20 @@ def renamed(error: TypeError, *values: Any) -> TypeError:
     return error if text == str(error) else TypeError(text)
 
 
+def delete_attribute(evaluator: Caller, owner: Any, name: str) -> None:
+    """Delete an attribute of a value."""
+    if type(owner) is PythonClass and name in owner.names:
+        del owner.names[name]
+        return
+    if type(owner) is not PythonObject:
+        raise UnsupportedPython("only attributes of the program's own objects can be deleted")
+    found = owner.cls.find(name)
+    if type(found) is Property and found.delete is not None:
+        evaluator.call(found.delete, (owner,), {})
+    elif owner.fields.pop(name, MISSING) is MISSING:
+        raise AttributeError(f"'{owner.cls.name}' object has no attribute '{name}'")
+
+
 class Metered:
     """Iterator whose items are steps."""
 

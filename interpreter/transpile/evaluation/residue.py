@@ -365,8 +365,8 @@ _ALIASES = {"np": "numpy_module", "math": "math_module", "random": "random_modul
 
 
 @dataclass(eq=False, slots=True)
-class Names:
-    """Names of the values of all functions, with the parts that they are in, and those of the loops."""
+class PartNames:
+    """PartNames of the values of all functions, with the parts that they are in, and those of the loops."""
 
     parts: dict[str, Part] = field(default_factory=dict)
     columns: set[str] = field(default_factory=set)
@@ -376,21 +376,22 @@ class Names:
 class Part:
     """Residual function, or body of a loop, that is being written: draws and calls in order, values by name.
 
-    ``outer`` is the part around a loop, ``taken`` are the names of the loops of a function with their kinds.
+    ``outer`` is the part around a loop, ``taken`` are the names of the loops of a function with their kinds,
+    ``parameters`` those of the function with the lengths of tuples.
     """
 
-    names: Names
+    names: PartNames
     statements: list[tuple[str, ast.expr]] = field(default_factory=list)
     values: dict[str, Residual] = field(default_factory=dict)
     result: ast.expr | None = None
     outer: Part | None = None
-    loop: Loop | None = None
-    parameters: set[str] = field(default_factory=set)
+    loop: KeptLoop | None = None
+    parameters: dict[str, int] = field(default_factory=dict)
     taken: dict[str, str] = field(default_factory=dict)
 
     def new_name(self, prefix: str) -> str:
         """Return a name that no function has yet."""
-        name = f"{prefix}_{len(self.names.parts) + 1}"
+        name = f"{prefix}:{len(self.names.parts) + 1}"  # no name of the program
         self.names.parts[name] = self
         return name
 
@@ -409,14 +410,15 @@ class Part:
 
 
 @dataclass(eq=False, slots=True)
-class Loop:
-    """Loop that remains: what its body is, and the values that differ from turn to turn, by name."""
+class KeptLoop:
+    """KeptLoop that remains: what its body is, and the values that differ from turn to turn, by name."""
 
     part: Part
     range: range | None
     count: int
     reached: Mapping[int, Any]  # values that exist before the loop, by their numbers
     columns: dict[str, list[Any]] = field(default_factory=dict)
+    numbers: ast.expr | None = None  # a range that is known when the program runs
     carried: dict[str, Any] = field(default_factory=dict)  # numbers that a turn hands on to the next
     item: Any = None
 
@@ -426,7 +428,7 @@ class LoopNode(ast.expr):
 
     _fields = ()
 
-    def __init__(self, loop: Loop, result: ast.expr | None, name: str = "") -> None:
+    def __init__(self, loop: KeptLoop, result: ast.expr | None, name: str = "") -> None:
         super().__init__()
         self.loop, self.result, self.name = loop, result, name
 
@@ -463,23 +465,29 @@ def written(part: Part) -> list[ast.stmt]:
     writer = _Writer(part, uses)
     writer.write_statements()
     result = writer.frames(part.result) if isinstance(part.result, ast.List) else writer.visit(part.result)
-    numbers = _Numbered(part.names)
-    return [numbers.visit(each) for each in (*writer.statements, ast.Return(result))]
+    statements = [*writer.statements, ast.Return(result)]
+    numbers = _Numbered(part.names, {n.id for each in statements for n in ast.walk(each) if isinstance(n, ast.Name)})
+    return [numbers.visit(each) for each in statements]
 
 
 class _Numbered(ast.NodeTransformer):
     """Numbers the names of the values of a function in the order of their appearance."""
 
-    def __init__(self, names: Names) -> None:
+    def __init__(self, names: PartNames, used: set[str]) -> None:
         self._names = names
+        self._taken = used - names.parts.keys()
         self._found: dict[str, str] = {}
+        self._count = 0
 
     def visit_Name(self, node: ast.Name) -> ast.Name:
-        if node.id in self._names.parts:
-            prefix = node.id.rpartition("_")[0]
-            self._found.setdefault(node.id, f"{prefix}_{len(self._found) + 1}")
-            return ast.Name(self._found[node.id], node.ctx)
-        return node
+        if node.id not in self._names.parts:
+            return node
+        while node.id not in self._found:
+            self._count += 1
+            name = f"{node.id.rpartition(':')[0]}_{self._count}"
+            if name not in self._taken:
+                self._found[node.id] = name
+        return ast.Name(self._found[node.id], node.ctx)
 
 
 def _count_uses(nodes: list[ast.expr], part: Part, uses: dict[str, int]) -> None:
@@ -489,6 +497,7 @@ def _count_uses(nodes: list[ast.expr], part: Part, uses: dict[str, int]) -> None
     while pending:
         node = pending.pop()
         if isinstance(node, LoopNode):
+            pending += [node.loop.numbers] if node.loop.numbers is not None else []
             inner = [each for _, each in node.loop.part.statements]
             _count_uses([*inner, *([node.result] if node.result is not None else [])], node.loop.part, uses)
         elif isinstance(node, ast.Name):
@@ -542,12 +551,37 @@ class _Writer(ast.NodeTransformer):
             return self._outer.visit_Name(node)
         return ast.Name(_ALIASES.get(node.id, node.id), node.ctx)
 
+    def visit_Tuple(self, node: ast.Tuple) -> ast.expr:
+        return self._parameter(node)
+
+    def visit_List(self, node: ast.List) -> ast.expr:
+        return self._parameter(node)
+
+    def _parameter(self, node: ast.Tuple | ast.List) -> ast.expr:
+        """Return a parameter in place of a tuple of all its items."""
+        part = self._part
+        while part.outer is not None:
+            part = part.outer
+        first = node.elts[0] if node.elts else None
+        name = first.value.id if isinstance(first, ast.Subscript) and isinstance(first.value, ast.Name) else ""
+        if part.parameters.get(name) == len(node.elts):
+            whole = [
+                ast.dump(ast.Subscript(ast.Name(name, ast.Load()), ast.Constant(i), ast.Load()))
+                for i in range(len(node.elts))
+            ]
+            if [ast.dump(each) for each in node.elts] == whole:
+                return ast.Name(name, ast.Load())
+        self.generic_visit(node)
+        return node
+
     def visit_LoopNode(self, node: LoopNode) -> ast.expr:
         return self.loop(node, node.name, is_expression=True)
 
     def loop(self, node: LoopNode, name: str, is_expression: bool = False) -> ast.expr:
         """Write a loop: a comprehension if it may be one, else a statement before."""
         inner = _Writer(node.loop.part, self._uses, self)
+        if node.loop.numbers is not None:
+            node.loop.numbers = self.visit(node.loop.numbers)
         inner.write_statements()
         result = inner.visit(node.result) if node.result is not None else None
         target, items = _turns(node.loop, [*inner.statements, *([result] if result is not None else [])])
@@ -579,13 +613,15 @@ def _assigned(name: str, value: ast.expr) -> ast.stmt:
     return ast.Assign([ast.Name(name, ast.Store())], value)
 
 
-def _turns(loop: Loop, body: Sequence[ast.AST]) -> tuple[ast.expr, ast.expr]:
+def _turns(loop: KeptLoop, body: Sequence[ast.AST]) -> tuple[ast.expr, ast.expr]:
     """Return the target and the items of a loop: numbers, or a table of what the body uses."""
     used = {each.id for node in body for each in ast.walk(node) if isinstance(each, ast.Name)}
     names = [name for name in loop.columns if name in used]
     targets: list[ast.expr] = [ast.Name(name, ast.Store()) for name in names]
     first = loop.columns[names[0]] if names else []
     numbers = loop.range if loop.range is not None and names and first == list(loop.range) else None
+    if loop.numbers is not None:
+        return (targets[0] if names else ast.Name("_", ast.Store())), loop.numbers
     if not names:
         return ast.Name("_", ast.Store()), _range_node(range(loop.count))
     if len(names) == 1 and numbers is not None:
