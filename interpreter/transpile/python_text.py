@@ -19,6 +19,42 @@ from typing import Any, TypeAlias, TypeGuard
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 
+# Walks of syntax trees. Those of ``ast`` look at every field of a node; these know which contain nodes, and leave out
+# the contexts of names. Analyses walk a program some twenty times.
+
+_LEAF_FIELDS = {"ctx", "id", "attr", "arg", "kind", "type_comment", "conversion", "level", "module", "asname"}
+_NODE_FIELDS: dict[type, tuple[str, ...]] = {
+    kind: tuple(name for name in kind._fields if name not in _LEAF_FIELDS and kind is not ast.Constant)
+    for kind in vars(ast).values()
+    if isinstance(kind, type) and issubclass(kind, ast.AST)
+}
+
+
+def child_nodes(node: ast.AST) -> list[ast.AST]:
+    """Return the nodes in a node, in order, without contexts."""
+    found: list[ast.AST] = []
+    for name in _NODE_FIELDS[node.__class__]:
+        value = getattr(node, name, None)
+        if value.__class__ is list:
+            found += [each for each in value if isinstance(each, ast.AST)]
+        elif isinstance(value, ast.AST):
+            found.append(value)
+    return found
+
+
+def walk_tree(*nodes: ast.AST) -> list[ast.AST]:
+    """Return nodes and all nodes in them, without contexts; outer nodes come first."""
+    found = [*nodes]
+    for node in found:  # which grows
+        for name in _NODE_FIELDS[node.__class__]:
+            value = getattr(node, name, None)
+            if value.__class__ is list:
+                found += [each for each in value if isinstance(each, ast.AST)]
+            elif isinstance(value, ast.AST):
+                found.append(value)
+    return found
+
+
 # The helper API that a language model's Python uses (the paper's macros as Python functions, section 5).
 #
 # The transpiler and the header of the prompts take names and parameters from this table.
@@ -219,13 +255,13 @@ def _outline(code: str) -> _Outline | None:
             if any("register" in ast.unparse(each) for each in node.decorator_list):
                 registered.add(node.name)
         elif isinstance(node, (ast.Assign, ast.AnnAssign)):
-            defined |= {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+            defined |= {n.id for n in walk_tree(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
         own = node.name if isinstance(node, ast.FunctionDef) else ""
-        names = [n for n in ast.walk(node) if isinstance(n, ast.Name)]
+        names = [n for n in walk_tree(node) if isinstance(n, ast.Name)]
         bound = {n.id for n in names if not isinstance(n.ctx, ast.Load)}
-        bound |= {n.arg for n in ast.walk(node) if isinstance(n, ast.arg)}
+        bound |= {n.arg for n in walk_tree(node) if isinstance(n, ast.arg)}
         used |= {n.id for n in names if isinstance(n.ctx, ast.Load)} - bound - {own}
-        calls = [n for n in ast.walk(node) if isinstance(n, ast.Call) and n.args]
+        calls = [n for n in walk_tree(node) if isinstance(n, ast.Call) and n.args]
         words = {c.args[0].value for c in calls if "library_call" in ast.unparse(c.func) and _is_word(c.args[0])}
         used |= {str(word) for word in words} - {own}
     return _Outline(frozenset(defined), frozenset(registered), frozenset(used), frozenset(registered - used))
@@ -447,7 +483,7 @@ def _too_large(text: PythonText, tree: ast.Module) -> Diagnostic | None:
     count = 0
     for _ in range(_MAX_DEPTH):
         count += len(level)
-        level = [child for node in level for child in ast.iter_child_nodes(node)]
+        level = [child for node in level for child in child_nodes(node)]
         if not level or count > _MAX_NODES:
             break
     if not level:
@@ -462,7 +498,7 @@ def _too_large(text: PythonText, tree: ast.Module) -> Diagnostic | None:
 
 def _with_separate_lists(tree: ast.Module) -> ast.Module:
     """Split ``shapes, y = [], 0`` into two statements, which makes lists easier to analyse."""
-    for node in ast.walk(tree):
+    for node in walk_tree(tree):
         for name in ("body", "orelse", "finalbody"):
             block = getattr(node, name, None)
             if isinstance(block, list) and any(isinstance(s, ast.Assign) for s in block):
@@ -541,7 +577,7 @@ def _named_tuple(statement: ast.stmt) -> ast.ClassDef | None:
         ast.AnnAssign(ast.Name(field, ast.Store()), ast.Name("Any", ast.Load()), None, simple=1) for field in names
     ]
     class_def = ast.ClassDef(statement.targets[0].id, [ast.Name("NamedTuple", ast.Load())], [], body, [])
-    for node in ast.walk(class_def):
+    for node in walk_tree(class_def):
         ast.copy_location(node, statement)
     return class_def
 
@@ -554,7 +590,7 @@ def _separated(statement: ast.stmt) -> list[ast.stmt]:
         return [statement]
     names = {target.id for target in targets.elts if isinstance(target, ast.Name)}
     is_plain = len(names) == len(targets.elts) and any(isinstance(v, ast.List) and not v.elts for v in values.elts)
-    if not is_plain or any(isinstance(n, ast.Name) and n.id in names for n in ast.walk(values)):
+    if not is_plain or any(isinstance(n, ast.Name) and n.id in names for n in walk_tree(values)):
         return [statement]
     return [
         ast.copy_location(ast.Assign([target], value), statement) for target, value in zip(targets.elts, values.elts)
@@ -625,7 +661,7 @@ def scope_of(node: ast.FunctionDef | ast.Lambda) -> tuple[frozenset[str], dict[s
         if isinstance(each, ast.Lambda):
             continue
         if isinstance(each, (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)):
-            local |= {n.target.id for n in ast.walk(each) if isinstance(n, ast.NamedExpr)}
+            local |= {n.target.id for n in walk_tree(each) if isinstance(n, ast.NamedExpr)}
             continue
         if isinstance(each, (ast.Global, ast.Nonlocal)):
             shared |= dict.fromkeys(each.names, isinstance(each, ast.Global))
@@ -639,5 +675,5 @@ def scope_of(node: ast.FunctionDef | ast.Lambda) -> tuple[frozenset[str], dict[s
             local.add(each.rest)
         elif isinstance(each, (ast.Import, ast.ImportFrom)):
             local |= {(alias.asname or alias.name).partition(".")[0] for alias in each.names}
-        pending += ast.iter_child_nodes(each)
+        pending += child_nodes(each)
     return frozenset(local), shared, is_generator

@@ -21,7 +21,7 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     registered_words,
     resolve,
 )
-from scenelang.interpreter.transpile.python_text import HELPERS, PythonText, parse_python
+from scenelang.interpreter.transpile.python_text import HELPERS, PythonText, parse_python, walk_tree
 from scenelang.interpreter.transpile.writing.code import Code, Finish, Namer, Output, prose
 from scenelang.interpreter.transpile.writing.expressions import write_expression
 from scenelang.interpreter.transpile.writing.statements import header_texts, write_program, write_statement
@@ -184,7 +184,7 @@ def analyse(text: PythonText) -> Analysed:
 
 def _spread_primitive_keys(tree: ast.Module) -> set[str]:
     """Return the parameter names that ``primitive_call(word, **table)`` takes from a table."""
-    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    calls = (node for node in walk_tree(tree) if isinstance(node, ast.Call))
     is_spread = any(
         isinstance(c.func, ast.Name) and c.func.id == "primitive_call" and any(k.arg is None for k in c.keywords)
         for c in calls
@@ -229,7 +229,7 @@ def _analyse_constructors(names: PythonNames, facts: TypeFacts) -> None:
     """Mark the parameters of ``__init__`` that calls of the class pass by keyword."""
     if not names.classes:
         return
-    for call in ast.walk(names.module.node):
+    for call in walk_tree(names.module.node):
         if isinstance(call, ast.Call):
             named = {k.arg for k in call.keywords if k.arg is not None}
             for record in facts.type(call.func).classes:

@@ -23,6 +23,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
 )
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
 from scenelang.interpreter.transpile.analysis.scopes import Function, PythonNames, PythonVariable, inner_blocks
+from scenelang.interpreter.transpile.python_text import child_nodes, walk_tree
 
 
 @dataclass(eq=False, slots=True)
@@ -280,13 +281,13 @@ class _Finder:
         found = self._contents.get(statement)
         if found is None:
             variables = self._names.variables
-            found = self._contents[statement] = Counter(variables[n] for n in ast.walk(statement) if n in variables)
+            found = self._contents[statement] = Counter(variables[n] for n in walk_tree(statement) if n in variables)
         return found
 
     def _count(self, node: ast.AST, variable: PythonVariable) -> int:
         if isinstance(node, ast.stmt):
             return self._variables_in(node)[variable]
-        return sum(1 for n in ast.walk(node) if self._names.variables.get(n) is variable)
+        return sum(1 for n in walk_tree(node) if self._names.variables.get(n) is variable)
 
     def _adds(self, statement: ast.stmt, variable: PythonVariable) -> bool:
         if additions(statement, variable, self._names):
@@ -322,7 +323,7 @@ class _Finder:
     def _leaks(self, statement: ast.If, own: PythonVariable) -> bool:
         """Return whether the branches assign other variables that are read after the ``if``."""
         after = self._liveness.after.get(statement, frozenset())
-        for node in ast.walk(statement):
+        for node in walk_tree(statement):
             variable = self._names.variables.get(node)
             if variable in after and isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
                 if variable is not None and variable is not own and not variable.is_cell:
@@ -389,7 +390,7 @@ def _contains(statement: ast.stmt, kinds: tuple[type, ...]) -> bool:
         if isinstance(node, kinds):
             return True
         if not isinstance(node, (ast.FunctionDef, ast.Lambda)):
-            stack.extend(ast.iter_child_nodes(node))
+            stack.extend(child_nodes(node))
     return False
 
 
@@ -509,7 +510,7 @@ class Effects:
         self._cells[function] = (_EMPTY, _EMPTY)
         reads: set[PythonVariable] = set()
         writes: set[PythonVariable] = set()
-        for node in ast.walk(function.node):
+        for node in walk_tree(function.node):
             variable = self._names.variables.get(node)
             if variable is not None and variable.is_cell and variable.function is not function:
                 is_load = isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)
@@ -526,4 +527,4 @@ class Effects:
 def _walk(nodes: Iterable[ast.AST | None]) -> Iterable[ast.AST]:
     for node in nodes:
         if node is not None:
-            yield from ast.walk(node)
+            yield from walk_tree(node)

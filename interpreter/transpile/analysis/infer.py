@@ -57,6 +57,7 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     PythonVariable,
     is_annotation,
 )
+from scenelang.interpreter.transpile.python_text import child_nodes, walk_tree
 
 # Inference of a whole program.
 
@@ -381,7 +382,7 @@ class Departures:
         self._names, self._paths, self._facts = names, paths, facts
         self._tree = names.module.node
         self._effects = Effects(names, facts)
-        self._parents = {child: outer for outer in ast.walk(self._tree) for child in ast.iter_child_nodes(outer)}
+        self._parents = {child: outer for outer in walk_tree(self._tree) for child in child_nodes(outer)}
         self._reads: dict[PythonVariable, list[ast.Name]] = {}
         self._updates: dict[PythonVariable, list[ast.AST]] = {}
         for node, variable in names.variables.items():
@@ -391,7 +392,7 @@ class Departures:
     def find(self) -> list[_Departure]:
         """Return the places, and what is not supported there."""
         found: list[_Departure] = []
-        for node in ast.walk(self._tree):
+        for node in walk_tree(self._tree):
             if isinstance(node, ast.AugAssign):
                 found += self._in_place(node)
             elif self._is_lazy(node):
@@ -503,7 +504,7 @@ class Departures:
         if function.is_registered:
             return False
         values = [function.node.body] if isinstance(function.node, ast.Lambda) else [
-            n.value for n in ast.walk(function.node) if isinstance(n, ast.Return)
+            n.value for n in walk_tree(function.node) if isinstance(n, ast.Return)
         ]  # fmt: skip
         for value in values:
             variable = self._names.variables.get(value) if isinstance(value, ast.Name) else None
@@ -569,7 +570,7 @@ class Departures:
             return what if own.draws and self._effects.of(*outer.body).draws else []
         if isinstance(outer, ast.comprehension):
             comprehension = self._parents.get(outer)
-            rest = [n for n in ast.iter_child_nodes(comprehension) if n is not outer] if comprehension else []
+            rest = [n for n in child_nodes(comprehension) if n is not outer] if comprehension else []
             return what if own.draws and self._effects.of(*rest, *outer.ifs).draws else []
         if isinstance(outer, ast.keyword):
             outer = self._parents.get(outer)
@@ -618,13 +619,13 @@ class Departures:
         if isinstance(statement, (ast.If, ast.While, ast.Try, ast.With)):
             return False
         between = block[block.index(store) + 1 : block.index(statement)]
-        own, used = self._effects.of(node), {self._names.variables.get(n) for n in ast.walk(node)} - {None}
+        own, used = self._effects.of(node), {self._names.variables.get(n) for n in walk_tree(node)} - {None}
         for each in between:
             found = self._effects.of(each)
             if (found.has_effect and not found.commutes(own)) or any(
                 isinstance(n, ast.Name) and self._names.variables.get(n) in used
                 and (not isinstance(n.ctx, ast.Load) or isinstance(self._parents.get(n), ast.Attribute))
-                for n in ast.walk(each)
+                for n in walk_tree(each)
             ):  # fmt: skip
                 return False
         return own.commutes(self._effects.of(statement))
@@ -636,8 +637,8 @@ class Departures:
             outer = self._parents.get(node)
             is_name = isinstance(outer, (ast.Assign, ast.AnnAssign)) and all(
                 self._only_looks(read) and not isinstance(self._parents.get(read), ast.Return)
-                for variable in [self._names.variables.get(n) for n in ast.walk(outer) if n is not node]
-                if variable is not None and any(s in ast.walk(outer) for s in variable.stores)
+                for variable in [self._names.variables.get(n) for n in walk_tree(outer) if n is not node]
+                if variable is not None and any(s in walk_tree(outer) for s in variable.stores)
                 for read in self._reads.get(variable, ())
                 if not (isinstance(up := self._parents.get(read), ast.Compare) and up.left is read)
             )
@@ -732,7 +733,7 @@ class Departures:
     def _changes(self, variable: PythonVariable) -> list[ast.AST]:
         """Return the statements that change the array of a variable in place."""
         if not self._updates:
-            for node in ast.walk(self._tree):
+            for node in walk_tree(self._tree):
                 targets = node.targets if isinstance(node, ast.Assign) else []
                 is_method = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
                 if isinstance(node, ast.AugAssign):

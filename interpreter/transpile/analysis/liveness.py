@@ -15,6 +15,7 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     PythonNames,
     PythonVariable,
 )
+from scenelang.interpreter.transpile.python_text import child_nodes, walk_tree
 
 # Escape analysis: closures that may be called after the loop iteration or the comprehension that creates them.
 
@@ -38,8 +39,8 @@ class Escapes:
         self._names = names
         self._parents: dict[ast.AST, ast.AST] = {}
         self._reads: dict[PythonVariable, list[ast.Name]] = {}
-        for outer in ast.walk(names.module.node):
-            for child in ast.iter_child_nodes(outer):
+        for outer in walk_tree(names.module.node):
+            for child in child_nodes(outer):
                 self._parents[child] = outer
         for node, variable in names.variables.items():
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
@@ -226,7 +227,7 @@ class Liveness:
             variables = self._names.variables
             found = self._used[node] = frozenset(
                 variables[n]
-                for n in ast.walk(node)
+                for n in walk_tree(node)
                 if type(n) is ast.Name
                 and n in variables
                 and not variables[n].is_comprehension
@@ -239,7 +240,7 @@ class Liveness:
         return frozenset(
             variables[n]
             for target in targets
-            for n in ast.walk(target)
+            for n in walk_tree(target)
             if type(n) is ast.Name
             and type(n.ctx) is not ast.Load
             and n in variables
@@ -369,9 +370,9 @@ class Liveness:
             closure = function.node
             if isinstance(closure, ast.Module):
                 continue
-            read = {self._names.variables.get(n) for part in _body_of(closure) for n in ast.walk(part)} & nodes.keys()
+            read = {self._names.variables.get(n) for part in _body_of(closure) for n in walk_tree(part)} & nodes.keys()
             for comprehension in self._escapes.comprehensions(closure) if read else ():
-                targets = {n for g in comprehension.generators for n in ast.walk(g.target)}
+                targets = {n for g in comprehension.generators for n in walk_tree(g.target)}
                 for variable in read:
                     if variable is not None and any(store in targets for store in variable.stores):
                         variable.is_cell = True
@@ -413,7 +414,7 @@ def _enclosing_loops(body: Sequence[ast.stmt]) -> dict[ast.AST, ast.AST]:
             loop = node
         if isinstance(node, (ast.FunctionDef, ast.Lambda)):
             return
-        for child in ast.iter_child_nodes(node):
+        for child in child_nodes(node):
             visit(child, loop)
 
     for statement in body:
@@ -434,7 +435,7 @@ def _changes_later(
     if not later:
         return False
     if len(variable.stores) == 1 and isinstance(closure, ast.FunctionDef):
-        return not any(isinstance(s, ast.Assign) and any(n is later[0] for n in ast.walk(s)) for s in body)
+        return not any(isinstance(s, ast.Assign) and any(n is later[0] for n in walk_tree(s)) for s in body)
     return True
 
 
@@ -501,7 +502,7 @@ class CellDefinitions:
         return True
 
     def _mentions(self, node: ast.AST, variable: PythonVariable) -> bool:
-        return any(self._names.variables.get(n) is variable for n in ast.walk(node))
+        return any(self._names.variables.get(n) is variable for n in walk_tree(node))
 
 
 def _is_plain_assignment(statement: ast.stmt, variable: PythonVariable, names: PythonNames) -> bool:

@@ -7,6 +7,8 @@ import builtins
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from scenelang.interpreter.transpile.python_text import child_nodes, walk_tree
+
 FunctionNode: TypeAlias = ast.FunctionDef | ast.Lambda | ast.Module
 Comprehension: TypeAlias = ast.ListComp | ast.SetComp | ast.GeneratorExp | ast.DictComp
 COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.GeneratorExp, ast.DictComp)
@@ -408,7 +410,7 @@ def _collect_fields(record: Class) -> None:
         if method.is_static or not method.parameters:
             continue
         own = method.parameters[0].variable.name
-        for node in ast.walk(method.node):
+        for node in walk_tree(method.node):
             if (
                 isinstance(node, ast.Attribute)
                 and isinstance(node.ctx, ast.Store)
@@ -437,7 +439,7 @@ def _own_nodes(body: list[ast.stmt]) -> list[ast.AST]:
             continue
         if isinstance(node, ast.ClassDef):
             continue
-        stack.extend(reversed(list(ast.iter_child_nodes(node))))
+        stack.extend(reversed(list(child_nodes(node))))
     return found
 
 
@@ -463,13 +465,13 @@ def _comprehension_targets(body: list[ast.stmt]) -> set[ast.AST]:
         for node in _own_nodes(body)
         if isinstance(node, COMPREHENSIONS)
         for generator in node.generators
-        for name in ast.walk(generator.target)
+        for name in walk_tree(generator.target)
         if isinstance(name, ast.Name)
     }
 
 
 def _target_names(target: ast.expr) -> list[str]:
-    return [node.id for node in ast.walk(target) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
+    return [node.id for node in walk_tree(target) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
 
 
 def _nonlocals(body: list[ast.stmt]) -> set[str]:
@@ -630,7 +632,7 @@ def _callees(function: Function, names: PythonNames, paths: LibraryPaths, words:
         if current in seen:
             continue
         seen.add(current)
-        for node in ast.walk(current.node):
+        for node in walk_tree(current.node):
             if isinstance(node, ast.Call) and paths.of(node.func) == "library_call":
                 word = node.args[0] if node.args else None
                 if isinstance(word, ast.Constant) and str(word.value) in words:

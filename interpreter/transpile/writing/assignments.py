@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from scenelang.interpreter.transpile.analysis.collect import PURE, Effect
 from scenelang.interpreter.transpile.analysis.inference import ARRAY, BOOL, DICT, LIST, POSE, SEQUENCES, SHAPE
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable, is_annotation
+from scenelang.interpreter.transpile.python_text import walk_tree
 from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem, total
 from scenelang.interpreter.transpile.writing.code import (
     Code,
@@ -58,8 +59,8 @@ def write_assign(w: Writer, node: ast.Assign, block: Block, note: Code) -> None:
 
 def _check_generator(w: Writer, node: ast.GeneratorExp) -> None:
     """Raise an error for a generator that may read a variable after it has changed, which a list does not."""
-    first = set(ast.walk(node.generators[0].iter))
-    for each in ast.walk(node):
+    first = set(walk_tree(node.generators[0].iter))
+    for each in walk_tree(node):
         variable = w.names.variables.get(each) if isinstance(each, ast.Name) and each not in first else None
         if variable is not None and len(variable.stores) > 1:
             raise w.unsupported(f"a generator that reads `{variable.name}`, which is assigned again,", node)
@@ -246,7 +247,7 @@ def unpack_code(
     if star is not None and star < len(elements) - 1:
         _unpack_star(w, node, elements, star, code, effect, block, note)
         return
-    names = [n for n in ast.walk(target) if isinstance(n, ast.Name)]
+    names = [n for n in walk_tree(target) if isinstance(n, ast.Name)]
     is_plain = all(isinstance(e, (ast.Name, ast.Tuple, ast.List, ast.Starred)) for e in elements)
     defined = w.cell_definitions.definitions.get(node, set())
     if is_plain and all(not w.names.variables[n].is_cell or w.names.variables[n] in defined for n in names):
@@ -316,7 +317,9 @@ def _unpack_star(
     note = Code(None) if source is not code else note
     if star:
         pattern = FormCode([*(write_pattern(w, e) for e in elements[:star])], None, Name("_"))
-        variables = tuple(w.names.variables[n] for e in elements[:star] for n in ast.walk(e) if isinstance(n, ast.Name))
+        variables = tuple(
+            w.names.variables[n] for e in elements[:star] for n in walk_tree(e) if isinstance(n, ast.Name)
+        )
         block.add(BlockItem("define", VariableRef(source.variable), PURE, variables, pattern, note))
     middle = _starred_list(w, starred, form("slice", VariableRef(source.variable), number(star), number(-after)))
     store(w, node, starred.value, middle, PURE, block, Code(None))
@@ -333,7 +336,7 @@ def _define_pattern(
     if isinstance(last, ast.Starred) and _is_mutated_star(w, last) and isinstance(rest, ast.Name):
         temporary = PythonVariable(rest.id, None, is_temporary=True)
         pattern = FormCode([write_pattern(w, t) for t in targets[:-1]], None, VariableRef(temporary))
-        names = [n for t in targets[:-1] for n in ast.walk(t) if isinstance(n, ast.Name)]
+        names = [n for t in targets[:-1] for n in walk_tree(t) if isinstance(n, ast.Name)]
         bound = (*(w.names.variables[n] for n in names), temporary)
         block.add(BlockItem("define", code, effect, bound, pattern, note))
         block.define(w.names.variables[rest], form("mutable", VariableRef(temporary)), PURE, Code(None), nests=False)
@@ -341,7 +344,7 @@ def _define_pattern(
     plain = targets[:-1] if rest is not None else targets
     pattern = FormCode([write_pattern(w, t) for t in plain], None, write_pattern(w, rest) if rest is not None else None)
     variables = tuple(
-        w.names.variables[n] for t in targets for n in ast.walk(t)
+        w.names.variables[n] for t in targets for n in walk_tree(t)
         if isinstance(n, ast.Name) and not (n.id == "_" and not w.names.variables[n].reads)
     )  # fmt: skip
     block.add(BlockItem("define", code, effect, variables, pattern, note))

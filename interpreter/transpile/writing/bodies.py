@@ -12,6 +12,7 @@ from functools import partial
 from scenelang.interpreter.transpile.analysis.collect import PURE, Effect
 from scenelang.interpreter.transpile.analysis.inference import LIST, SHAPE
 from scenelang.interpreter.transpile.analysis.scopes import Function, PythonVariable
+from scenelang.interpreter.transpile.python_text import walk_tree
 from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem, Collecting, assemble
 from scenelang.interpreter.transpile.writing.code import (
     Code,
@@ -344,7 +345,7 @@ def _live_assignments(w: Writer, node: ast.stmt) -> list[PythonVariable]:
     """Return the variables, other than cells, that a compound statement assigns and that are read after it."""
     after = w.liveness.after.get(node, frozenset())
     found: dict[PythonVariable, None] = {}
-    for inner in ast.walk(node):
+    for inner in walk_tree(node):
         if isinstance(inner, (ast.Name, ast.FunctionDef)) and not (
             isinstance(inner, ast.Name) and isinstance(inner.ctx, ast.Load)
         ):
@@ -488,7 +489,7 @@ def write_try(w: Writer, node: ast.Try, block: Block, note: Code) -> None:
     exits_early = any(may_exit(s, kind) for s in inner for kind in (ast.Return, ast.Continue, ast.Break))
     if node.finalbody and exits_early:
         raise w.unsupported("`finally` after statements that return or exit a loop", node)
-    others = (n for n in ast.walk(w.text.tree) if isinstance(n, ast.Try) and n.handlers and n is not node)
+    others = (n for n in walk_tree(w.text.tree) if isinstance(n, ast.Try) and n.handlers and n is not node)
     if node.finalbody and any(others):
         raise w.unsupported("`finally` before an exception that is caught elsewhere", node)
     variables = _live_assignments(w, node)

@@ -25,7 +25,7 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     is_module,
 )
 from scenelang.interpreter.transpile.evaluation import instead_of
-from scenelang.interpreter.transpile.python_text import HELPERS
+from scenelang.interpreter.transpile.python_text import HELPERS, walk_tree
 from scenelang.interpreter.transpile.writing.calls import CALLS, CONSTANTS, VALUES, call_method
 from scenelang.interpreter.transpile.writing.code import (
     Brackets,
@@ -302,7 +302,7 @@ def _dict(w: Writer, node: ast.Dict) -> Code:
 
 def _late_variables(w: Writer, node: Comprehension) -> list[PythonVariable]:
     """Return the variables of a comprehension that its results capture and read later."""
-    targets = [n for g in node.generators for n in ast.walk(g.target) if isinstance(n, ast.Name)]
+    targets = [n for g in node.generators for n in walk_tree(g.target) if isinstance(n, ast.Name)]
     found = (w.names.variables.get(n) for n in targets)
     return [variable for variable in dict.fromkeys(found) if variable is not None and variable.is_cell]
 
@@ -320,7 +320,7 @@ def _late_comprehension(w: Writer, node: Comprehension, late_variables: list[Pyt
             tests = [write_test(w, condition) for condition in generator.ifs]
             test = tests[0] if len(tests) == 1 else form("and", *tests)
             code = form("if", test, code, quote(FormCode([])))
-        own = {w.names.variables.get(n) for n in ast.walk(generator.target)}
+        own = {w.names.variables.get(n) for n in walk_tree(generator.target)}
         sets = [form("set!", VariableRef(v), VariableRef(temporaries[v])) for v in late_variables if v in own]
         clause = FormCode([write_pattern(w, generator.target), write_iterable(w, generator.iter)])
         code = FormCode([Name("for/append"), FormCode([clause]), *sets, code])

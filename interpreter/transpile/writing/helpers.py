@@ -11,7 +11,7 @@ from scenelang.interpreter.lint.rules import unread_hint
 from scenelang.interpreter.scene.primitives import block_words, geometry_attributes, solid_words
 from scenelang.interpreter.transpile.analysis.inference import POSE, SEQUENCES, SHAPE
 from scenelang.interpreter.transpile.analysis.scopes import Function, PythonVariable, is_none
-from scenelang.interpreter.transpile.python_text import HELPERS
+from scenelang.interpreter.transpile.python_text import HELPERS, walk_tree
 from scenelang.interpreter.transpile.writing.code import (
     ArgumentName,
     Code,
@@ -92,8 +92,8 @@ def possible_words(w: Writer, word: ast.expr) -> list[str]:
         source = _source_of(w, store)
         if source is None:
             return []
-        strings = [n.value for n in ast.walk(source) if isinstance(n, ast.Constant) and isinstance(n.value, str)]
-        if not strings or any(isinstance(n, (ast.Call, ast.BinOp, ast.JoinedStr)) for n in ast.walk(source)):
+        strings = [n.value for n in walk_tree(source) if isinstance(n, ast.Constant) and isinstance(n.value, str)]
+        if not strings or any(isinstance(n, (ast.Call, ast.BinOp, ast.JoinedStr)) for n in walk_tree(source)):
             return []
         words = [s for s in strings if s in w.analysed.words]
         others = [s for s in strings if s not in w.analysed.words]
@@ -116,7 +116,7 @@ def _source_of(w: Writer, store: ast.AST) -> ast.expr | None:
     if isinstance(value, ast.Call) and w.paths.of(value.func) in ("enumerate", "zip") and value.args:
         values = [a for a in value.args if not isinstance(a, ast.Starred)]
         resolved = [_display(w, a) for a in values]
-        strings = [r for r in resolved if r is not None and any(_is_string(n) for n in ast.walk(r))]
+        strings = [r for r in resolved if r is not None and any(_is_string(n) for n in walk_tree(r))]
         return strings[0] if len(strings) == 1 else None
     return _display(w, value) if value is not None else None
 
@@ -226,7 +226,7 @@ def _is_block(w: Writer, word: ast.expr) -> bool:
     """
     if isinstance(word, ast.Constant):
         return word.value in _BLOCKS
-    nodes = ast.walk(w.analysed.text.tree)
+    nodes = walk_tree(w.analysed.text.tree)
     return any(isinstance(node, ast.Constant) and str(node.value) in _BLOCKS for node in nodes)
 
 

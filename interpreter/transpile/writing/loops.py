@@ -9,6 +9,7 @@ from functools import partial
 from scenelang.interpreter.transpile.analysis.collect import PURE, Collection, Effect, additions
 from scenelang.interpreter.transpile.analysis.inference import LIST, SHAPE
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable, is_annotation
+from scenelang.interpreter.transpile.python_text import walk_tree
 from scenelang.interpreter.transpile.writing.assignments import store, unpack_code
 from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem, CollectedPiece, Collecting, assemble, total
 from scenelang.interpreter.transpile.writing.bodies import (
@@ -130,12 +131,12 @@ def _for_clauses(w: Writer, node: ast.For, parallel: bool, prefix: list[Code]) -
         lazy = _lazy_clauses(w, node, prefix)
         if lazy is not None:
             return lazy
-    names = [n for n in ast.walk(target) if isinstance(n, ast.Name)]
+    names = [n for n in walk_tree(target) if isinstance(n, ast.Name)]
     if isinstance(target, (ast.Name, ast.Tuple, ast.List)) and not any(
         w.names.variables[n].is_cell for n in names if n in w.names.variables
     ):
         if not isinstance(target, ast.Name) and any(
-            not isinstance(n, (ast.Name, ast.Tuple, ast.List, ast.Starred, ast.Store)) for n in ast.walk(target)
+            not isinstance(n, (ast.Name, ast.Tuple, ast.List, ast.Starred, ast.Store)) for n in walk_tree(target)
         ):
             raise w.unsupported("this loop target", target)
         if has_inner_star(target):
@@ -365,7 +366,7 @@ def _adds_one(w: Writer, body: Sequence[ast.stmt], collection: Collection, is_lo
 def _is_mergeable(w: Writer, node: ast.For) -> bool:
     """Return whether the sole statement of a loop's body can become clauses of the loop, because nothing precedes
     it."""
-    names = (w.names.variables.get(n) for n in ast.walk(node.target))
+    names = (w.names.variables.get(n) for n in walk_tree(node.target))
     is_cell = any(variable is not None and variable.is_cell for variable in names)
     return not is_cell and not has_inner_star(node.target) and not _interleaves(w, node)
 

@@ -16,6 +16,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.transpile.analysis.collect import PURE, Effect
 from scenelang.interpreter.transpile.analysis.inference import DICT, NOTHING, AbstractType
 from scenelang.interpreter.transpile.analysis.scopes import Class, Function, PythonVariable
+from scenelang.interpreter.transpile.python_text import walk_tree
 from scenelang.interpreter.transpile.writing.assignments import (
     set_item,
     write_annotated_assign,
@@ -383,7 +384,7 @@ def _write_top_function(w: Writer, function: Function, node: ast.FunctionDef, bl
 def _calls_by_text(w: Writer) -> bool:
     """Return whether a computed word may be the text of a registration."""
     computed = [
-        node.args[0] for node in ast.walk(w.text.tree)
+        node.args[0] for node in walk_tree(w.text.tree)
         if isinstance(node, ast.Call) and w.paths.of(node.func) == "library_call" and node.args
         and not isinstance(node.args[0], ast.Constant)
     ]  # fmt: skip

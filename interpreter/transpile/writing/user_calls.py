@@ -9,6 +9,7 @@ from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError, did_you_mean, near_names, suggest
 from scenelang.interpreter.transpile.analysis.inference import BOOL, FLOAT, INT, NOTHING, T_INT
 from scenelang.interpreter.transpile.analysis.scopes import Class, Function, PythonParameter, PythonVariable
+from scenelang.interpreter.transpile.python_text import walk_tree
 from scenelang.interpreter.transpile.writing.code import (
     ArgumentName,
     Code,
@@ -67,9 +68,9 @@ def is_constant_default(w: Writer, node: ast.expr) -> bool:
     effect = w.effect(node)
     if effect.has_effect or effect.inspects or effect.reads:
         return False
-    if any(w.is_mutated(n) for n in ast.walk(node)):
+    if any(w.is_mutated(n) for n in walk_tree(node)):
         return False
-    for name in ast.walk(node):
+    for name in walk_tree(node):
         if isinstance(name, ast.Name):
             variable = w.names.variables.get(name)
             if variable is not None and (len(variable.stores) > 1 or variable.is_cell):

@@ -29,7 +29,7 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     PythonVariable,
     inner_blocks,
 )
-from scenelang.interpreter.transpile.python_text import PythonComment, PythonText
+from scenelang.interpreter.transpile.python_text import PythonComment, PythonText, child_nodes, walk_tree
 from scenelang.interpreter.transpile.writing.blocks import Block, Collecting
 from scenelang.interpreter.transpile.writing.code import Code
 
@@ -294,8 +294,8 @@ class Writer:
 
     def parent(self, node: ast.AST) -> ast.AST | None:
         if not self.analysed.parents:
-            for outer in ast.walk(self.text.tree):
-                for child in ast.iter_child_nodes(outer):
+            for outer in walk_tree(self.text.tree):
+                for child in child_nodes(outer):
                     self.analysed.parents[child] = outer
         return self.analysed.parents.get(node)
 
@@ -342,7 +342,7 @@ class Writer:
             return code
         is_last = end < closed and not any(
             getattr(other, "lineno", 0) == end and getattr(other, "col_offset", 0) > getattr(node, "col_offset", 0)
-            for other in ast.iter_child_nodes(container)
+            for other in child_nodes(container)
             if other is not node
         )
         self.comments.take_inside(code, opened, line, end if is_last else None)
@@ -419,7 +419,7 @@ def has_inner_star(target: ast.expr) -> bool:
 
 def is_main_guard(node: ast.If) -> bool:
     """Return whether ``node`` is ``if __name__ == "__main__":``."""
-    return any(isinstance(n, ast.Name) and n.id == "__name__" for n in ast.walk(node.test))
+    return any(isinstance(n, ast.Name) and n.id == "__name__" for n in walk_tree(node.test))
 
 
 def text_of(node: ast.stmt) -> str | None:
