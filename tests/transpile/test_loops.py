@@ -73,6 +73,10 @@ def translated(body: str) -> str:
             ["((i (range 6)))", "(> (* i i) 7)"],
         ),
         ("y = LEGS[0].x\nfor leg in LEGS:\n    parts.append(cube(y))\n    y += leg.height\nparts.append(cube(y, 9))", ["4.5"]),
+        (
+            "for i in range(8):\n    if i % 3 == 1:\n        continue\n    parts.append(cube(i * i))",
+            [":unless (= (% i 3) 1)"],
+        ),
         ("for leg in LEGS:\n    parts.append(cube(random.random(), leg.x))", ["for/union", "(py-random)"]),
         (
             "for i in range(3):\n    row = []\n    for leg in LEGS:\n        row.append(cube(leg.x * i, i))\n"

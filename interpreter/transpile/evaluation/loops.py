@@ -214,7 +214,7 @@ class Loops:
             changing = usage.stored[node] - lists.keys()
             carried = self._carry(loop, changing, frame)
             self._evaluator.store(node.target, loop.item, frame)
-            frames = list(self._evaluator.execute(node.body, frame))
+            frames = list(self._evaluator.execute(usage.bodies[node], frame))
             heap.check(frame, changing, list(lists.values()), self.failure)
             self._close(loop, changing, carried, frame)
             grown = [(each, before[name], each[before[name] :]) for name, each in lists.items()]
@@ -693,6 +693,8 @@ class ListUsage:
         For each loop that only adds shapes to lists: the names of the lists.
     stored
         For each such loop: the names that it assigns.
+    bodies
+        For each such loop: its body, with conditions in place of ``continue``.
     yielding
         Loops of a registered function that yield its frames.
     spread
@@ -704,6 +706,7 @@ class ListUsage:
         self.stored: dict[ast.For, set[str]] = {}
         self.spread: set[ast.AST] = set()
         self.yielding: set[ast.For] = set()
+        self.bodies: dict[ast.For, list[ast.stmt]] = {}
         self._is_registered = not is_called and any(_is_registering(each) for each in function.decorator_list)
         self._parents: dict[ast.AST, ast.AST] = {
             child: node for node in ast.walk(function) for child in ast.iter_child_nodes(node)
@@ -736,6 +739,7 @@ class ListUsage:
             return
         if yields:
             self.yielding.add(node)
+        self.bodies[node] = _nested(node.body)
         stores = [each for each in [*inner, *ast.walk(node.target)] if _is_stored(each)]
         names = {each: str(getattr(each, "id", "")) for each in stores}
         added = {_grown_name(each) for each in inner if _is_growth(each)}
@@ -789,6 +793,18 @@ class ListUsage:
         method = parent.func if isinstance(parent, ast.Call) else None
         is_extended = isinstance(method, ast.Attribute) and method.attr == "extend"
         return is_extended and method is not None and _grown_name(method) in self.lists
+
+
+def _nested(body: list[ast.stmt]) -> list[ast.stmt]:
+    """Return the body of a loop with the rest under a condition in place of ``if ...: continue``."""
+    for place, statement in enumerate(body):
+        if isinstance(statement, ast.If) and not statement.orelse and isinstance(statement.body[-1], ast.Continue):
+            rest = _nested(body[place + 1 :])
+            if len(statement.body) > 1 or not rest:
+                return body
+            test = ast.copy_location(ast.UnaryOp(ast.Not(), statement.test), statement.test)
+            return [*body[:place], ast.copy_location(ast.If(test, rest, []), statement)]
+    return body
 
 
 _LEAVING = (ast.Return, ast.Break, ast.Yield, ast.YieldFrom, ast.Try, ast.With, ast.Global, ast.Nonlocal, ast.While)
