@@ -47,6 +47,7 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     call_node,
     has_kind,
     has_residual,
+    is_identity,
     is_shape,
     node_of,
     place,
@@ -469,6 +470,8 @@ class Folding:
 
     def _transform(self, shape: Any, pose: Any) -> Residual:
         inner = self._whole(shape)
+        if is_identity(pose):
+            return _kept(inner)
         found = self._residual("transform_shape", (inner, pose), {}, "shape")
         if inner.primitives is not None:
             kept = _kept(inner)

@@ -168,6 +168,16 @@ def is_open(value: Any) -> bool:
     return type(value) is Residual and value.known is not None and not is_decided(value)
 
 
+def is_identity(value: Any) -> bool:
+    """Return whether a value is the identity matrix."""
+    return (
+        isinstance(value, np.ndarray)
+        and value.shape == (4, 4)
+        and value.dtype != object
+        and bool((value == np.eye(4)).all())
+    )
+
+
 def is_shape(value: Any) -> bool:
     """Return whether a value is a shape of the finished scene."""
     return type(value) is Residual and value.kind == "shape"
@@ -175,6 +185,10 @@ def is_shape(value: Any) -> bool:
 
 def residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Residual:
     """Return the residual result of an operation: an operator's name, "item", "neg" or "abs"."""
+    if operation == "matmul":
+        for one, other in (operands, operands[::-1]):
+            if is_identity(one) and has_kind(other, "pose"):
+                return other  # type: ignore[no-any-return]
     function = _FUNCTIONS.get(operation) or getattr(operator, operation)
     found = _residual(holder, operation, operands)
     found.known = known_result(function, operands)
