@@ -137,17 +137,19 @@ def things_data(
     truth, boxes, ancestry = things.truth, things.boxes, things.truth.ancestry
     low, high = boxes_of(ancestry, things.shown)
     above = np.where(ancestry.parent[things.shown] >= 0, things.owner[ancestry.parent[things.shown]], NOTHING)
+    oriented = oriented_boxes(ancestry.poses[things.shown], low, high)
+    parents = np.where(above >= 0, np.searchsorted(things.shown, above) + 1, 0).tolist()
+    truncated = _truncations(boxes.full[things.shown], truth)
     found = []
     for k, instance in enumerate(things.shown.tolist()):
         x0, y0, x1, y1 = (int(edge) for edge in boxes.visible[instance])
         entity, full, area = ancestry.entity(instance), boxes.full[instance], int(boxes.area[instance])
-        parent = int(np.searchsorted(things.shown, above[k])) + 1 if above[k] >= 0 else 0
         record: dict[str, Any] = {
             "id": k + 1,
             "word": entity.word,
             "class": classes.get(entity.word, OTHER),
             "handle": handles[instance],
-            "parent": parent,
+            "parent": parents[k],
             "depth": int(ancestry.depth[instance]),
             "path": list(ancestry.path(instance)),
             "area": area,
@@ -155,8 +157,8 @@ def things_data(
             "bbox_full": None if np.isnan(full).any() else [float(v) for v in (*full[:2], *(full[2:] - full[:2]))],
             "pose": ancestry.poses[instance].tolist(),
             "box": [low[k].tolist(), high[k].tolist()],
-            "box3d": oriented_box(ancestry.poses[instance], low[k], high[k]),
-            "truncation": _truncation(full, truth),
+            "box3d": oriented[k],
+            "truncation": truncated[k],
         }
         if covered is not None:
             record["visibility"] = min(1.0, area / max(1, int(covered[instance])))
@@ -165,38 +167,39 @@ def things_data(
     return found
 
 
-def _truncation(full: FloatArray, truth: Truth) -> float | None:
-    """Return the share of an instance's rectangle that is outside of the picture, None if it is partly behind."""
-    if np.isnan(full).any():
-        return None
+def _truncations(full: FloatArray, truth: Truth) -> list[float | None]:
+    """Return the shares of the rectangles (K, 4) that are outside of the picture, None if one is partly behind."""
     size = np.array([truth.camera.width, truth.camera.height])
-    whole = float(np.prod(full[2:] - full[:2]))
-    inside = np.clip(full[2:], 0, size) - np.clip(full[:2], 0, size)
-    return 0.0 if whole <= 0.0 else max(0.0, 1.0 - float(np.prod(inside)) / whole)
+    whole = np.prod(full[:, 2:] - full[:, :2], axis=1)
+    inside = np.prod(np.clip(full[:, 2:], 0, size) - np.clip(full[:, :2], 0, size), axis=1)
+    with np.errstate(all="ignore"):
+        share = np.where(whole > 0.0, np.maximum(0.0, 1.0 - inside / whole), 0.0)
+    behind = np.isnan(full).any(axis=1)
+    return [None if hidden else value for hidden, value in zip(behind.tolist(), share.tolist(), strict=True)]
 
 
-def oriented_box(pose: FloatArray, low: FloatArray, high: FloatArray) -> dict[str, Any]:
-    """Return an entity's box in the world: ``center`` (3,), ``rotation`` (3, 3) from the box's axes, ``size`` (3,).
+def oriented_boxes(poses: FloatArray, low: FloatArray, high: FloatArray) -> list[dict[str, Any]]:
+    """Return entities' boxes in the world: ``center`` (3,), ``rotation`` (3, 3) from the box's axes, ``size`` (3,).
 
-    ``pose`` (3, 4) is that of the frame of the box from ``low`` to ``high`` (3,). A sheared pose gives the rotation
-    nearest to it and the extent along that.
+    ``poses`` (K, 3, 4) are those of the frames of the boxes from ``low`` to ``high`` (K, 3). A sheared pose gives the
+    rotation nearest to it and the extent along that.
     """
-    corners = (low + _CORNERS * (high - low)) @ pose[:, :3].T + pose[:, 3]
-    rotation = rigid_part(pose[:, :3])
-    along = corners @ rotation
-    near, far = along.min(axis=0), along.max(axis=0)
-    center = rotation @ ((near + far) / 2.0)
-    return {"center": center.tolist(), "rotation": rotation.tolist(), "size": (far - near).tolist()}
+    corners = low[:, None] + _CORNERS * (high - low)[:, None]
+    world = np.einsum("nij,nkj->nki", poses[:, :, :3], corners) + poses[:, None, :, 3]
+    rotation = rigid_parts(poses[:, :, :3])
+    along = np.einsum("nki,nij->nkj", world, rotation)
+    near, far = along.min(axis=1), along.max(axis=1)
+    center = np.einsum("nij,nj->ni", rotation, (near + far) / 2.0)
+    columns = center.tolist(), rotation.tolist(), (far - near).tolist()
+    return [{"center": c, "rotation": r, "size": s} for c, r, s in zip(*columns, strict=True)]
 
 
-def rigid_part(linear: FloatArray) -> FloatArray:
-    """Return the rotation (3, 3) nearest to a linear map (3, 3); of a reflection, that of its mirrored z axis."""
-    lengths = np.linalg.norm(linear, axis=0)
-    scaled = linear / np.where(lengths > 1e-300, lengths, 1.0)
-    left, _, right = np.linalg.svd(scaled)
+def rigid_parts(linear: FloatArray) -> FloatArray:
+    """Return the rotations (K, 3, 3) nearest to linear maps (K, 3, 3); of reflections, with mirrored z axes."""
+    lengths = np.linalg.norm(linear, axis=1, keepdims=True)
+    left, _, right = np.linalg.svd(linear / np.where(lengths > 1e-300, lengths, 1.0))
     rotation = left @ right
-    if np.linalg.det(rotation) < 0.0:
-        rotation = rotation * np.array([1.0, 1.0, -1.0])
+    rotation[:, :, 2] *= np.where(np.linalg.det(rotation) < 0.0, -1.0, 1.0)[:, None]
     return np.asarray(rotation, np.float64)
 
 

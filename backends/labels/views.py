@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Progress
 from scenelang.backends.labels import ground_truth
-from scenelang.backends.labels.ground_truth import Flow, Tracks, Truth, truth_of
+from scenelang.backends.labels.ground_truth import Expanded, Flow, Tracks, Truth, expanded, truth_in
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_at
 from scenelang.backends.pictures.film import Image, Painter, PictureBackend, PictureOptions, painters
 from scenelang.backends.pictures.stage import Shot, still, unit_size
@@ -104,6 +104,7 @@ class SceneFacts:
         self.scene = scene
         self.paths = ground_truth.PathNumbers()
         self._handles: dict[int, list[str]] = {}
+        self._expanded: dict[int, Expanded] = {}
 
     @cached_property
     def unit(self) -> tuple[FloatArray, float]:
@@ -114,6 +115,12 @@ class SceneFacts:
     def numbers(self) -> dict[tuple[int, ...], int] | None:
         """Numbers of handles by path; None for a scene with one frame."""
         return frame_numbers(self.scene) if len(self.scene.frames) > 1 else None
+
+    def expanded(self, frame: int, limit: int) -> Expanded:
+        """Return a frame as all cameras see it; the last one is kept. Raises LimitError."""
+        if frame not in self._expanded:
+            self._expanded = {frame: expanded(self.scene, frame, limit, *self.unit)}
+        return self._expanded[frame]
 
     def handles(self, truth: Truth, frame: int) -> list[str]:
         """Return the handle of every instance of a frame."""
@@ -158,7 +165,7 @@ class LabelledView:
         if frame not in self._recent:
             for old in list(self._recent)[: len(self._recent) - 1]:
                 del self._recent[old]
-            self._recent[frame] = truth_of(self.facts.scene, self.shots[frame], self._options.limit, *self.facts.unit)
+            self._recent[frame] = truth_in(self.facts.expanded(frame, self._options.limit), self.shots[frame])
         return self._recent[frame]
 
     def paths(self, frame: int) -> npt.NDArray[np.int64]:

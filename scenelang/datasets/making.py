@@ -176,6 +176,8 @@ class Maker:
         self._watch = watch or (lambda _: None)
         self.classes = dict(classes) if classes is not None else classes_of(spec)
         self._backend = picture_backend(spec.pictures.quality)
+        fast = {"shading": "pixel"} if self._backend.name == "draft" else {}
+        self._settings = {**fast, **(spec.pictures.settings or {})}
         self._kept: dict[str, _Stage] = {}
         self._predicates = [FILTERS.find(name) for name in spec.filters.predicates]
 
@@ -288,7 +290,7 @@ class Maker:
         plan = self.spec.pictures
         seed = int(stream(self.spec.seed, draw.index, draw.attempt, "noise").integers(1 << 31))
         options = PictureOptions(
-            limit=self.spec.limits.primitives, settings=dict(plan.settings or {}), width=plan.width,
+            limit=self.spec.limits.primitives, settings=self._settings, width=plan.width,
             height=plan.height, camera=view, environment=draw.environment, ground=draw.ground, seed=seed, labels=False,
         )  # fmt: skip
 
