@@ -233,6 +233,34 @@ def atomic_write_all(folder: Path) -> Iterator[Path]:
         shutil.rmtree(temporary, ignore_errors=True)
 
 
+@contextmanager
+def replaced_folder(path: Path) -> Iterator[Path]:
+    """Write a folder as a whole: yield a temporary folder, which takes the place of ``path`` on success.
+
+    On any error, Ctrl-C included, ``path`` is unchanged. Raises SceneError("file") if it cannot be written.
+    """
+    import shutil
+    import tempfile
+
+    make_folder(path.parent)
+    try:
+        _sweep(path.parent)
+        temporary = Path(tempfile.mkdtemp(prefix=_temporary_prefix(), dir=path.parent))
+    except OSError as error:
+        raise SceneError("file", f"cannot write to {path.parent}: {error.strerror or error}") from error
+    try:
+        made = temporary / "made"
+        made.mkdir()
+        yield made
+        if path.exists():
+            path.rename(temporary / "replaced")
+        made.rename(path)
+    except OSError as error:
+        raise SceneError("file", f"cannot write `{path}`: {error.strerror or error}") from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
 def _move_all(made: Path, folder: Path, backup: Path) -> None:
     """Move every file to ``folder``; if one fails, restore the files that were replaced."""
     files = sorted(made.iterdir())

@@ -102,15 +102,15 @@ def truth_in(frame: Expanded, shot: Shot) -> Truth:
     rays = camera_rays(camera)
     caster = caster_for(solids, rays)
     ids = ids_of(caster.cast())
-    row, column = np.divmod(np.arange(ids.size), camera.width)
-    origin, direction = rays.at(column + 0.5, row + 0.5)
     hit = np.flatnonzero(ids.reshape(-1) >= 0)
+    row, column = np.divmod(hit, camera.width)
+    origin, direction = rays.at(column + 0.5, row + 0.5)
     number = ids.reshape(-1)[hit]
     depth = np.full(ids.size, np.inf)
-    depth[hit] = _exact_depths(solids, number, origin[hit], direction[hit])
+    depth[hit] = _exact_depths(solids, number, origin, direction)
     position, normal, albedo = (np.zeros((ids.size, 3)) for _ in range(3))
-    position[hit] = origin[hit] + direction[hit] * depth[hit, None]
-    normal[hit] = caster.surface(number, position[hit], direction[hit])
+    position[hit] = origin + direction * depth[hit, None]
+    normal[hit] = caster.surface(number, position[hit], direction)
     albedo[hit] = solids.colors[number]
     instance = np.full(ids.size, NOTHING, np.int64)
     instance[hit] = ancestry.primitives[solids.instance[number]]

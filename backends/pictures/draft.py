@@ -198,17 +198,36 @@ def _shade_by_pixel(scene: _Shading, first: Surface, report: Callable[[float], N
             output[part] = values
     report(0.5)
     pixels = np.flatnonzero(~inside)
-    each = _SAMPLES * _SAMPLES
-    down, right = np.divmod(np.arange(each), _SAMPLES)
-    for start in range(0, len(pixels), _BAND // each):
-        part = pixels[start : start + _BAND // each]
-        row = ((part // stage.width * _SAMPLES)[:, None] + down).reshape(-1)
-        column = ((part % stage.width * _SAMPLES)[:, None] + right).reshape(-1)
+    for start in range(0, len(pixels), _BAND // _SAMPLES**2):
+        part = pixels[start : start + _BAND // _SAMPLES**2]
+        row, column, owner, weight = _distinct(scene, part)
         seen = _surface(stage, scene.caster, scene.rays, scene.keys, row, column)
         for output, values in zip(flat, scene.shade(seen, row, column), strict=True):
-            output[part] = values.reshape(len(part), each, -1).mean(axis=1)
+            for channel in range(values.shape[1]):
+                output[part, channel] = np.bincount(owner, values[:, channel] * weight, len(part))
     report(1.0)
     return outputs
+
+
+def _distinct(scene: _Shading, pixels: IntArray) -> tuple[IntArray, IntArray, IntArray, Float32Array]:
+    """Return the samples (N,) to shade of ``pixels`` that show several surfaces: row, column, pixel and share of it.
+
+    Samples of a pixel that see different solids stand for those that see the same; in other pixels all are shaded.
+    """
+    each = _SAMPLES * _SAMPLES
+    down, right = np.divmod(np.arange(each), _SAMPLES)
+    row = (pixels // scene.stage.width * _SAMPLES)[:, None] + down
+    column = (pixels % scene.stage.width * _SAMPLES)[:, None] + right
+    number = scene.keys[row, column].astype(np.uint32)
+    same = number[:, :, None] == number[:, None, :]
+    is_first = np.argmax(same, axis=2) == np.arange(each)
+    weight = same.sum(axis=2, dtype=np.float32) / np.float32(each)
+    every = same.all(axis=(1, 2))  # a crease or the horizon
+    for layer in scene.layers:
+        every |= (layer[row, column] != NOTHING).any(axis=1)
+    is_first[every], weight[every] = True, np.float32(1.0 / each)
+    owner, place = np.nonzero(is_first)
+    return row[owner, place], column[owner, place], owner, weight[owner, place]
 
 
 def _is_inside(scene: _Shading, first: Surface) -> npt.NDArray[np.bool_]:
@@ -262,7 +281,8 @@ def _above_horizon(stage: Stage, rays: Rays) -> Float32Array:
 
 def _shadows(stage: Stage, cache: DraftCache, is_coarse: bool) -> list[Shadow]:
     """Return the shadow maps of opaque and of transparent solids."""
-    size = (1024 if max(stage.width, stage.height) <= 640 else 2048) // (2 if is_coarse else 1)
+    side = max(stage.width, stage.height)
+    size = min(1024, max(192, side * 3 // 2)) if is_coarse else 1024 if side <= 640 else 2048
     direction, opaque = stage.studio.key_direction, stage.solids.opacity >= 1.0
 
     def cast(solids: Solids) -> ShadowMap:

@@ -7,7 +7,7 @@ sky, and a small-scale term in screen space, from neighbouring pixels.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -44,6 +44,10 @@ class ShadowMap:
     depth: Float32Array
     axes: FloatArray
     center: FloatArray
+    framed: Float32Array = field(init=False, repr=False)  # the depths (size + 2)^2 within a frame of infinity
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "framed", np.pad(self.depth, 1, constant_values=np.float32(np.inf)).reshape(-1))
 
     @property
     def size(self) -> int:
@@ -210,11 +214,10 @@ def _noise(column: IntArray, row: IntArray) -> Float32Array:
 
 def _tap(shadow: ShadowMap, u: Float32Array, v: Float32Array) -> Float32Array:
     """Return the map's depths at texels (N,), infinity outside the map."""
-    size = shadow.size
-    column, row = np.rint(u).astype(np.int32), np.rint(v).astype(np.int32)
-    inside = (column >= 0) & (column < size) & (row >= 0) & (row < size)
-    index = np.where(inside, row * size + column, 0)
-    return np.where(inside, shadow.depth.reshape(-1)[index], np.float32(np.inf))
+    last = np.float32(shadow.size + 1)
+    column = np.clip(np.rint(u) + np.float32(1.0), np.float32(0.0), last).astype(np.int32)
+    row = np.clip(np.rint(v) + np.float32(1.0), np.float32(0.0), last).astype(np.int32)
+    return np.asarray(shadow.framed[row * np.int32(shadow.size + 2) + column], np.float32)
 
 
 def _blocker_distance(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import platform
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,9 @@ import numpy.typing as npt
 from scenelang.backends.base import require
 from scenelang.backends.files import atomic_write
 from scenelang.backends.labels.dataset import depth_picture, instance_color, word_color
+from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.datasets.making import Maker, SampleFailure, decoded
+from scenelang.datasets.sampler import draw_sample, views_of
 from scenelang.datasets.spec import Spec, read_spec
 from scenelang.datasets.store import Plan, Store
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError
@@ -24,6 +26,7 @@ from scenelang.grammar.settings import typed
 
 Picture = npt.NDArray[np.uint8]
 MAX_PREVIEW = 400
+_MAX_DRAWN = 2_000  # samples whose draws are shown
 _BARS = 16  # of a histogram
 _MAX_BARS = 12  # rows of a table of values
 _TILE = 160  # pixels
@@ -181,6 +184,8 @@ class Preview:
 def preview_dataset(spec: str | Path, path: str | Path, count: int = 12) -> Preview:
     """Make the first samples of a spec and show them with their labels, and the distribution of what varies.
 
+    The distributions are those of the draws of the first 2,000 samples, before filters.
+
     Parameters
     ----------
     spec : path
@@ -199,22 +204,32 @@ def preview_dataset(spec: str | Path, path: str | Path, count: int = 12) -> Prev
         raise UsageError("value", f"a preview shows 1 to {MAX_PREVIEW} samples, not {count}")
     read = read_spec(spec)
     maker, rows, failures = Maker(read), list[list[tuple[str, Picture]]](), list[Diagnostic]()
-    values: list[dict[str, Any]] = []
     for index in range(min(count, read.count)):
         try:
             sample = maker.make(index)
         except SampleFailure as failure:
             failures.append(failure.diagnostic)
             continue
-        values.append({**sample.draw.values, **sample.camera, "split": sample.draw.split})
         rows.append(_tiles(sample.items[0].key, sample.items[0].files))
     if not rows:
         raise SceneError(failures[0].name, failures[0].message, failures[0].hint, failures[0].span)
-    quantities = quantities_of(values)
+    quantities = quantities_of(list(_drawn(read)))
     sheet = _sheet(read, rows, quantities)
     with atomic_write(path) as temporary:
         require("PIL.Image", "pillow").fromarray(sheet).save(temporary, "PNG")
     return Preview(Path(path), len(rows), tuple(failures), tuple(quantities))
+
+
+def _drawn(spec: Spec) -> Iterator[dict[str, Any]]:
+    """Yield what is drawn for the first samples, without making them: first attempts, and first cameras."""
+    for index in range(min(spec.count, _MAX_DRAWN)):
+        draw = draw_sample(spec, index)
+        if draw is not None:
+            view = views_of(spec, draw)[0]
+            found = dict(draw.values)
+            if isinstance(view, Viewpoint):
+                found |= {f"camera.{name}": getattr(view, name) for name in ("azimuth", "elevation", "fov")}
+            yield found | {"split": draw.split}
 
 
 def _tiles(key: str, files: Mapping[str, bytes]) -> list[tuple[str, Picture]]:

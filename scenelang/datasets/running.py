@@ -6,7 +6,6 @@ import json
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -20,7 +19,8 @@ from scenelang.datasets.making import Maker, SampleFailure, classes_of, decoded
 from scenelang.datasets.sampler import index_of, key_of
 from scenelang.datasets.spec import CODE, SHARD_FORMATS, Spec, read_spec
 from scenelang.datasets.store import Plan, Store
-from scenelang.datasets.working import Pool, in_process
+from scenelang.datasets.working import Pool, RayPool, in_process
+from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, error_of
 from scenelang.grammar.settings import setting, typed, whole
 
@@ -214,9 +214,7 @@ def _dataset(
     numbers = [n for n in range(plan.shards) if n not in kept and (part is None or n % part[1] == part[0])]
     tally = _Tally(plan, numbers, kept, max_failures, progress)
     if ray is not None:
-        from scenelang.datasets.cluster import cluster
-
-        run = cluster(spec, plan, out, ray, gpus, tally.hear)
+        run = RayPool(spec, plan, out, ray, gpus, tally.hear).run
     elif jobs == 0:
         run = in_process(spec, plan, out, tally.hear)
     else:
@@ -452,7 +450,7 @@ def _file_findings(
             yield from map(_finding, _item_findings(key, files, file["split"], plan))
             yield from _duplicates(key, files, pictures)
     except SceneError as error:
-        yield error.diagnostic
+        yield _finding(error.message)
         return
     if items != file["items"]:
         yield _finding(f"`{name}` has {items} items; its record says {file['items']}")

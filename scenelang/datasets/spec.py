@@ -7,6 +7,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from fnmatch import fnmatchcase
 from functools import cached_property
 from glob import glob
 from itertools import pairwise
@@ -690,16 +691,22 @@ def _check_together(table: Table, spec: Spec) -> None:
         hint = f"split by scene, program or one of {', '.join(spec.params) or 'the params that vary'}"
         table.table("splits").fail("by", f"`by`: `{spec.splits.by[:60]}` does not vary", hint)
     if spec.splits is not None and spec.splits.by == "program":
-        for path in spec.programs:
-            if all(isinstance(rule, tuple) for rule in spec.splits.rules.values()):
-                _require_split(table, spec, path)
+        _check_patterns(table, spec, spec.splits.rules)
 
 
-def _require_split(table: Table, spec: Spec, path: str) -> None:
-    from scenelang.datasets.sampler import split_of_program
-
-    if split_of_program(spec, path) is None:
-        table.fail("splits", f"`splits`: `{spec.program_name(path)}` is in no split", 'name one split "rest"')
+def _check_patterns(table: Table, spec: Spec, rules: Mapping[str, Any]) -> None:
+    """Raise an error if a program is in no split, or a split has no program."""
+    if not any(isinstance(rule, tuple) for rule in rules.values()):
+        return
+    names = [spec.program_name(path) for path in spec.programs]
+    patterns = {split: tuple(map(str, rule)) for split, rule in rules.items() if isinstance(rule, tuple)}
+    for split, mine in patterns.items():
+        if not any(fnmatchcase(name, pattern) for name in names for pattern in mine):
+            table.table("splits").fail(split, f"`{split}`: no program matches {', '.join(mine)}"[:300])
+    if "rest" not in rules.values():
+        for name in names:
+            if not any(fnmatchcase(name, pattern) for mine in patterns.values() for pattern in mine):
+                table.table("splits").fail(None, f"`splits`: `{name}` is in no split", 'name one split "rest"')
 
 
 def _check_needs(table: Table, spec: Spec) -> None:

@@ -57,7 +57,7 @@ class _Scanner:
         if is_array:
             number = sum(1 for known in self.found if known[:-1] == path and known[-1].isdecimal())
             path = (*path, str(number))
-        self.found.setdefault(path, (start, self.at))
+        self.found[path] = start, self.at
         return path
 
     def _path(self, table: KeyPath) -> KeyPath:

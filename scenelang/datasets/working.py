@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
+from scenelang.backends.base import require
 from scenelang.datasets.making import Maker, SampleFailure
 from scenelang.datasets.sampler import key_of
 from scenelang.datasets.spec import CODE, Spec, spec_of
@@ -31,6 +32,8 @@ _DEATHS = 3  # of workers at one sample before it counts as failed
 _GRACE = 2.0  # seconds over the limit of a program before its worker is ended
 _STALLED = 3_600.0  # seconds without a word from a worker
 _POLL = 0.25
+_MOST_LOSSES = 10  # of a shard on a cluster
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS"), "1")
 _CODE = "from scenelang.datasets.working import serve; serve()"
 
 Report = Callable[[Mapping[str, Any]], None]
@@ -150,8 +153,7 @@ def serve() -> None:
 
 def environment() -> dict[str, str]:
     """Return the environment of workers: one thread each, so that workers do not compete and sums have one order."""
-    one = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS"), "1")
-    return {**os.environ, **one}
+    return {**os.environ, **_ONE_THREAD}
 
 
 # --- the pool --------------------------------------------------------------------------------------------------------
@@ -342,3 +344,107 @@ def in_process(spec: Spec, plan: Plan, out: str, report: Report) -> Callable[[Se
             yield write_shard(maker, store, plan, number, {}, report)
 
     return run
+
+
+# --- Ray -------------------------------------------------------------------------------------------------------------
+
+_ACTOR_MEMORY = 500_000_000  # bytes that an actor asks for
+_IN_FLIGHT = 2  # shards that an actor has at a time, so that none waits for the driver
+
+
+class RayActor:
+    """A worker on a Ray cluster; evaluated scenes are reused from shard to shard."""
+
+    def __init__(self, request: Mapping[str, Any]) -> None:
+        data = request["plan"]
+        spec = spec_of(request["text"], request["name"], Path(request["folder"]))
+        self._plan = Plan(**(data | {"columns": tuple(data["columns"]), "formats": tuple(data["formats"])}))
+        if spec.digest != self._plan.spec_digest:
+            raise SceneError(CODE, f"the programs of {spec.name} differ on this node")
+        self._maker, self._store = Maker(spec, self._plan.classes), Store(request["out"])
+
+    def make(self, number: int, skip: Mapping[int, Mapping[str, Any]]) -> dict[str, Any]:
+        """Make and commit a shard and return its record; errors are returned as ``{"fatal": ...}``."""
+        try:
+            return write_shard(self._maker, self._store, self._plan, number, skip, lambda _: None)
+        except SceneError as error:
+            return {"fatal": [error.name, error.message, error.hint]}
+
+
+class RayPool:
+    """Actors on a Ray cluster that make shards; what dies is replaced, and its shards are made again.
+
+    ``address`` is that of the cluster or "auto", ``gpus`` the share of a GPU that an actor asks for.
+    """
+
+    def __init__(self, spec: Spec, plan: Plan, out: str, address: str, gpus: float, report: Report) -> None:
+        ray = require("ray", "'scenelang[cluster]'")
+        data = {name: getattr(plan, name) for name in plan.__dataclass_fields__}
+        self._request = {"text": spec.text, "name": spec.name, "folder": spec.folder, "out": out, "plan": data}
+        self._ray, self._report, self._plan = ray, report, plan
+        if not ray.is_initialized():
+            try:
+                ray.init(address=address, runtime_env={"env_vars": _ONE_THREAD}, log_to_driver=False)
+            except (ConnectionError, ValueError, RuntimeError) as error:
+                raise SceneError("backend", f"no Ray cluster at `{address}`: {str(error)[:200]}") from error
+        options = {
+            "num_cpus": 1, "num_gpus": gpus, "memory": _ACTOR_MEMORY, "runtime_env": {"env_vars": _ONE_THREAD},
+        }  # fmt: skip
+        self._kind = ray.remote(**options)(RayActor)
+        self._actors: dict[Any, int] = {}  # actors, with the number of shards that each has
+        self._running: dict[Any, tuple[Any, _Task]] = {}
+
+    def run(self, numbers: Sequence[int]) -> Iterator[dict[str, Any]]:
+        """Make the shards ``numbers``; raises SceneError if the file system fails or shards cannot be made."""
+        waiting = [_Task(number) for number in reversed(numbers)]
+        try:
+            while waiting or self._running:
+                self._grow(len(waiting) + len(self._running))
+                self._hand_out(waiting)
+                done, _ = self._ray.wait(list(self._running), num_returns=1, timeout=5.0)
+                for reference in done:
+                    yield from self._take(reference, waiting)
+        finally:
+            for actor in self._actors:
+                self._ray.kill(actor)
+            self._actors.clear()
+
+    def _grow(self, shards: int) -> None:
+        """Have as many actors as the cluster has processors now, but no more than shards."""
+        nodes = [node for node in self._ray.nodes() if node["Alive"]]
+        wanted = min(shards, max(1, int(sum(node["Resources"].get("CPU", 0.0) for node in nodes))))
+        while len(self._actors) < wanted:
+            self._actors[self._kind.remote(self._request)] = 0
+
+    def _hand_out(self, waiting: list[_Task]) -> None:
+        """Give shards to the actors that have the fewest, up to the most that one may have."""
+        while waiting and (free := [actor for actor, count in self._actors.items() if count < _IN_FLIGHT]):
+            actor = min(free, key=lambda each: self._actors[each])
+            task = waiting.pop()
+            skip = {number: dict(failure) for number, failure in task.skip.items()}
+            self._running[actor.make.remote(task.number, skip)] = actor, task
+            self._actors[actor] += 1
+
+    def _take(self, reference: Any, waiting: list[_Task]) -> Iterator[dict[str, Any]]:
+        actor, task = self._running.pop(reference)
+        try:
+            record = self._ray.get(reference)
+        except self._ray.exceptions.RayError as error:
+            self._actors.pop(actor, None)
+            self._report({"lost": str(error)[:200], "shard": task.number})
+            task.deaths[-1] += 1
+            if task.deaths[-1] > _MOST_LOSSES:
+                message = f"shard {task.number} was lost {task.deaths[-1]} times: {str(error)[:300]}"
+                raise SceneError("sample", message, "`--resume` goes on") from error
+            waiting.append(task)
+            return
+        if actor in self._actors:
+            self._actors[actor] -= 1
+        if "fatal" in record:
+            raise SceneError(*record["fatal"])
+        failed = {each["key"]: each["code"] for each in record["failures"]}
+        for index in self._plan.samples(task.number):
+            code = failed.get(key_of(index))
+            self._report({"begin": index})
+            self._report({"end": index, "code": code, "memory": record["run"]["memory"]})
+        yield record
