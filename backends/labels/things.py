@@ -174,7 +174,7 @@ def _truncations(full: FloatArray, truth: Truth) -> list[float | None]:
     inside = np.prod(np.clip(full[:, 2:], 0, size) - np.clip(full[:, :2], 0, size), axis=1)
     with np.errstate(all="ignore"):
         share = np.where(whole > 0.0, np.maximum(0.0, 1.0 - inside / whole), 0.0)
-    behind = np.isnan(full).any(axis=1)
+    behind: npt.NDArray[np.bool_] = np.isnan(full).any(axis=1)
     return [None if hidden else value for hidden, value in zip(behind.tolist(), share.tolist(), strict=True)]
 
 

@@ -250,7 +250,7 @@ def _is_inside(scene: _Shading, first: Surface) -> npt.NDArray[np.bool_]:
     ground = stage.studio.ground
     if ground is not None and not (ground[0] == ground[1]).all():
         found &= ids != GROUND
-    return found.reshape(-1)
+    return np.asarray(found.reshape(-1), bool)
 
 
 def _opaque_keys(
@@ -327,7 +327,7 @@ def _layers(caster: Caster, which: npt.NDArray[np.bool_], opaque: Keys) -> list[
 
 def _surface(stage: Stage, caster: Caster, rays: Rays, keys: Keys, row: IntArray, column: IntArray) -> Surface:
     """Return the surface points that the samples (``row``, ``column``) (N,) of a picture with ``keys`` see."""
-    origin, direction = rays.at(column + 0.5, row + 0.5)
+    origin, direction = rays.at(column.astype(np.float64) + 0.5, row.astype(np.float64) + 0.5)
     own = keys[row, column]
     ids = ids_of(own)
     depth = depths_of(own).astype(np.float64)
@@ -413,11 +413,11 @@ def _interpolated(light: _Light, own: npt.NDArray[np.float64], row: IntArray, co
         for dc in (0, 1):
             if light.step == _SAMPLES:
                 # pixels store the values of their first samples, so the second sample is between two pixels
-                lower, further, area = r + dr * down, c + dc * right, np.float32(1.0)
+                lower, further, area = r + dr * down, c + dc * right, np.ones(1, np.float32)
             else:
                 lower, further = r + dr, c + dc
                 across = (light.step - right if dc == 0 else right).astype(np.float32)
-                area = (light.step - down if dr == 0 else down).astype(np.float32) * across
+                area = np.asarray((light.step - down if dr == 0 else down).astype(np.float32) * across, np.float32)
             index = np.minimum(lower, height - 1) * width + np.minimum(further, width - 1)
             other = depths[index]
             share = np.float32(1e-4) + np.exp(-np.minimum(np.abs(other - near) / (0.01 * near), 60.0))

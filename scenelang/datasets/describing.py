@@ -262,7 +262,7 @@ def _with_boxes(color: Picture, record: Mapping[str, Any]) -> Picture:
     pen = require("PIL.ImageDraw", "pillow").Draw(image)
     for thing in record["things"]:
         x, y, width, height = thing["bbox"]
-        if width and height and thing["parent"]:
+        if width and height and thing["depth"]:
             pen.rectangle((x, y, x + width - 1, y + height - 1), outline=word_color(thing["word"]))
     for point in record.get("keypoints", ()):
         if point["visible"]:

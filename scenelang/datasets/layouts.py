@@ -28,6 +28,7 @@ Record = dict[str, Any]
 _MILLIMETRES = 1_000.0
 _POINTS = 2_000  # of a COLMAP model
 _MAX_DEPTH = 65_535
+_SAME_DEPTH = 0.01  # relative difference of the depths of one point, within a pixel of a slope
 _HIDDEN, _LARGELY = 0.9, 0.5  # visibility above which KITTI calls a thing fully visible or partly occluded
 _MIN_TRUNCATION = 0.005
 
@@ -88,6 +89,11 @@ def write_layout(name: str, store: Store, plan: Plan, records: Sequence[Mapping[
         raise SceneError("unsupported", f"`{name}` is written to local folders only; {store.address} keeps the shards")
     with replaced_folder(store.path(name)) as folder:
         _LAYOUTS[name](folder, plan, lambda split=None: items(store, records, split), _splits(records))
+
+
+def _is_object(item: Item, thing: Record) -> bool:
+    """Return whether a thing is an object of the scene, not the whole scene, unless that is all there is."""
+    return bool(thing["depth"]) or len(item.things) == 1
 
 
 def _splits(records: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -265,7 +271,10 @@ def _kitti_calibration(item: Item) -> str:
     """Return the calibration: ``P2`` projects the level frame of the labels; ``velo`` is the world."""
     level, pose = _level(item), item.world_to_camera
     projection = np.hstack([item.intrinsics @ level.T, np.zeros((3, 1))])
-    row = lambda values: " ".join(f"{value:.12e}" for value in np.asarray(values).reshape(-1))
+
+    def row(values: npt.ArrayLike) -> str:
+        return " ".join(f"{value:.12e}" for value in np.asarray(values).reshape(-1))
+
     lines = [f"P{camera}: {row(projection)}" for camera in range(4)]
     lines += [f"R0_rect: {row(level)}", f"Tr_velo_to_cam: {row(pose[:3])}"]
     return "\n".join([*lines, f"Tr_imu_to_velo: {row(np.eye(4)[:3])}", ""])
@@ -320,9 +329,9 @@ class _BopScene:
             "cam_t_w2c": (pose[:3, 3] * _MILLIMETRES).tolist(),
             "depth_scale": scale,
         }
-        poses, infos, inside = [], [], _parts(item.things)
+        poses, infos, inside = list[Record](), list[Record](), _parts(item.things)
         for thing in item.things:
-            if not thing["parent"] and len(item.things) > 1:
+            if not _is_object(item, thing):
                 continue  # the whole scene is no object
             mask = np.isin(ids, inside[thing["id"]])
             name = f"{number:06d}_{len(poses):06d}.png"
@@ -463,7 +472,14 @@ def _points(
         rows, columns = np.nonzero(np.isfinite(depth))
         chosen = np.unique(np.linspace(0, max(0, len(rows) - 1), min(share, len(rows))).astype(np.int64))
         rows, columns = rows[chosen], columns[chosen]
-        places.append(_unprojected(item, columns + 0.5, rows + 0.5, depth[rows, columns].astype(np.float64)))
+        places.append(
+            _unprojected(
+                item,
+                columns.astype(np.float64) + 0.5,
+                rows.astype(np.float64) + 0.5,
+                depth[rows, columns].astype(np.float64),
+            )
+        )
         colors.append(picture[rows, columns])
     points, shades = np.concatenate(places), np.concatenate(colors)
     tracks: list[list[tuple[int, int]]] = [[] for _ in points]
@@ -494,7 +510,7 @@ def _seen(item: Item, points: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bo
     width, height = item.size
     inside = (local[:, 2] > 0) & (column >= 0) & (row >= 0) & (column < width) & (row < height)
     there = depth[np.where(inside, row, 0), np.where(inside, column, 0)]
-    return pixels, inside & (np.abs(there - local[:, 2]) < 1e-3 * local[:, 2])
+    return pixels, inside & (np.abs(there - local[:, 2]) < _SAME_DEPTH * local[:, 2])
 
 
 def _quaternion(rotation: FloatArray) -> list[float]:
@@ -536,7 +552,7 @@ def _mot(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
             for frame, item in enumerate(frames, start=1):
                 (own / "img1" / f"{frame:06d}.png").write_bytes(item.picture)
                 for thing in item.things:
-                    if thing["area"] and (thing["parent"] or len(item.things) == 1):
+                    if thing["area"] and _is_object(item, thing):
                         number = numbers.setdefault(tuple(thing["path"]), len(numbers) + 1)
                         box = ",".join(map(str, thing["bbox"]))
                         share = thing.get("visibility", 1.0)

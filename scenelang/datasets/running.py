@@ -213,6 +213,7 @@ def _dataset(
     kept = _prepared(store, plan, resume)
     numbers = [n for n in range(plan.shards) if n not in kept and (part is None or n % part[1] == part[0])]
     tally = _Tally(plan, numbers, kept, max_failures, progress)
+    run: Callable[[Sequence[int]], Iterator[dict[str, Any]]]
     if ray is not None:
         run = RayPool(spec, plan, out, ray, gpus, tally.hear).run
     elif jobs == 0:

@@ -28,8 +28,9 @@ TABLE = """
 FILM = """
 (bind "wheel" (lambda () (union (call "cylinder" :radius .4 :p1 [0 0 .2]) (transform (call "cube" :scale .2) (translate [.3 0 .2])))))
 (bind "cart" (lambda ()
-  (frames 4 (lambda (i) (union (transform (call "wheel") (@ (translate [(* .3 i) .4 0]) (rotate (* -.6 i) [0 0 1])))
-                               (transform (call "cube" :scale [3 .1 1]) (translate [0 -.05 0])))))))
+  (frames (for/list ((i (iota 4)))
+    (union (transform (call "wheel") (@ (translate [(* .3 i) .4 0]) (rotate (* -.6 i) [0 0 1])))
+           (transform (call "cube" :scale [3 .1 1]) (translate [0 -.05 0])))))))
 """
 SPEC = """
 programs = ["room.scene"]
@@ -109,6 +110,26 @@ def made(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     out = tmp_path_factory.mktemp("made") / "set"
     dataset(folder / "spec.toml", out, jobs=0)
+    return out
+
+
+@pytest.fixture(scope="session")
+def layouts(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A dataset of everything.toml, with three views of each sample, in all formats for still scenes."""
+    from scenelang.datasets.running import dataset
+
+    out = tmp_path_factory.mktemp("layouts") / "set"
+    dataset(folder / "everything.toml", out, jobs=0)
+    return out
+
+
+@pytest.fixture(scope="session")
+def films(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A dataset of moving.toml, with four frames of each sample, in the formats for films."""
+    from scenelang.datasets.running import dataset
+
+    out = tmp_path_factory.mktemp("films") / "set"
+    dataset(folder / "moving.toml", out, jobs=0)
     return out
 
 
