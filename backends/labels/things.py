@@ -6,7 +6,7 @@ default every word that the program binds and every semantic primitive counts, a
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -128,9 +128,9 @@ def with_parents(shown: IntArray, owner: IntArray, parent: IntArray) -> IntArray
 
 
 def things_data(
-    things: Things, handles: Sequence[str], classes: Mapping[str, int], covered: IntArray | None
+    things: Things, handles: Mapping[int, str], classes: Mapping[str, int], covered: IntArray | None
 ) -> list[dict[str, Any]]:
-    """Return the record of each visible thing, in the order of their ids.
+    """Return the record of each visible thing, in the order of their ids; ``handles`` are by instance.
 
     ``covered`` (M,) are the pixels that each instance would show without the others, or None to leave visibility out.
     """
@@ -174,8 +174,8 @@ def _truncations(full: FloatArray, truth: Truth) -> list[float | None]:
     inside = np.prod(np.clip(full[:, 2:], 0, size) - np.clip(full[:, :2], 0, size), axis=1)
     with np.errstate(all="ignore"):
         share = np.where(whole > 0.0, np.maximum(0.0, 1.0 - inside / whole), 0.0)
-    behind: npt.NDArray[np.bool_] = np.isnan(full).any(axis=1)
-    return [None if hidden else value for hidden, value in zip(behind.tolist(), share.tolist(), strict=True)]
+    behind: list[bool] = np.asarray(np.isnan(full).any(axis=1)).tolist()
+    return [None if hidden else value for hidden, value in zip(behind, share.tolist(), strict=True)]
 
 
 def oriented_boxes(poses: FloatArray, low: FloatArray, high: FloatArray) -> list[dict[str, Any]]:
@@ -295,16 +295,21 @@ def levels_data(things: Things, most: int) -> list[tuple[Uint16Array, list[dict[
 
 
 def graph_data(
-    truth: Truth, handles: Sequence[str], words: Collection[str] = (), limit: int = 20_000
+    truth: Truth,
+    handles: Callable[[Sequence[int]], Mapping[int, str]],
+    words: Collection[str] = (),
+    limit: int = 20_000,
 ) -> dict[str, Any]:
     """Return the scene graph of a frame: its things in breadth-first order, at most ``limit``, with poses and boxes.
 
-    ``parent`` is the position of the thing that a thing is part of, -1 for none; ``more`` counts what is left out.
+    ``handles`` gives the handles of instances. ``parent`` is the position of the thing that a thing is part of, -1 for
+    none; ``more`` counts what is left out.
     """
     ancestry = truth.ancestry
     counts = np.array([e.word in words if words else is_thing(e) for e in ancestry.nodes], bool)
     every = np.flatnonzero(counts[ancestry.node])
     rows = every[:limit]
+    named = handles(rows.tolist())
     place = {instance: k for k, instance in enumerate(rows.tolist())}
     low, high = boxes_of(ancestry, rows)
     nodes = []
@@ -315,7 +320,7 @@ def graph_data(
         nodes.append(
             {
                 "word": ancestry.entity(instance).word,
-                "handle": handles[instance],
+                "handle": named[instance],
                 "parent": place.get(above, -1),
                 "pose": ancestry.poses[instance].tolist(),
                 "box": [low[k].tolist(), high[k].tolist()],

@@ -17,7 +17,7 @@ from scenelang.backends.pictures.stage import Shot, still, unit_size
 from scenelang.grammar.datum import replace
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.interpreter.scene.numbering import frame_numbers, instance_handles
+from scenelang.interpreter.scene.numbering import frame_numbers, instance_handles, some_handles
 
 FloatArray = npt.NDArray[np.float64]
 View = Viewpoint | Camera
@@ -171,6 +171,10 @@ class LabelledView:
     def paths(self, frame: int) -> npt.NDArray[np.int64]:
         """Return the path number (M,) of every instance of a frame."""
         return self.facts.paths.of(self.truth(frame).ancestry)
+
+    def some_handles(self, frame: int, rows: Sequence[int]) -> dict[int, str]:
+        """Return the handles of some instances of a frame, by instance."""
+        return some_handles(self.facts.scene, self.truth(frame).ancestry, rows, self.facts.numbers)
 
     def handles(self, frame: int) -> list[str]:
         """Return the handle of every instance of a frame."""

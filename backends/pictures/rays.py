@@ -296,10 +296,10 @@ def ids_of(keys: Keys) -> IntArray:
     return np.where(keys == NOTHING, -1, (keys & np.uint64(0xFFFFFFFF)).astype(np.int64))
 
 
-def caster_for(solids: PosedForms, rays: Rays) -> Caster:
-    """Prepare ``solids``, whose poses must be invertible, for ``rays``."""
+def caster_for(solids: PosedForms, rays: Rays, inverse: FloatArray | None = None) -> Caster:
+    """Prepare ``solids``, whose poses must be invertible, for ``rays``; ``inverse`` (N, 3, 3) are their inverses."""
     with np.errstate(all="ignore"):
-        inverse = inverses_of(solids.matrices[:, :, :3])
+        inverse = inverses_of(solids.matrices[:, :, :3]) if inverse is None else inverse
         rectangles = _rectangles(solids, rays)
         forward = rays.axes[2]
         depth = (solids.matrices[:, :, 3] - rays.eye) @ forward
@@ -335,6 +335,10 @@ def _rectangles(solids: PosedForms, rays: Rays) -> IntArray:
         bounds = _parallel_bounds if rays.parallel else _perspective_bounds
         for start in range(0, len(rows), _BATCH):
             part = rows[start : start + _BATCH]
+            if rays.parallel and type(form).hull is CanonicalForm.hull and not _is_ball(form):  # the cube's corners
+                reach = np.abs(linear[part, :2]).sum(axis=2)
+                low[part], high[part] = center[part, :2] - reach, center[part, :2] + reach
+                continue
             hull = form.hull(solids.ratios_of(form, part))
             low[part], high[part] = bounds(linear[part], center[part], hull, _is_ball(form))
     size = np.array([rays.width, rays.height], np.float64)

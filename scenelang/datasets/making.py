@@ -105,6 +105,7 @@ class _Stage:
     scene: Scene
     facts: SceneFacts
     text: str
+    draws: bool
     painters: dict[Any, Painter] = field(default_factory=dict)
 
 
@@ -244,14 +245,17 @@ class Maker:
     # --- scenes ---
 
     def _stage(self, draw: Draw) -> _Stage:
-        if draw.scene_key not in self._kept:
-            made = self._evaluated(draw)
-            is_large = any(primitive_count(stage.scene.graph.root) > _LARGE for stage in (made, *self._kept.values()))
-            keep = 0 if is_large else _MAX_KEPT - 1
-            for old in list(self._kept)[: max(0, len(self._kept) - keep)]:
-                del self._kept[old]
-            self._kept[draw.scene_key] = made
-        return self._kept[draw.scene_key]
+        unseeded = replace(draw, seed=0).scene_key  # of programs that draw nothing, which are the same for all seeds
+        known = self._kept.get(draw.scene_key) or self._kept.get(f"any {unseeded}")
+        if known is not None:
+            return known
+        made = self._evaluated(draw)
+        is_large = any(primitive_count(each.scene.graph.root) > _LARGE for each in (made, *self._kept.values()))
+        keep = 0 if is_large else _MAX_KEPT - 1
+        for old in list(self._kept)[: max(0, len(self._kept) - keep)]:
+            del self._kept[old]
+        self._kept[draw.scene_key if made.draws else f"any {unseeded}"] = made
+        return made
 
     def _evaluated(self, draw: Draw) -> _Stage:
         spec = self.spec
@@ -276,7 +280,7 @@ class Maker:
                 scene = scene.restyled(word, **{name: _listed(value) for name, value in look.items()})
         box_of(scene.graph)
         scene = replace(scene, graph=as_cubes(scene.graph, spec.limits.primitives))
-        return _Stage(scene, SceneFacts(scene.graph), source.text)
+        return _Stage(scene, SceneFacts(scene.graph), source.text, result.draws)
 
     def _frames(self, stage: _Stage) -> list[int]:
         count = len(stage.scene.frames)
@@ -338,7 +342,8 @@ class _ItemWriter:
             record["caption"] = self._caption()
             files["txt"] = str(record["caption"]).encode()
         if "graph" in wanted:
-            graph = labels.graph_data(self.things.truth, self.view.handles(self.frame), spec.labels.words)
+            handles = lambda rows: self.view.some_handles(self.frame, rows)
+            graph = labels.graph_data(self.things.truth, handles, spec.labels.words)
             files["graph.json"] = _json(graph)
         if "program" in wanted:
             files["program.scene"] = self.stage.text.encode("utf-8", "surrogatepass")
@@ -355,7 +360,7 @@ class _ItemWriter:
         }  # fmt: skip
         if "boxes" in wanted or "visibility" in wanted or "instance" in wanted:
             covered = labels.pixels_alone(self.things, *self.view.facts.unit) if "visibility" in wanted else None
-            handles = self.view.handles(self.frame)
+            handles = self.view.some_handles(self.frame, self.things.shown.tolist())
             record["things"] = labels.things_data(self.things, handles, self.maker.classes, covered)
         if "keypoints" in wanted:
             record["keypoints"] = labels.keypoints_data(self.things, spec.labels.keypoints)

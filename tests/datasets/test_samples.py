@@ -108,6 +108,20 @@ def test_reused_scenes_change_no_byte(read: Read, folder: Path) -> None:
         assert warm.make(index) == Maker(spec).make(index)
 
 
+def test_programs_that_draw_nothing_are_evaluated_once(tmp_path: Path) -> None:
+    from scenelang.datasets.spec import spec_of
+
+    (tmp_path / "still.scene").write_text('(bind "a" (lambda () (call "cube")))')
+    (tmp_path / "top.scene").write_text('(define size (uniform 1 2))\n(bind "a" (lambda () (call "cube" :scale size)))')
+    for name, evaluations in (("still", 1), ("top", 4)):
+        spec = spec_of(f"programs = '{name}.scene'\n[pictures]\nsize = 8", "s", tmp_path)
+        begun: list[bool] = []
+        warm = Maker(spec, watch=begun.append)
+        for index in range(4):
+            assert warm.make(index) == Maker(spec).make(index)
+        assert begun == [True, False] * evaluations
+
+
 # --- cameras ---------------------------------------------------------------------------------------------------------
 
 
