@@ -363,6 +363,10 @@ class RayActor:
             raise SceneError(CODE, f"the programs of {spec.name} differ on this node")
         self._maker, self._store = Maker(spec, self._plan.classes), Store(request["out"])
 
+    def ready(self) -> bool:
+        """Return True once the actor runs."""
+        return True
+
     def make(self, number: int, skip: Mapping[int, Mapping[str, Any]]) -> dict[str, Any]:
         """Make and commit a shard and return its record; errors are returned as ``{"fatal": ...}``."""
         try:
@@ -384,37 +388,57 @@ class RayPool:
         self._ray, self._report, self._plan = ray, report, plan
         if not ray.is_initialized():
             try:
-                ray.init(address=address, runtime_env={"env_vars": _ONE_THREAD}, log_to_driver=False)
+                ray.init(address=address, log_to_driver=False)
             except (ConnectionError, ValueError, RuntimeError) as error:
                 raise SceneError("backend", f"no Ray cluster at `{address}`: {str(error)[:200]}") from error
-        options = {
-            "num_cpus": 1, "num_gpus": gpus, "memory": _ACTOR_MEMORY, "runtime_env": {"env_vars": _ONE_THREAD},
-        }  # fmt: skip
+        options = {"num_cpus": 1, "num_gpus": gpus, "memory": _ACTOR_MEMORY}  # one processor: Ray gives it one thread
         self._kind = ray.remote(**options)(RayActor)
-        self._actors: dict[Any, int] = {}  # actors, with the number of shards that each has
+        self._actors: dict[Any, int] = {}  # actors that run, with the number of shards that each has
+        self._starting: dict[Any, Any] = {}  # actors that may yet have to wait for a processor, by what tells
+        self._false_starts = 0
         self._running: dict[Any, tuple[Any, _Task]] = {}
 
     def run(self, numbers: Sequence[int]) -> Iterator[dict[str, Any]]:
         """Make the shards ``numbers``; raises SceneError if the file system fails or shards cannot be made."""
         waiting = [_Task(number) for number in reversed(numbers)]
+        self._report({"begin": None})
         try:
             while waiting or self._running:
                 self._grow(len(waiting) + len(self._running))
                 self._hand_out(waiting)
-                done, _ = self._ray.wait(list(self._running), num_returns=1, timeout=5.0)
+                done, _ = self._ray.wait([*self._starting, *self._running], num_returns=1, timeout=2.0)
                 for reference in done:
-                    yield from self._take(reference, waiting)
+                    if reference in self._starting:
+                        self._started(reference)
+                    else:
+                        yield from self._take(reference, waiting)
         finally:
-            for actor in self._actors:
+            for actor in (*self._actors, *self._starting.values()):
                 self._ray.kill(actor)
             self._actors.clear()
+            self._starting.clear()
 
     def _grow(self, shards: int) -> None:
         """Have as many actors as the cluster has processors now, but no more than shards."""
         nodes = [node for node in self._ray.nodes() if node["Alive"]]
         wanted = min(shards, max(1, int(sum(node["Resources"].get("CPU", 0.0) for node in nodes))))
-        while len(self._actors) < wanted:
-            self._actors[self._kind.remote(self._request)] = 0
+        while len(self._actors) + len(self._starting) < wanted:
+            actor = self._kind.remote(self._request)
+            self._starting[actor.ready.remote()] = actor
+        while self._starting and len(self._actors) + len(self._starting) > wanted:  # a node was lost
+            self._ray.kill(self._starting.popitem()[1])
+
+    def _started(self, reference: Any) -> None:
+        """Count an actor that runs; raises SceneError if too many fail to start."""
+        actor = self._starting.pop(reference)
+        try:
+            self._ray.get(reference)
+        except self._ray.exceptions.RayError as error:
+            self._false_starts += 1
+            if self._false_starts > _MOST_LOSSES:
+                raise SceneError("sample", f"workers cannot start on the cluster: {str(error)[:500]}") from error
+        else:
+            self._actors[actor] = 0
 
     def _hand_out(self, waiting: list[_Task]) -> None:
         """Give shards to the actors that have the fewest, up to the most that one may have."""
