@@ -127,3 +127,15 @@ def test_distributions(distribution: Distribution, low: float, high: float, mean
 def test_what_varies_is_known(read: Read) -> None:
     text = HEAD + "[params]\nballs = [1, 2]\n[words.ball]\ncolor = ['red', 'blue']\nroughness = 0.5"
     assert list(varied(read(text))) == ["param.balls", "ball.color"]
+
+
+def test_the_documented_spec_is_read(read: Read) -> None:
+    import re
+
+    text = (Path(__file__).parents[2] / "docs" / "datasets.md").read_text("utf-8")
+    block = re.findall(r"^```toml\n(.*?)^```$", text, re.M | re.S)[0]
+    block = re.sub(r"^programs = .*$", 'programs = "room.scene"', block, flags=re.M)
+    spec = read(block.replace('predicates = ["mine"]', ""))
+    assert spec.cameras.views == 4
+    assert spec.output.formats == ("webdataset", "coco")
+    assert set(spec.params) == {"objects", "size", "material", "depth"}
