@@ -2,8 +2,8 @@
 
     python blender_passes.py SCENE.glb VIEWS SIZE
 
-Colour by Cycles with 16 samples on one thread, depth, normals and the index of each object, in one file. Prints the seconds of one picture. bpy is under the GPL: nothing of
-scenelang imports this file.
+Colour by Cycles with 16 samples on one thread, depth, normals and the index of each object, in one file. Prints the
+seconds of one picture. bpy is under the GPL: nothing of scenelang imports this file.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ _HIDDEN, _LARGELY = 0.9, 0.5  # visibility above which KITTI calls a thing fully
 _MIN_TRUNCATION = 0.005
 
 
-class Item:
+class StoredItem:
     """A picture with its labels, decoded when they are used."""
 
     def __init__(self, key: str, split: str, files: Mapping[str, bytes]) -> None:
@@ -74,13 +74,13 @@ class Item:
         return self.key.partition("-f")[0]
 
 
-def items(store: Store, records: Sequence[Mapping[str, Any]], split: str | None = None) -> Iterator[Item]:
+def items(store: Store, records: Sequence[Mapping[str, Any]], split: str | None = None) -> Iterator[StoredItem]:
     """Yield the items of a dataset in order, of one split if it is given."""
     for record in records:
         for file in record["files"]:
             if split in (None, file["split"]):
                 for key, files in items_of(store, file["name"]):
-                    yield Item(key, file["split"], files)
+                    yield StoredItem(key, file["split"], files)
 
 
 def write_layout(name: str, store: Store, plan: Plan, records: Sequence[Mapping[str, Any]]) -> None:
@@ -91,7 +91,7 @@ def write_layout(name: str, store: Store, plan: Plan, records: Sequence[Mapping[
         _LAYOUTS[name](folder, plan, lambda split=None: items(store, records, split), _splits(records))
 
 
-def _is_object(item: Item, thing: Record) -> bool:
+def _is_object(item: StoredItem, thing: Record) -> bool:
     """Return whether a thing is an object of the scene, not the whole scene, unless that is all there is."""
     return bool(thing["depth"]) or len(item.things) == 1
 
@@ -158,7 +158,7 @@ class _Document:
         self._file.close()
 
 
-def _instances(item: Item, image: int) -> Iterator[Record]:
+def _instances(item: StoredItem, image: int) -> Iterator[Record]:
     """Yield an annotation for each visible thing; its mask includes the things that are parts of it."""
     ids = item["instance.png"].astype(np.int64)
     inside = _parts(item.things)
@@ -207,7 +207,7 @@ def run_lengths(mask: npt.NDArray[np.bool_]) -> list[int]:
     return [0, *lengths] if flat[0] else lengths
 
 
-def _panoptic(item: Item) -> tuple[list[Record], npt.NDArray[np.uint8]]:
+def _panoptic(item: StoredItem) -> tuple[list[Record], npt.NDArray[np.uint8]]:
     """Return the segments of a picture and its map of ids as colours; what shows nothing is 0."""
     ids = item["instance.png"].astype(np.int64)
     segments = []
@@ -235,7 +235,7 @@ def _kitti(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
             (calib / f"{item.key}.txt").write_text(_kitti_calibration(item), "utf-8")
 
 
-def _level(item: Item) -> FloatArray:
+def _level(item: StoredItem) -> FloatArray:
     """Return the rotation (3, 3) from the camera to a level one above the same point: x right, y down, z ahead."""
     down = item.world_to_camera[:3, :3] @ np.array([0.0, -1.0, 0.0])
     ahead = np.array([0.0, 0.0, 1.0]) if abs(down[2]) < 0.999 else np.array([0.0, -1.0, 0.0])
@@ -244,7 +244,7 @@ def _level(item: Item) -> FloatArray:
     return np.stack([np.cross(down, ahead), down, ahead])
 
 
-def _kitti_line(item: Item, thing: Record) -> str | None:
+def _kitti_line(item: StoredItem, thing: Record) -> str | None:
     """Return the 15 columns of a thing, None if nothing of it is visible or it is partly behind the camera."""
     x, y, width, height = thing["bbox"]
     if not thing["area"] or thing["truncation"] is None:
@@ -267,7 +267,7 @@ def _kitti_line(item: Item, thing: Record) -> str | None:
     return f"{word} {truncated:.2f} {occluded} {' '.join(f'{number:.6f}' for number in numbers)}"
 
 
-def _kitti_calibration(item: Item) -> str:
+def _kitti_calibration(item: StoredItem) -> str:
     """Return the calibration: ``P2`` projects the level frame of the labels; ``velo`` is the world."""
     level, pose = _level(item), item.world_to_camera
     projection = np.hstack([item.intrinsics @ level.T, np.zeros((3, 1))])
@@ -313,7 +313,7 @@ class _BopScene:
         for name in ("rgb", "depth", "mask_visib"):
             _folder(folder, name)
 
-    def add(self, item: Item, sizes: dict[str, Record]) -> None:
+    def add(self, item: StoredItem, sizes: dict[str, Record]) -> None:
         """Add a picture; ``sizes`` collects the extents of each class."""
         number = len(self._tables["scene_camera"])
         depth, ids = item["depth.npy"], item["instance.png"]
@@ -359,7 +359,7 @@ def _bop_pose(thing: Record, camera: FloatArray) -> Record:
     }
 
 
-def _bop_info(item: Item, thing: Record, mask: npt.NDArray[np.bool_], depth: FloatArray) -> Record:
+def _bop_info(item: StoredItem, thing: Record, mask: npt.NDArray[np.bool_], depth: FloatArray) -> Record:
     full, visible = thing["bbox_full"], thing["bbox"] if thing["area"] else [-1, -1, -1, -1]
     return {
         "bbox_obj": [round(value) for value in full] if full is not None else [-1, -1, -1, -1],
@@ -405,7 +405,7 @@ def _nerfstudio(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> N
         _write_json(own / "transforms.json", document | _pinhole(views[0]))
 
 
-def _pinhole(item: Item) -> Record:
+def _pinhole(item: StoredItem) -> Record:
     k = item.intrinsics
     width, height = item.size
     found = {"fl_x": k[0, 0], "fl_y": k[1, 1], "cx": k[0, 2], "cy": k[1, 2]}
@@ -417,9 +417,9 @@ def _farthest(depth: FloatArray) -> float:
     return float(finite.max(initial=0.0))
 
 
-def _samples(read: Any) -> Iterator[tuple[str, list[Item]]]:
+def _samples(read: Any) -> Iterator[tuple[str, list[StoredItem]]]:
     """Yield the first frames of the views of each sample; a picture without views is a sample of one."""
-    sample, views = "", list[Item]()
+    sample, views = "", list[StoredItem]()
     for split in (None,):
         for item in read(split):
             if item.record["sample"] != sample and views:
@@ -459,7 +459,7 @@ def _colmap(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
 
 
 def _points(
-    views: Sequence[Item],
+    views: Sequence[StoredItem],
 ) -> tuple[FloatArray, npt.NDArray[np.uint8], list[list[tuple[int, int]]], dict[int, list[tuple[float, float, int]]]]:
     """Return exact points of the views: places (N, 3), colours (N, 3), their tracks, and the keypoints of each view.
 
@@ -493,14 +493,14 @@ def _points(
     return points, shades, tracks, keypoints
 
 
-def _unprojected(item: Item, x: FloatArray, y: FloatArray, depth: FloatArray) -> FloatArray:
+def _unprojected(item: StoredItem, x: FloatArray, y: FloatArray, depth: FloatArray) -> FloatArray:
     """Return the points (N, 3) in the world at pixel positions (N,) and depths (N,) of a picture."""
     local = np.stack([x, y, np.ones_like(x)], axis=1) @ np.linalg.inv(item.intrinsics).T * depth[:, None]
     pose = item.world_to_camera
     return np.asarray((local - pose[:3, 3]) @ pose[:3, :3], np.float64)
 
 
-def _seen(item: Item, points: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+def _seen(item: StoredItem, points: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
     """Return where a picture shows points (N, 3) of the world, and whether it shows them."""
     pose, depth = item.world_to_camera, item["depth.npy"]
     local = points @ pose[:3, :3].T + pose[:3, 3]
@@ -569,7 +569,7 @@ def _mot(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
         (seqmaps / f"{split}.txt").write_text("".join(f"{name}\n" for name in ["name", *names]), "utf-8")
 
 
-def _sequences(found: Iterator[Item]) -> Iterator[tuple[str, Iterator[Item]]]:
+def _sequences(found: Iterator[StoredItem]) -> Iterator[tuple[str, Iterator[StoredItem]]]:
     yield from groupby(found, key=lambda item: item.sequence)
 
 

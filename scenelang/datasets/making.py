@@ -47,7 +47,7 @@ _DEFAULT_CAPTIONS = ("{things}",)
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class LabelledItem:
     """One picture with its labels: ``files`` by ending (``color.png``), which follow the ``key`` of the item."""
 
     key: str
@@ -60,7 +60,7 @@ class Sample:
     of each word its pictures show."""
 
     draw: Draw
-    items: tuple[Item, ...]
+    items: tuple[LabelledItem, ...]
     camera: Mapping[str, float]
     shown: Mapping[str, int]
 
@@ -222,7 +222,7 @@ class Maker:
                 key = key_of(draw.index) + (f"-v{number:03d}" if len(views) > 1 else "")
                 key += f"-f{frame:04d}" if len(frames) > 1 else ""
                 writer = _ItemWriter(self, stage, draw, view, number, frame, key)
-                items.append(Item(key, writer.files()))
+                items.append(LabelledItem(key, writer.files()))
                 shown.update(writer.seen)
         first = views[0].shots[frames[0]].camera
         return Sample(draw, tuple(items), _placed(first), shown), ""

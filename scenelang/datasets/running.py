@@ -448,8 +448,10 @@ def _file_findings(
             keys.add(key)
             if index_of(key) not in plan.samples(record["shard"]):
                 yield _finding(f"`{name}` has the sample {key}, which belongs to another shard")
-            yield from map(_finding, _item_findings(key, files, file["split"], plan))
-            yield from _duplicates(key, files, pictures)
+            wrong = [*_item_findings(key, files, file["split"], plan)]
+            yield from map(_finding, wrong)
+            if not wrong:
+                yield from _duplicates(key, files, pictures)
     except SceneError as error:
         yield _finding(error.message)
         return

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.files import program_files, read_regular
-from scenelang.datasets.toml_places import Table, parsed, shown
+from scenelang.datasets.toml_places import TomlTable, parsed, shown
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import entry_points_of
@@ -103,7 +103,7 @@ def fixed(value: Any) -> Distribution:
     return Distribution("choice", (value,))
 
 
-def _distribution(table: Table, key: str, default: Any = None) -> Distribution:
+def _distribution(table: TomlTable, key: str, default: Any = None) -> Distribution:
     """Read a distribution: a value, a list of choices, or a table such as ``{ uniform = [0, 1] }``."""
     value = table.take(key, default)
     if isinstance(value, list):
@@ -115,7 +115,7 @@ def _distribution(table: Table, key: str, default: Any = None) -> Distribution:
     return fixed(value)
 
 
-def _described(table: Table) -> Distribution:
+def _described(table: TomlTable) -> Distribution:
     name = table.path[-1]
     kinds = ("uniform", "loguniform", "normal", "integer", "choice", "value")
     given = [kind for kind in kinds if kind in table]
@@ -138,13 +138,13 @@ def _described(table: Table) -> Distribution:
     return found
 
 
-def _choices(table: Table, key: str, values: list[Any]) -> tuple[Any, ...]:
+def _choices(table: TomlTable, key: str, values: list[Any]) -> tuple[Any, ...]:
     if not 1 <= len(values) <= _MAX_CHOICES:
         table.fail(key, f"`{key}`: expected 1 to {_MAX_CHOICES:,} choices, got {len(values):,}")
     return tuple(_hashable(table, key, value, str(i)) for i, value in enumerate(values))
 
 
-def _hashable(table: Table, key: str, value: Any, *place: str) -> Any:
+def _hashable(table: TomlTable, key: str, value: Any, *place: str) -> Any:
     path = (*table.path, key, *place)
     if isinstance(value, list):
         if not value or not all(_is_plain(item) for item in value):
@@ -160,7 +160,7 @@ def _is_plain(value: Any) -> bool:
     return isinstance(value, bool | int | str) or (isinstance(value, float) and math.isfinite(value))
 
 
-def _weights(table: Table, count: int) -> tuple[float, ...]:
+def _weights(table: TomlTable, count: int) -> tuple[float, ...]:
     weights = table.take("weights", [])
     if not isinstance(weights, list) or not all(isinstance(w, int | float) and w >= 0 for w in weights):
         table.fail("weights", f"`weights`: expected numbers of at least 0, got {shown(weights)}")
@@ -169,7 +169,7 @@ def _weights(table: Table, count: int) -> tuple[float, ...]:
     return tuple(float(weight) for weight in weights)
 
 
-def _range(table: Table, kind: str) -> Distribution:
+def _range(table: TomlTable, kind: str) -> Distribution:
     pair = table.take(kind)
     allowed = (int,) if kind == "integer" else (int, float)
     if not isinstance(pair, list) or len(pair) != 2 or not all(type(x) in allowed and math.isfinite(x) for x in pair):
@@ -396,7 +396,7 @@ def spec_of(text: str, name: str, folder: Path) -> Spec:
     return found
 
 
-def _checked_seeds(table: Table, seeds: Distribution | None) -> Distribution | None:
+def _checked_seeds(table: TomlTable, seeds: Distribution | None) -> Distribution | None:
     if seeds is not None and not all(type(x) is int and 0 <= x < 1 << 32 for x in seeds.values):
         table.fail("seeds", f"`seeds`: expected whole numbers from 0 to {(1 << 32) - 1}")
     if seeds is not None and seeds.kind not in ("choice", "integer"):
@@ -404,7 +404,7 @@ def _checked_seeds(table: Table, seeds: Distribution | None) -> Distribution | N
     return seeds
 
 
-def _programs(table: Table, folder: Path) -> tuple[str, ...]:
+def _programs(table: TomlTable, folder: Path) -> tuple[str, ...]:
     found: dict[str, None] = {}
     given = table.texts("programs")
     if not given:
@@ -433,11 +433,11 @@ def _matches(folder: Path, pattern: str) -> list[str]:
     return [str(Path(file).resolve()) for file in files]
 
 
-def _params(table: Table) -> Mapping[str, Distribution]:
+def _params(table: TomlTable) -> Mapping[str, Distribution]:
     return {name: _distribution(table, name) for name in table}
 
 
-def _words(table: Table) -> Mapping[str, WordChange]:
+def _words(table: TomlTable) -> Mapping[str, WordChange]:
     found = {}
     for word in table:
         own = table.table(word)
@@ -456,7 +456,7 @@ def _words(table: Table) -> Mapping[str, WordChange]:
     return found
 
 
-def _cameras(table: Table, folder: Path) -> CameraPlan:
+def _cameras(table: TomlTable, folder: Path) -> CameraPlan:
     default = CameraPlan()
     kind = table.text("kind", default.kind, CAMERAS)
     plan = CameraPlan(
@@ -480,7 +480,7 @@ def _cameras(table: Table, folder: Path) -> CameraPlan:
     return plan
 
 
-def _angles(table: Table, key: str, default: Distribution, low: float, high: float) -> Distribution:
+def _angles(table: TomlTable, key: str, default: Distribution, low: float, high: float) -> Distribution:
     if key not in table:
         table.take(key)
         return default
@@ -491,7 +491,7 @@ def _angles(table: Table, key: str, default: Distribution, low: float, high: flo
     return replace(found, low=max(low, found.low), high=min(high, found.high))
 
 
-def _point(table: Table, key: str) -> tuple[float, float, float]:
+def _point(table: TomlTable, key: str) -> tuple[float, float, float]:
     value = table.take(key)
     if not isinstance(value, list) or len(value) != 3 or not all(type(x) in (int, float) for x in value):
         table.fail(key, f"`{key}`: expected three numbers, got {shown(value)}")
@@ -499,15 +499,15 @@ def _point(table: Table, key: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _points(table: Table, key: str) -> tuple[tuple[float, float, float], ...]:
+def _points(table: TomlTable, key: str) -> tuple[tuple[float, float, float], ...]:
     value = table.take(key, [])
     if not isinstance(value, list) or len(value) > MAX_VIEWS:
         table.fail(key, f"`{key}`: expected at most {MAX_VIEWS:,} points, got {shown(value)}")
-    inner = Table({str(i): item for i, item in enumerate(value)}, (*table.path, key), table.document)
+    inner = TomlTable({str(i): item for i, item in enumerate(value)}, (*table.path, key), table.document)
     return tuple(_point(inner, str(i)) for i in range(len(value)))
 
 
-def _camera_files(table: Table, folder: Path) -> tuple[str, ...]:
+def _camera_files(table: TomlTable, folder: Path) -> tuple[str, ...]:
     found: list[str] = []
     for pattern in table.texts("files"):
         matches = sorted(glob(pattern, root_dir=folder, recursive=True))
@@ -517,7 +517,7 @@ def _camera_files(table: Table, folder: Path) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _pictures(table: Table) -> PicturePlan:
+def _pictures(table: TomlTable) -> PicturePlan:
     from scenelang.backends.pictures.appearance import ENVIRONMENTS, GROUNDS
     from scenelang.backends.pictures.film import PictureOptions, check, picture_backend
 
@@ -537,7 +537,7 @@ def _pictures(table: Table) -> PicturePlan:
     return PicturePlan(width, height, quality, environment, ground, settings, frames)
 
 
-def _size(table: Table) -> tuple[int, int]:
+def _size(table: TomlTable) -> tuple[int, int]:
     value = table.take("size", [256, 256])
     value = [value, value] if type(value) is int else value
     if not isinstance(value, list) or len(value) != 2 or not all(type(x) is int and 1 <= x <= _MAX_SIDE for x in value):
@@ -545,7 +545,7 @@ def _size(table: Table) -> tuple[int, int]:
     return value[0], value[1]
 
 
-def _names(table: Table, key: str, default: str | None, known: Sequence[str]) -> Distribution:
+def _names(table: TomlTable, key: str, default: str | None, known: Sequence[str]) -> Distribution:
     found = _distribution(table, key, default)
     for value in found.values if key in table else ():
         if not isinstance(value, str):
@@ -554,7 +554,7 @@ def _names(table: Table, key: str, default: str | None, known: Sequence[str]) ->
     return found
 
 
-def _frames(table: Table) -> tuple[int, int] | None:
+def _frames(table: TomlTable) -> tuple[int, int] | None:
     if "frames" not in table:
         table.take("frames")
         return None
@@ -566,7 +566,7 @@ def _frames(table: Table) -> tuple[int, int] | None:
     return value[0], value[1]
 
 
-def _labels(table: Table, captions: Table) -> LabelPlan:
+def _labels(table: TomlTable, captions: TomlTable) -> LabelPlan:
     write = table.texts("write", DEFAULT_LABELS, LABELS)
     plan = LabelPlan(
         write=tuple(name for name in LABELS if name in write),
@@ -581,7 +581,7 @@ def _labels(table: Table, captions: Table) -> LabelPlan:
     return plan
 
 
-def _splits(table: Table) -> SplitPlan | None:
+def _splits(table: TomlTable) -> SplitPlan | None:
     if "splits" not in table:
         table.take("splits")
         return None
@@ -602,7 +602,7 @@ def _splits(table: Table) -> SplitPlan | None:
     return SplitPlan(by, rules)
 
 
-def _rule(table: Table, name: str) -> Any:
+def _rule(table: TomlTable, name: str) -> Any:
     value = table.take(name)
     if not name.isidentifier():
         table.fail(name, f"`{name[:60]}` is not a name for a split", "use letters, digits and underscores")
@@ -624,7 +624,7 @@ def _rule(table: Table, name: str) -> Any:
     table.fail(name, f'`{name}`: expected a share, a list, {{ range = [low, high] }} or "rest", got {shown(value)}')
 
 
-def _check_disjoint(table: Table, by: str, rules: Mapping[str, Any]) -> None:
+def _check_disjoint(table: TomlTable, by: str, rules: Mapping[str, Any]) -> None:
     """Raise an error if a sample could be in two splits."""
     if sum(rule == "rest" for rule in rules.values()) > 1:
         table.fail(None, "`splits`: only one split can be the rest")
@@ -644,7 +644,7 @@ def _check_disjoint(table: Table, by: str, rules: Mapping[str, Any]) -> None:
             table.fail(second, f"`{second}`: the range overlaps that of `{first}`, which would leak")
 
 
-def _filters(table: Table) -> FilterPlan:
+def _filters(table: TomlTable) -> FilterPlan:
     own = table.table("visible")
     visible = {word: own.number(word, None, 0.0, 1.0) for word in own}
     predicates = table.texts("predicates")
@@ -660,7 +660,7 @@ def _filters(table: Table) -> FilterPlan:
     return plan
 
 
-def _output(table: Table) -> OutputPlan:
+def _output(table: TomlTable) -> OutputPlan:
     formats = table.texts("formats", ("webdataset",), FORMATS)
     plan = OutputPlan(formats, table.number("shard", 100, 1, MAX_SHARD), table.text("licence", ""))
     table.finish()
@@ -669,7 +669,7 @@ def _output(table: Table) -> OutputPlan:
     return plan
 
 
-def _limits(table: Table) -> Limits:
+def _limits(table: TomlTable) -> Limits:
     default = Limits()
     found = Limits(
         steps=table.number("steps", default.steps, 1, 10**15),
@@ -684,7 +684,7 @@ def _limits(table: Table) -> Limits:
     return found
 
 
-def _check_together(table: Table, spec: Spec) -> None:
+def _check_together(table: TomlTable, spec: Spec) -> None:
     """Raise an error for parts that do not fit each other."""
     _check_needs(table, spec)
     if spec.splits is not None and spec.splits.by not in ("scene", "program", *spec.params):
@@ -694,7 +694,7 @@ def _check_together(table: Table, spec: Spec) -> None:
         _check_patterns(table, spec, spec.splits.rules)
 
 
-def _check_patterns(table: Table, spec: Spec, rules: Mapping[str, Any]) -> None:
+def _check_patterns(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> None:
     """Raise an error if a program is in no split, or a split has no program."""
     if not any(isinstance(rule, tuple) for rule in rules.values()):
         return
@@ -709,7 +709,7 @@ def _check_patterns(table: Table, spec: Spec, rules: Mapping[str, Any]) -> None:
                 table.table("splits").fail(None, f"`splits`: `{name}` is in no split", 'name one split "rest"')
 
 
-def _check_needs(table: Table, spec: Spec) -> None:
+def _check_needs(table: TomlTable, spec: Spec) -> None:
     for name in spec.output.formats:
         missing = [label for label in NEEDS.get(name, ()) if label not in spec.labels.write]
         if missing:

@@ -122,7 +122,7 @@ def _plain_key(text: str) -> str:
     return next(iter(tomllib.loads(f"{text} = 0")))
 
 
-def parsed(source: Source, code: str) -> Table:
+def parsed(source: Source, code: str) -> TomlTable:
     """Parse TOML; raises SceneError ``code`` with the place of a mistake."""
     if len(source.text) > _MAX_SIZE:
         raise SceneError(code, f"{source.name} has more than {_MAX_SIZE:,} characters")
@@ -136,7 +136,7 @@ def parsed(source: Source, code: str) -> Table:
         found = _places(source.text)
     except (ValueError, IndexError, RecursionError):  # a rare spelling: mistakes are reported without their place
         found = {}
-    return Table(data, (), Document(source, code, found))
+    return TomlTable(data, (), TomlDocument(source, code, found))
 
 
 def _syntax_error(source: Source, code: str, message: str) -> SceneError:
@@ -150,7 +150,7 @@ def _syntax_error(source: Source, code: str, message: str) -> SceneError:
 
 
 @dataclass(frozen=True, slots=True)
-class Document:
+class TomlDocument:
     """A TOML file: its text, the code of its errors, and the places of its keys."""
 
     source: Source
@@ -165,10 +165,10 @@ class Document:
         raise SceneError(self.code, message, hint, Span(self.source, start, end))
 
 
-class Table:
+class TomlTable:
     """A table of a TOML file, whose keys are read one after the other; unread ones are unknown."""
 
-    def __init__(self, data: Mapping[str, Any], path: KeyPath, document: Document) -> None:
+    def __init__(self, data: Mapping[str, Any], path: KeyPath, document: TomlDocument) -> None:
         self._data = data
         self._read: set[str] = set()
         self.path = path
@@ -233,12 +233,12 @@ class Table:
             near = suggest(value, choices)
             self.fail(key, f"`{key}`: unknown `{value[:60]}`", near or f"expected one of {', '.join(choices)}")
 
-    def table(self, key: str) -> Table:
+    def table(self, key: str) -> TomlTable:
         """Return a table, an empty one if it is not there."""
         value = self.take(key, {})
         if not isinstance(value, dict):
             self.fail(key, f"`{key}`: expected a table, got {shown(value)}")
-        return Table(value, (*self.path, key), self.document)
+        return TomlTable(value, (*self.path, key), self.document)
 
     def finish(self) -> None:
         """Raise an error for the first key that nothing has read."""

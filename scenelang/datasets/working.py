@@ -172,7 +172,7 @@ class _Worker:
     """A worker process as the pool sees it."""
 
     def __init__(self, request: Mapping[str, Any]) -> None:
-        self.process = subprocess.Popen(  # noqa: S603 - this interpreter with our own code
+        self.process = subprocess.Popen(  # this interpreter with our own code  # noqa: S603  # nosec B603
             [sys.executable, "-c", _CODE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, env=environment(),
             start_new_session=True,
         )  # fmt: skip
