@@ -76,7 +76,7 @@ def test_a_killed_driver_is_resumed(cluster: Any, folder: Path, tmp_path: Path) 
     words = [sys.executable, "-m", "scenelang", "dataset", str(folder / "spec.toml"), "-o", str(out), "--count", "40"]
     with subprocess.Popen([*words, "--ray", cluster.address]) as running:
         deadline = time.monotonic() + 120.0
-        while len(list(out.glob("shards/*.json"))) < 2 and time.monotonic() < deadline:
+        while len(list(out.glob("shards/0*.json"))) < 2 and time.monotonic() < deadline:
             time.sleep(0.02)
         running.kill()
     before = dataset_status(out)

@@ -82,7 +82,7 @@ def test_a_killed_run_is_resumed(made: Path, folder: Path, tmp_path: Path, numbe
     words = [sys.executable, "-m", "scenelang", "dataset", str(folder / "spec.toml"), "-o", str(out), "--jobs", "2"]
     with interruptible(words, tmp_path) as running:
         deadline = time.monotonic() + 60.0
-        while not list(out.glob("shards/*.json")) and time.monotonic() < deadline:
+        while not list(out.glob("shards/0*.json")) and time.monotonic() < deadline:
             time.sleep(0.01)
         running.send_signal(number)
         running.wait(30)
