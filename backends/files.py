@@ -169,7 +169,10 @@ def _is_running(process: int) -> bool:
         return False
     except OSError:
         return True
-    return True
+    try:  # a process that has ended, but that nothing has waited for, answers signals
+        return Path(f"/proc/{process}/stat").read_text("ascii", "replace").rpartition(")")[2].split()[0] != "Z"
+    except (OSError, IndexError):
+        return True
 
 
 def rewrite(path: Path, text: str) -> None:
