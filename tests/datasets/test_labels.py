@@ -128,6 +128,21 @@ def _placed(entity: Any, matrix: np.ndarray) -> Any:
     return Entity("one", ANONYMOUS, (Pair(entity, Matrix(matrix.reshape(-1).tolist())),))
 
 
+def test_handles_of_some_are_those_of_all(row: Scene) -> None:
+    from scenelang.interpreter.scene.numbering import frame_numbers, instance_handles, some_handles
+
+    found = truth(row).ancestry
+    rows = [len(found) - 1, 0, *range(2, len(found), 3)]
+    every = instance_handles(row, found)
+    assert some_handles(row, found, rows) == {i: every[i] for i in rows}
+    film = evaluate('(bind "a" (lambda () (frames (for/list ((i (iota 3))) (union (call "cube") (call "sphere"))))))')
+    shot = still(film, VIEW, 2, 16, 12)
+    later = truth_of(film, shot, 1000, *unit_size(film)).ancestry
+    numbers = frame_numbers(film)
+    every = instance_handles(film, later, numbers)
+    assert some_handles(film, later, range(len(later)), numbers) == dict(enumerate(every))
+
+
 def test_records_of_things_are_exact(row: Scene) -> None:
     found = things_of(truth(row))
     classes = {"chest": 1, "drawer": 2, "knob": 3}
