@@ -91,8 +91,8 @@ OTHER := $(VENV)/$(notdir $(PY))
 NEURAL := clip diffusion distillation grounding imagine inversion metrics splats wording
 $(OTHER)/.ready: pyproject.toml constraints.txt
 	$(PY) -m venv $(OTHER)
-	$(OTHER)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[minecraft,usd,lm,lsp,mcp,notebook,video,site]" \
-	  lark pytest pytest-xdist hypothesis pexpect pytest-lsp nbclient ipykernel pycocotools build setuptools nbtlib mcschematic llguidance
+	$(OTHER)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[minecraft,usd,lm,lsp,mcp,notebook,video,site,datasets]" \
+	  webdataset datasets pycolmap trackeval lark pytest pytest-xdist hypothesis pexpect pytest-lsp nbclient ipykernel pycocotools build setuptools nbtlib mcschematic llguidance
 	touch $@
 
 test-python: $(OTHER)/.ready

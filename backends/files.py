@@ -169,7 +169,10 @@ def _is_running(process: int) -> bool:
         return False
     except OSError:
         return True
-    return True
+    try:  # a process that has ended, but that nothing has waited for, answers signals
+        return Path(f"/proc/{process}/stat").read_text("ascii", "replace").rpartition(")")[2].split()[0] != "Z"
+    except (OSError, IndexError):
+        return True
 
 
 def rewrite(path: Path, text: str) -> None:
@@ -230,6 +233,34 @@ def atomic_write_all(folder: Path) -> Iterator[Path]:
     finally:
         import shutil
 
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+@contextmanager
+def replaced_folder(path: Path) -> Iterator[Path]:
+    """Write a folder as a whole: yield a temporary folder, which takes the place of ``path`` on success.
+
+    On any error, Ctrl-C included, ``path`` is unchanged. Raises SceneError("file") if it cannot be written.
+    """
+    import shutil
+    import tempfile
+
+    make_folder(path.parent)
+    try:
+        _sweep(path.parent)
+        temporary = Path(tempfile.mkdtemp(prefix=_temporary_prefix(), dir=path.parent))
+    except OSError as error:
+        raise SceneError("file", f"cannot write to {path.parent}: {error.strerror or error}") from error
+    try:
+        made = temporary / "made"
+        made.mkdir()
+        yield made
+        if path.exists():
+            path.rename(temporary / "replaced")
+        made.rename(path)
+    except OSError as error:
+        raise SceneError("file", f"cannot write `{path}`: {error.strerror or error}") from error
+    finally:
         shutil.rmtree(temporary, ignore_errors=True)
 
 

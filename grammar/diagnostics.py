@@ -126,6 +126,9 @@ CODES: dict[str, DiagnosticCode] = {
     "listing": DiagnosticCode("E908", "The list of primitives in the model's response is malformed."),
     "prompt": DiagnosticCode("E909", "A prompt template is missing, or contains an unknown placeholder."),
     "run": DiagnosticCode("E910", "The run does not exist, is damaged, or is in use by another process."),
+    # E92x: datasets
+    "dataset": DiagnosticCode("E921", "The spec of a dataset is wrong, or the dataset is damaged."),
+    "sample": DiagnosticCode("E922", "A sample of a dataset cannot be made."),
     # W
     "undefined-word": DiagnosticCode("W301", "A word is called at top level before its `bind`."),
     "shadowed-macro": DiagnosticCode("W302", "A definition shadows one of the paper's four macros."),
@@ -685,6 +688,8 @@ _MODELS = {
     "model-answer": "Allow more attempts with `--repair`, raise `--effort`, use another model, or simplify the task.",
     "listing": "Retry the request; each item must have `shape`, `attributes` and `pose`.",
     "prompt": "Correct the placeholder, or remove the file so that the built-in template is used.",
+    "dataset": "Correct the spec at the place shown. `--resume` makes damaged files of a dataset again.",
+    "sample": "Make the sample alone with `scenelang dataset sample SPEC KEY`, or loosen the filters of the spec.",
     "run": "Use a run listed by `scenelang runs`, and wait until no other process is using it.",
 }
 

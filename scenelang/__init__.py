@@ -32,6 +32,14 @@ if TYPE_CHECKING:
     from scenelang.backends.neural.inversion import InversionSettings as InversionSettings
     from scenelang.backends.neural.prompts import Granularity as Granularity
     from scenelang.backends.neural.weights import Models as Models
+    from scenelang.datasets.describing import preview_dataset as preview_dataset
+    from scenelang.datasets.running import DatasetProgress as DatasetProgress
+    from scenelang.datasets.running import DatasetReport as DatasetReport
+    from scenelang.datasets.running import dataset as dataset
+    from scenelang.datasets.running import dataset_sample as dataset_sample
+    from scenelang.datasets.running import dataset_status as dataset_status
+    from scenelang.datasets.running import merge_datasets as merge_datasets
+    from scenelang.datasets.running import verify_dataset as verify_dataset
     from scenelang.embeddings import Embeddings as Embeddings
     from scenelang.evaluation.subjects import MetricOptions as MetricOptions
     from scenelang.evaluation.subjects import MetricReport as MetricReport
@@ -86,6 +94,10 @@ _HOMES = {
     "list_backends": "api", "load": "api", "parse": "api", "transpile": "api",
     "DistillationSettings": "backends.neural.distillation.training",
     "InversionSettings": "backends.neural.inversion", "Granularity": "backends.neural.prompts",
+    "DatasetProgress": "datasets.running", "DatasetReport": "datasets.running", "dataset": "datasets.running",
+    "dataset_sample": "datasets.running", "dataset_status": "datasets.running",
+    "merge_datasets": "datasets.running", "preview_dataset": "datasets.describing",
+    "verify_dataset": "datasets.running",
     "Models": "backends.neural.weights", "Embeddings": "embeddings", "MetricOptions": "evaluation.subjects",
     "MetricReport": "evaluation.subjects", "evaluate_metrics": "evaluation.subjects", "Datum": "grammar.datum",
     "Source": "grammar.datum", "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics",

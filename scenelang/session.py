@@ -131,13 +131,15 @@ class Checked:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluated:
-    """Result of an evaluation. ``scene`` is None if there were errors; ``log`` contains the printed lines."""
+    """Result of an evaluation. ``scene`` is None if there were errors; ``log`` contains the printed lines. ``draws`` is
+    False if the run drew no random numbers, so that it is the same for every seed."""
 
     program: Program | None = field(repr=False)
     scene: Scene | None
     diagnostics: tuple[Diagnostic, ...]
     log: tuple[str, ...] = ()
     steps: int = 0
+    draws: bool = True
 
     @property
     def ok(self) -> bool:
@@ -562,7 +564,8 @@ class Session:
             problem = replace(problem, notes=(*problem.notes, note))
         warnings = without_suppressed(runtime.warnings.values(), program.sources)
         diagnostics = confirmed(checked.diagnostics, problem, warnings)
-        return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total)
+        draws = runtime.streams.was_used
+        return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total, draws)
 
     def check_geometry(self, source: Source) -> list[Diagnostic]:
         """Evaluate a program and run the geometry lint on its scene; returns the diagnostics of both."""

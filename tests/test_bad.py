@@ -29,6 +29,7 @@ ELSEWHERE = {
     "E509": "no program ends its process: tests/sandbox",
     "E707": "weights are no program: tests/clip",
     **{f"E{number}": "a model's service, a run or a prompt is needed: tests/models" for number in range(901, 911)},
+    **dict.fromkeys(["E921", "E922"], "a spec and a dataset are needed: tests/datasets"),
     **dict.fromkeys(["W618", "W620"], "a file or a version is needed: tests/minecraft"),
     **dict.fromkeys(["W621", "W622"], "a text-to-image model's layout, its vectors: tests/imagine"),
     "W625": "a hundred findings are needed: tests/lint/test_caps.py",

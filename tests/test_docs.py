@@ -27,6 +27,7 @@ DOCUMENTS = (
     "docs/pictures.md",
     "docs/python.md",
     "docs/maps.md",
+    "docs/datasets.md",
     "docs/minecraft.md",
     "docs/splatting.md",
     "docs/imagine.md",

@@ -18,7 +18,6 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Progress, frame_of, require, sub_progress
 from scenelang.backends.files import atomic_write, atomic_write_all, write_json
-from scenelang.backends.geometry.solids import is_semantic
 from scenelang.backends.labels import ground_truth
 from scenelang.backends.labels.ground_truth import (
     VISIBLE,
@@ -30,18 +29,18 @@ from scenelang.backends.labels.ground_truth import (
     boxes_in,
     boxes_of,
     correspondence_of,
-    truth_of,
 )
+from scenelang.backends.labels.things import is_thing
+from scenelang.backends.labels.views import LabelledView, SceneFacts, labelled_view
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.pictures.appearance import encode, tint
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json
-from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOptions, painters, save_picture, write_exr
-from scenelang.backends.pictures.stage import Shot, box_of, still, unit_size
-from scenelang.grammar.datum import dataclass, field, replace
+from scenelang.backends.pictures.film import PictureBackend, PictureOptions, save_picture, write_exr
+from scenelang.backends.pictures.stage import box_of
+from scenelang.grammar.datum import dataclass, replace
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import setting, whole
-from scenelang.interpreter.scene.entity import Entity, Scene
-from scenelang.interpreter.scene.numbering import frame_numbers, instance_handles
+from scenelang.interpreter.scene.entity import Scene
 
 # Annotations in COCO's JSON format: one per visible instance, at every level of the hierarchy. Masks are column-wise
 # run lengths, as in COCO. In addition to COCO's fields an annotation has ``depth`` (in the hierarchy), ``instance`` and
@@ -323,16 +322,11 @@ def _pictures_of(
     yield "boxes", with_boxes(picture, _drawn_boxes(truth, boxes))
 
 
-def _is_thing(entity: Entity) -> bool:
-    """Whether an entity is named by the program or a semantic primitive, rather than a plain primitive."""
-    return not entity.is_primitive or is_semantic(entity)
-
-
 def _drawn_boxes(truth: Truth, boxes: Boxes) -> list[DrawnBox]:
     """Return the boxes to draw: those of things and their parts rather than of their plain primitives."""
     ancestry = truth.ancestry
     large = np.flatnonzero((boxes.area > _MIN_AREA) & (ancestry.depth > 0)).tolist()
-    things = [i for i in large if _is_thing(ancestry.entity(i))] or large
+    things = [i for i in large if is_thing(ancestry.entity(i))] or large
     words = [ancestry.entity(i).word for i in things]
     return [(boxes.visible[i].tolist(), word, word_color(word)) for i, word in zip(things, words, strict=True)]
 
@@ -428,9 +422,6 @@ def _legend_picture(truth: Truth) -> Picture:
     return legend_picture([(word, word_color(word)) for word in words])
 
 
-MAX_VIEWS = 10_000
-
-
 @dataclass(frozen=True, slots=True)
 class MapOptions:
     """Options of labelled datasets.
@@ -471,29 +462,6 @@ def items_of(folder: Path, name: str, scene: Scene, views: int, alone: bool, fra
             parts += [f"frame-{number:03d}"] if len(frames) > 1 else []
             found.append(DatasetItem(name, view, number, folder.joinpath(*parts)))
     return found
-
-
-def random_views(count: int, seed: int, like: Viewpoint) -> tuple[Viewpoint, ...]:
-    """Return ``count`` random viewpoints around and above a scene, reproducible for a given ``seed``."""
-    random = np.random.default_rng(seed)
-    azimuths, elevations = random.uniform(-180.0, 180.0, count), random.uniform(5.0, 65.0, count)
-    pairs = zip(azimuths.tolist(), elevations.tolist(), strict=True)
-    return tuple(replace(like, azimuth=azimuth, elevation=elevation) for azimuth, elevation in pairs)
-
-
-def views_of(given: Sequence[Viewpoint | Camera], count: int | None, seed: int) -> tuple[Viewpoint | Camera, ...]:
-    """Return the given cameras, or ``count`` random ones that share the given viewpoint's other settings.
-
-    Raises SceneError("value").
-    """
-    if count is None:
-        return tuple(given)
-    if not 1 <= count <= MAX_VIEWS:
-        raise SceneError("value", f"`--views` must be 1 to {MAX_VIEWS:,}, not {count}")
-    (like,) = given if len(given) == 1 else (None,)
-    if like is None or isinstance(like, Camera):
-        raise SceneError("value", "`--views` places cameras at random: give at most one viewpoint, which they share")
-    return random_views(count, seed, like)
 
 
 def names_of(files: Sequence[str]) -> list[str]:
@@ -567,7 +535,7 @@ def write_maps(
     """
     box_of(scene)  # report an empty scene before anything is written
     scene = as_cubes(scene, options.pictures.limit, options.pictures.warn)  # label what is drawn
-    total = len(items)
+    facts, total = SceneFacts(scene), len(items)
     for view in dict.fromkeys(item.view for item in items):
         mine = [item for item in items if item.view == view]
         missing = [item for item in mine if not _is_done(item, options)]
@@ -577,7 +545,7 @@ def write_maps(
         if missing:
             start = items.index(mine[0]) / total
             share = sub_progress(progress, start, start + len(mine) / total)
-            _write_view(scene, mine, missing, options, backend, share)
+            _write_view(facts, mine, missing, options, backend, share)
     if progress is not None:
         progress(1.0)
 
@@ -600,32 +568,8 @@ def _digest(item: DatasetItem, options: MapOptions) -> str:
     return hashlib.sha256(fingerprint.encode()).hexdigest()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _View:
-    """State shared by the shots of one camera."""
-
-    scene: Scene
-    options: MapOptions
-    painter: Painter
-    shots: dict[int, Shot]
-    center: npt.NDArray[np.float64]
-    scale: float
-    paths: ground_truth.PathNumbers
-    numbers: dict[tuple[int, ...], int] | None  # of handles by path; None for a scene with one frame
-    recent: dict[int, Truth] = field(default_factory=dict)
-
-    def truth(self, frame: int) -> Truth:
-        """Return the ground truth of a frame; the last two are cached because each frame is compared with the next."""
-        if frame not in self.recent:
-            for old in list(self.recent)[: len(self.recent) - 1]:
-                del self.recent[old]
-            limit = self.options.pictures.limit
-            self.recent[frame] = truth_of(self.scene, self.shots[frame], limit, self.center, self.scale)
-        return self.recent[frame]
-
-
 def _write_view(
-    scene: Scene,
+    facts: SceneFacts,
     items: Sequence[DatasetItem],
     missing: Sequence[DatasetItem],
     options: MapOptions,
@@ -636,32 +580,11 @@ def _write_view(
     picture_options = replace(options.pictures, camera=camera)
     if isinstance(camera, Camera) and not options.resize:
         picture_options = replace(picture_options, width=camera.width, height=camera.height)
-    shots = {
-        item.frame: still(scene, picture_options.camera, item.frame, picture_options.width, picture_options.height)
-        for item in items
-    }
-    (painter,) = painters(scene, picture_options, [backend], list(shots.values()))
-    numbers = frame_numbers(scene) if len(scene.frames) > 1 else None
-    view = _View(scene, options, painter, shots, *unit_size(scene), ground_truth.PathNumbers(), numbers)
-    tracks = _tracks(view) if len(shots) > 1 else None
+    view = labelled_view(facts, picture_options, backend, [item.frame for item in items], options.tracks)
     for i, item in enumerate(missing):
-        following = item.frame + 1 if item.frame + 1 in shots else None
-        _write_shot(view, item, following, tracks, sub_progress(progress, i / len(missing), (i + 1) / len(missing)))
-    if tracks is not None:
-        _write_tracks(items[0].folder.parent, tracks)
-
-
-def _tracks(view: _View) -> ground_truth.Tracks:
-    """Return the trajectories, through all frames of a camera, of points visible in the first frame."""
-    places: ground_truth.Places | None = None
-    found = []
-    for frame in view.shots:
-        truth = view.truth(frame)
-        paths = view.paths.of(truth.ancestry)
-        if places is None:
-            places = ground_truth.sample_places(truth, paths, view.options.tracks, view.options.pictures.seed)
-        found.append(ground_truth.found_in(places, truth, paths))
-    return ground_truth.tracks_of(found)
+        _write_shot(view, item, options, sub_progress(progress, i / len(missing), (i + 1) / len(missing)))
+    if view.tracks is not None:
+        _write_tracks(items[0].folder.parent, view.tracks)
 
 
 def _write_tracks(folder: Path, tracks: ground_truth.Tracks) -> None:
@@ -672,23 +595,20 @@ def _write_tracks(folder: Path, tracks: ground_truth.Tracks) -> None:
 # --- one shot --------------------------------------------------------------------------------------------------
 
 
-def _write_shot(
-    view: _View, item: DatasetItem, following: int | None, tracks: ground_truth.Tracks | None, progress: Progress | None
-) -> None:
-    picture = view.painter.paint(view.shots[item.frame], sub_progress(progress, 0.0, 0.7)).picture
+def _write_shot(view: LabelledView, item: DatasetItem, options: MapOptions, progress: Progress | None) -> None:
+    picture = view.image(item.frame, sub_progress(progress, 0.0, 0.7)).picture
     maps = ShotMaps(view.truth(item.frame), picture)
-    if following is not None:
-        there = view.truth(following)
-        paths = view.paths.of(maps.truth.ancestry), view.paths.of(there.ancestry)
-        maps.add_flow(ground_truth.flow_between(maps.truth, there, *paths))
-    if tracks is not None:
-        maps.add_tracks(tracks, list(view.shots).index(item.frame), view.paths.of(maps.truth.ancestry))
-    handles = instance_handles(view.scene, maps.truth.ancestry, view.numbers)
+    flow = view.flow(item.frame)
+    if flow is not None:
+        maps.add_flow(flow)
+    if view.tracks is not None:
+        maps.add_tracks(view.tracks, list(view.shots).index(item.frame), view.paths(item.frame))
+    handles = view.handles(item.frame)
     shot = {"format": FORMAT, "version": VERSION, "name": item.name, "camera": item.view, "frame": item.frame}
     _prepare_folder(item.folder)
     with atomic_write_all(item.folder) as target:
-        maps.write(target, handles, view.options.annotations)
-    write_json(item.folder / "shot.json", shot | {"digest": _digest(item, view.options)})
+        maps.write(target, handles, options.annotations)
+    write_json(item.folder / "shot.json", shot | {"digest": _digest(item, options)})
     if progress is not None:
         progress(1.0)
 

@@ -68,24 +68,49 @@ def truth_of(scene: Scene, shot: Shot, limit: int, center: FloatArray, scale: fl
     ``center`` (3,) and ``scale`` bring the scene to unit size, for numerical precision. Raises SceneError, and
     LimitError if the frame expands to more than ``limit`` primitives.
     """
-    root = scene.frames[shot.frame]
+    return truth_in(expanded(scene, shot.frame, limit, center, scale), shot)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Expanded:
+    """A frame as all cameras see it: flattened, with its instances, and its solids in the world and at unit size.
+
+    ``center`` (3,) and ``scale`` bring it to unit size.
+    """
+
+    flat: FlatFrame
+    ancestry: Ancestry
+    world: Solids
+    solids: Solids
+    center: FloatArray
+    scale: float
+
+
+def expanded(scene: Scene, frame: int, limit: int, center: FloatArray, scale: float) -> Expanded:
+    """Expand a frame; raises LimitError if it has more than ``limit`` primitives."""
+    root = scene.frames[frame]
     check_size(root, limit)
-    frame, ancestry = flatten_entity(root), ancestry_of(root)
-    world = solids_of(frame)
-    solids = normalized(world, center, scale)
+    flat, ancestry = flatten_entity(root), ancestry_of(root)
+    world = solids_of(flat)
+    return Expanded(flat, ancestry, world, normalized(world, center, scale), center, scale)
+
+
+def truth_in(frame: Expanded, shot: Shot) -> Truth:
+    """Return the ground truth of one shot of an expanded frame."""
+    solids, ancestry, center, scale = frame.solids, frame.ancestry, frame.center, frame.scale
     camera = shot.camera.rescaled(center, scale)
     rays = camera_rays(camera)
     caster = caster_for(solids, rays)
     ids = ids_of(caster.cast())
-    row, column = np.divmod(np.arange(ids.size), camera.width)
-    origin, direction = rays.at(column + 0.5, row + 0.5)
     hit = np.flatnonzero(ids.reshape(-1) >= 0)
+    row, column = np.divmod(hit, camera.width)
+    origin, direction = rays.at(column + 0.5, row + 0.5)
     number = ids.reshape(-1)[hit]
     depth = np.full(ids.size, np.inf)
-    depth[hit] = _exact_depths(solids, number, origin[hit], direction[hit])
+    depth[hit] = _exact_depths(solids, number, origin, direction)
     position, normal, albedo = (np.zeros((ids.size, 3)) for _ in range(3))
-    position[hit] = origin[hit] + direction[hit] * depth[hit, None]
-    normal[hit] = caster.surface(number, position[hit], direction[hit])
+    position[hit] = origin + direction * depth[hit, None]
+    normal[hit] = caster.surface(number, position[hit], direction)
     albedo[hit] = solids.colors[number]
     instance = np.full(ids.size, NOTHING, np.int64)
     instance[hit] = ancestry.primitives[solids.instance[number]]
@@ -93,9 +118,9 @@ def truth_of(scene: Scene, shot: Shot, limit: int, center: FloatArray, scale: fl
     shape = ids.shape
     return Truth(
         shot.camera,
-        frame,
+        frame.flat,
         ancestry,
-        world,
+        frame.world,
         instance.reshape(shape),
         (depth / scale).reshape(shape),
         normal.reshape(*shape, 3),

@@ -7,7 +7,7 @@ sky, and a small-scale term in screen space, from neighbouring pixels.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ from scenelang.backends.geometry.solids import Solids
 from scenelang.backends.pictures.appearance import BRIGHTEST, GROUND_EDGE, ground_colors
 from scenelang.backends.pictures.rays import caster_for, depths_of, parallel_rays
 from scenelang.backends.pictures.stage import Stage
+from scenelang.interpreter.scene.primitives.mesh import inverses_of
 
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
@@ -44,6 +45,10 @@ class ShadowMap:
     depth: Float32Array
     axes: FloatArray
     center: FloatArray
+    framed: Float32Array = field(init=False, repr=False)  # the depths (size + 2)^2 within a frame of infinity
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "framed", np.pad(self.depth, 1, constant_values=np.float32(np.inf)).reshape(-1))
 
     @property
     def size(self) -> int:
@@ -97,15 +102,15 @@ class _Receivers:
         return above
 
 
-def shadow_map(solids: Solids, direction: FloatArray, size: int) -> ShadowMap:
+def shadow_map(solids: Solids, direction: FloatArray, size: int, inverse: FloatArray | None = None) -> ShadowMap:
     """Return the shadow map of ``solids``, all inside the unit ball, for light from the unit vector
-    ``direction`` (3,)."""
+    ``direction`` (3,); ``inverse`` (N, 3, 3) are the inverses of their poses."""
     forward = -direction
     right = np.cross(forward, np.eye(3)[int(np.argmin(np.abs(forward)))])
     right /= np.linalg.norm(right)
     axes = np.stack([right, np.cross(right, forward), forward])
     center = direction * _LIGHT_DISTANCE
-    caster = caster_for(solids, parallel_rays(center, axes, _HALF, size))
+    caster = caster_for(solids, parallel_rays(center, axes, _HALF, size), inverse)
     return ShadowMap(depths_of(caster.cast()), axes, center)
 
 
@@ -210,11 +215,10 @@ def _noise(column: IntArray, row: IntArray) -> Float32Array:
 
 def _tap(shadow: ShadowMap, u: Float32Array, v: Float32Array) -> Float32Array:
     """Return the map's depths at texels (N,), infinity outside the map."""
-    size = shadow.size
-    column, row = np.rint(u).astype(np.int32), np.rint(v).astype(np.int32)
-    inside = (column >= 0) & (column < size) & (row >= 0) & (row < size)
-    index = np.where(inside, row * size + column, 0)
-    return np.where(inside, shadow.depth.reshape(-1)[index], np.float32(np.inf))
+    last = np.float32(shadow.size + 1)
+    column = np.clip(np.rint(u) + np.float32(1.0), np.float32(0.0), last).astype(np.int32)
+    row = np.clip(np.rint(v) + np.float32(1.0), np.float32(0.0), last).astype(np.int32)
+    return np.asarray(shadow.framed[row * np.int32(shadow.size + 2) + column], np.float32)
 
 
 def _blocker_distance(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
@@ -242,11 +246,13 @@ def _lit_share(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
 def sky_maps(solids: Solids, count: int) -> list[ShadowMap]:
     """Return the shadow maps of ``solids`` for light from ``count`` directions of the sky."""
     maps = []
+    with np.errstate(all="ignore"):
+        inverse = inverses_of(solids.matrices[:, :, :3])
     for k in range(count):
         height = 1.0 - (k + 0.5) / count * 0.97
         turn, flat = k * math.pi * (3.0 - math.sqrt(5.0)), math.sqrt(1.0 - height * height)
         direction = np.array([flat * math.cos(turn), height, flat * math.sin(turn)])
-        maps.append(shadow_map(solids, direction, _SKY_SIZE))
+        maps.append(shadow_map(solids, direction, _SKY_SIZE, inverse))
     return maps
 
 

@@ -7,7 +7,7 @@ the solid's index, so that the nearest hit is the minimum and ties are broken de
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -187,6 +187,22 @@ class Caster:
                 np.minimum(part, found, out=part)
 
     def _cast_batch(self, form: CanonicalForm, batch: IntArray, keys: Keys, beyond: Keys | None) -> None:
+        _, owner, pixel, o, d = self._batch_rays(batch)
+        ratios = tuple(ratio[owner] for ratio in self.solids.ratios_of(form, batch))
+        for t in _hits(form, (o[0], o[1], o[2]), (d[0], d[1], d[2]), ratios):
+            hit = np.flatnonzero(t < np.inf)
+            found, at = _keys_of(t[hit], batch[owner[hit]].astype(np.uint64)), pixel[hit]
+            if beyond is not None:
+                kept = found > beyond.reshape(-1)[at]
+                found, at = found[kept], at[kept]
+            np.minimum.at(keys.reshape(-1), at, found)
+
+    def _batch_rays(self, batch: IntArray) -> tuple[int, IntArray, IntArray, list[FloatArray], list[FloatArray]]:
+        """Return the rays of all samples in the rectangles of a batch, in the frames of its solids.
+
+        Their number, the position in ``batch`` and the sample (N,) of each, and the coordinates of origins and
+        directions.
+        """
         x0, y0, x1, y1 = self.rectangles[batch].T
         width = x1 - x0
         area = width * (y1 - y0)
@@ -203,14 +219,49 @@ class Caster:
                 if moves:
                     value = value + column * c[:, 1, k][owner] + row * c[:, 2, k][owner]
                 out.append(value)
+        return len(owner), owner, pixel, o, d
+
+    def covered(self, owner: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+        """Yield owners and the numbers of samples that each owner's solids cover, whatever is before them.
+
+        ``owner`` (N,) is the owner of each solid, negative for none. Owners are distinct within and between yields.
+        """
+        x0, y0, x1, y1 = self.rectangles.T
+        area = (x1 - x0) * (y1 - y0)
+        rows = np.flatnonzero((area > 0) & (owner >= 0))
+        rows = rows[np.argsort(owner[rows], kind="stable")]
+        start = 0
+        with np.errstate(all="ignore"):
+            while start < len(rows):  # whole owners at a time, of as many samples as fit a batch
+                end = int(np.searchsorted(np.cumsum(area[rows[start:]]), 16 * _BATCH, side="right")) + start
+                last = owner[rows[min(max(end, start + 1), len(rows)) - 1]]
+                end = int(np.searchsorted(owner[rows], last, side="right"))
+                yield self._covered(rows[start:end], owner)
+                start = end
+
+    def _covered(self, rows: IntArray, owner: IntArray) -> tuple[IntArray, IntArray]:
+        owners, which = np.unique(owner[rows], return_inverse=True)
+        number = np.zeros(len(owner), np.int64)
+        number[rows] = which
+        size = self.rays.width * self.rays.height
+        pairs = np.zeros(0, np.int64)
+        chosen = np.zeros(len(owner), bool)
+        chosen[rows] = True
+        x0, y0, x1, y1 = self.rectangles.T
+        for form, mine in self.solids.groups(chosen):
+            for batch in _batches(mine, (x1 - x0) * (y1 - y0)):
+                pixel, solid = self._hit_samples(form, batch)
+                pairs = np.union1d(pairs, number[solid] * size + pixel)
+        return owners, np.bincount(pairs // size, minlength=len(owners))
+
+    def _hit_samples(self, form: CanonicalForm, batch: IntArray) -> tuple[IntArray, IntArray]:
+        """Return the samples that the solids of a batch cover, and the solid that covers each."""
+        at, owner, pixel, o, d = self._batch_rays(batch)
         ratios = tuple(ratio[owner] for ratio in self.solids.ratios_of(form, batch))
+        hit = np.zeros(at, bool)
         for t in _hits(form, (o[0], o[1], o[2]), (d[0], d[1], d[2]), ratios):
-            hit = np.flatnonzero(t < np.inf)
-            found, at = _keys_of(t[hit], batch[owner[hit]].astype(np.uint64)), pixel[hit]
-            if beyond is not None:
-                kept = found > beyond.reshape(-1)[at]
-                found, at = found[kept], at[kept]
-            np.minimum.at(keys.reshape(-1), at, found)
+            hit |= t < np.inf
+        return pixel[hit], batch[owner[hit]]
 
     def surface(self, ids: IntArray, points: FloatArray, toward: FloatArray) -> FloatArray:
         """Return unit normals (N, 3) of the solids ``ids`` at world ``points`` (N, 3), flipped to face against
@@ -245,10 +296,10 @@ def ids_of(keys: Keys) -> IntArray:
     return np.where(keys == NOTHING, -1, (keys & np.uint64(0xFFFFFFFF)).astype(np.int64))
 
 
-def caster_for(solids: PosedForms, rays: Rays) -> Caster:
-    """Prepare ``solids``, whose poses must be invertible, for ``rays``."""
+def caster_for(solids: PosedForms, rays: Rays, inverse: FloatArray | None = None) -> Caster:
+    """Prepare ``solids``, whose poses must be invertible, for ``rays``; ``inverse`` (N, 3, 3) are their inverses."""
     with np.errstate(all="ignore"):
-        inverse = inverses_of(solids.matrices[:, :, :3])
+        inverse = inverses_of(solids.matrices[:, :, :3]) if inverse is None else inverse
         rectangles = _rectangles(solids, rays)
         forward = rays.axes[2]
         depth = (solids.matrices[:, :, 3] - rays.eye) @ forward
@@ -284,6 +335,10 @@ def _rectangles(solids: PosedForms, rays: Rays) -> IntArray:
         bounds = _parallel_bounds if rays.parallel else _perspective_bounds
         for start in range(0, len(rows), _BATCH):
             part = rows[start : start + _BATCH]
+            if rays.parallel and type(form).hull is CanonicalForm.hull and not _is_ball(form):  # the cube's corners
+                reach = np.abs(linear[part, :2]).sum(axis=2)
+                low[part], high[part] = center[part, :2] - reach, center[part, :2] + reach
+                continue
             hull = form.hull(solids.ratios_of(form, part))
             low[part], high[part] = bounds(linear[part], center[part], hull, _is_ball(form))
     size = np.array([rays.width, rays.height], np.float64)

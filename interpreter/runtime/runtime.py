@@ -57,9 +57,10 @@ from scenelang.interpreter.scene.primitives.asset import Asset
 
 
 class Streams:
-    """The two global random streams, created when first used."""
+    """The two global random streams, created when first used; ``was_used`` is whether either ever was."""
 
     def __init__(self, seed: int) -> None:
+        self.was_used = False
         self._seeds: list[int] = [seed, seed]
         self._numpy: Any = None
         self._python: random.Random | None = None
@@ -67,6 +68,7 @@ class Streams:
     @property
     def numpy(self) -> Any:
         """Stream of type ``numpy.random.RandomState`` (MT19937)."""
+        self.was_used = True
         if self._numpy is None:
             from numpy.random import RandomState
 
@@ -75,6 +77,7 @@ class Streams:
 
     @property
     def python(self) -> random.Random:
+        self.was_used = True
         if self._python is None:
             self._python = random.Random(self._seeds[1])
         return self._python

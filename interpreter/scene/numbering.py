@@ -262,6 +262,28 @@ def instance_handles(scene: Scene, ancestry: Ancestry, numbers: Mapping[Path, in
     return [numbering.handle(ancestry.entity(i), before[i]) for i in range(len(ancestry))]
 
 
+def some_handles(
+    scene: Scene, ancestry: Ancestry, rows: Sequence[int], numbers: Mapping[Path, int] | None = None
+) -> dict[int, str]:
+    """Return the handles of some instances of one frame, as ``instance_handles`` gives those of all, by instance."""
+    if numbers is not None:
+        own = {i: ancestry.entity(i).embedding.handle for i in rows}
+        return {i: handle or f"z{numbers[ancestry.path(i)]}" for i, handle in own.items()}
+    numbering = number_scene(scene)
+    offsets: dict[int, list[int]] = {}
+    before = {0: 0}
+    for i in rows:
+        above = [i]
+        while above[-1] not in before:
+            above.append(int(ancestry.parent[above[-1]]))
+        for below, parent in zip(above[-2::-1], above[:0:-1]):
+            entity = ancestry.entity(parent)
+            if id(entity) not in offsets:
+                offsets[id(entity)] = [count for _, count in numbering.children(entity, 0)]
+            before[below] = before[parent] + offsets[id(entity)][int(ancestry.position[below])]
+    return {i: numbering.handle(ancestry.entity(i), before[i]) for i in rows}
+
+
 def primitive_handles(scene: Scene, flat: FlatScene) -> list[Sequence[str]]:
     """Return for each frame the handles of its primitives, in the order of ``flat``."""
     if len(scene.frames) > 1:

@@ -157,6 +157,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "render": Command(PROGRAM, "pictures", "render an image or a video of the scene"),
         "view": Command(EVALUATION, "pictures", "show programs in a browser with live reload"),
         "maps": Command(EVALUATION, "pictures", "render labeled images: segmentation, depth, boxes, motion"),
+        "dataset": Command(TEXT, "pictures", "make labeled datasets of any size from a spec of what varies"),
         "graph": Command(PROGRAM, "pictures", "draw the dependency graph of words (paper, Figure 2)"),
         "tree": Command(PROGRAM, "programs", "print the entity hierarchy"),
         "count": Command(PROGRAM, "programs", "count the instances of every word"),

@@ -1,4 +1,4 @@
-"""Commands that render, export and view scenes: render, export, maps, graph, view, backends."""
+"""Commands that render, export and view scenes: render, export, maps, dataset, graph, view, backends."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from scenelang.cli.options import (
     check_folder,
     done,
     fields_of,
+    given,
     given_settings,
     opened,
     print_result,
@@ -161,7 +162,8 @@ def add_maps(parser: argparse.ArgumentParser) -> None:
 
 
 def run_maps(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.labels.dataset import MapOptions, check_set_folder, views_of, write_set
+    from scenelang.backends.labels.dataset import MapOptions, check_set_folder, write_set
+    from scenelang.backends.labels.views import views_of
 
     with usage_errors():
         backend = film.picture_backend(arguments.quality)
@@ -200,6 +202,58 @@ def _labelled(arguments: argparse.Namespace, failed: list[str]) -> Iterator[Labe
         texts = [source.text, *(s.text for s in result.program.sources)] if result.program else [source.text]
         ways = (repr(arguments.define), str(arguments.root), str(arguments.seed), str(arguments.z))
         yield LabelledScene(name, result.scene, (*texts, *ways))
+
+
+# --- datasets --------------------------------------------------------------------------------------------------------
+
+
+def add_dataset(parser: argparse.ArgumentParser) -> None:
+    from scenelang.datasets.running import DatasetSettings
+
+    told = "spec in TOML; or `status DIR`, `verify DIR`, `merge DIR...`, `sample SPEC KEY`"
+    parser.add_argument("words", metavar="SPEC", nargs="+", help=told)
+    parser.add_argument("-o", "--output", metavar="OUT", help="folder, or an address such as s3://bucket/set")
+    add_fields(parser, DatasetSettings)
+    preview = "only show the first samples with their labels on a contact sheet (default: preview.png)"
+    parser.add_argument("--preview", metavar="OUT.png", nargs="?", const="preview.png", help=preview)
+    parser.add_argument("--shown", type=whole, default=12, metavar="N", help="samples of a preview (default 12)")
+
+
+def run_dataset(arguments: argparse.Namespace) -> int:
+    from scenelang.datasets import running
+
+    verb, *words = arguments.words if arguments.words[0] in _VERBS else ["make", *arguments.words]
+    least, most, needs_output = _VERBS[verb]
+    if not least <= len(words) <= most or (needs_output and not (arguments.output or arguments.preview)):
+        usage = {"make": "dataset SPEC", "merge": "dataset merge DIR...", "sample": "dataset sample SPEC KEY"}
+        raise UsageError("value", f"expected `{usage.get(verb, f'dataset {verb} DIR')}{' -o OUT' * needs_output}`")
+    if verb == "verify":
+        found = running.verify_dataset(words[0], progress(arguments, "verifying"))
+        report(arguments, found)
+        return 1 if found else print_result(arguments, [], f"{words[0]} is complete and sound")
+    if verb == "sample":
+        done(arguments, *running.write_sample(words[0], words[1], arguments.output))
+        return 0
+    if verb == "make" and arguments.preview:
+        from scenelang.datasets.describing import preview_dataset
+
+        sheet = preview_dataset(words[0], arguments.preview, arguments.shown)
+        report(arguments, sheet.failures)
+        return print_result(arguments, sheet.data(), sheet)
+    if verb == "make":
+        shown = None if progress(arguments, "") is None else running.progress_text(sys.stderr)
+        settings = given(arguments, running.DatasetSettings)
+        result = running.dataset(words[0], arguments.output, progress=shown, **settings)
+    else:
+        result = (
+            running.merge_datasets(words, arguments.output) if verb == "merge" else running.dataset_status(words[0])
+        )
+    return print_result(arguments, result.data(), result)
+
+
+# Least and most words of each form of `dataset`, and whether it writes.
+_VERBS = {"make": (1, 1, True), "status": (1, 1, False), "verify": (1, 1, False), "merge": (1, 10_000, True),
+          "sample": (2, 2, True)}  # fmt: skip
 
 
 # --- graph -----------------------------------------------------------------------------------------------------------

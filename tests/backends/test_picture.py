@@ -286,3 +286,28 @@ def test_the_backend_object_writes_a_file(make: Any, tmp_path: Path) -> None:
     assert Image.open(tmp_path / "a.webp").size == (512, 512)
     save_picture(drafted(make.odd()), tmp_path / "b.jpg")
     assert Image.open(tmp_path / "b.jpg").size == (64, 64)
+
+
+def test_shading_by_pixel_is_close_to_shading_by_sample(make: Any) -> None:
+    for environment in ("studio", "sunny", "flat"):
+        a, b = (
+            drafted(make.odd(), width=96, height=72, environment=environment, settings={"shading": shading}).astype(int)
+            for shading in ("sample", "pixel")
+        )
+        assert np.abs(a - b).mean() < 2.0
+        assert (np.abs(a - b).max(axis=2) > 40).mean() < 0.03
+    with pytest.raises(SceneError, match="`--shading` is one of sample, pixel"):
+        drafted(make.odd(), settings={"shading": "pixels"})
+
+
+@pytest.mark.parametrize("shading", ["sample", "pixel"])
+def test_a_painter_of_many_cameras_paints_as_one_of_each(make: Any, shading: str) -> None:
+    from scenelang.backends.pictures.film import painters
+
+    scene, backend = make.odd(), picture_backend("draft")
+    options = PictureOptions(width=48, height=36, settings={"shading": shading})
+    shots = [still(scene, Viewpoint(azimuth=azimuth), 0, 48, 36) for azimuth in (10.0, 120.0, 10.0)]
+    (shared,) = painters(scene, options, [backend], shots)
+    for shot in shots:
+        (alone,) = painters(scene, options, [backend], [shot])
+        assert (shared.paint(shot).picture == alone.paint(shot).picture).all()

@@ -1,0 +1,600 @@
+"""Formats that are made from the shards: COCO, KITTI, BOP, nerfstudio, COLMAP, MOT and TAP (docs/datasets.md).
+
+Camera frames are OpenCV's (x right, y down, z forward) unless a format says otherwise. Lengths are scene units; BOP's
+are millimetres, a scene unit being a metre.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.files import replaced_folder
+from scenelang.backends.labels.things import rigid_parts
+from scenelang.datasets.making import decoded, png
+from scenelang.datasets.store import Plan, Store, items_of
+from scenelang.grammar.diagnostics import SceneError
+
+FloatArray = npt.NDArray[np.float64]
+Record = dict[str, Any]
+_MILLIMETRES = 1_000.0
+_POINTS = 2_000  # of a COLMAP model
+_MAX_DEPTH = 65_535
+_SAME_DEPTH = 0.01  # relative difference of the depths of one point, within a pixel of a slope
+_HIDDEN, _LARGELY = 0.9, 0.5  # visibility above which KITTI calls a thing fully visible or partly occluded
+_MIN_TRUNCATION = 0.005
+
+
+class StoredItem:
+    """A picture with its labels, decoded when they are used."""
+
+    def __init__(self, key: str, split: str, files: Mapping[str, bytes]) -> None:
+        self.key, self.split, self._files = key, split, files
+        self.record: Record = json.loads(files["json"])
+
+    def __getitem__(self, name: str) -> Any:
+        return decoded(name, self._files[name])
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._files
+
+    @property
+    def picture(self) -> bytes:
+        """The encoded picture."""
+        return self._files["color.png"]
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        return self.record["camera"]["width"], self.record["camera"]["height"]
+
+    @property
+    def intrinsics(self) -> FloatArray:
+        return np.array(self.record["camera"]["K"], np.float64)
+
+    @property
+    def world_to_camera(self) -> FloatArray:
+        return np.array(self.record["camera"]["world_to_camera"], np.float64)
+
+    @property
+    def things(self) -> list[Record]:
+        return list(self.record["things"])
+
+    @property
+    def sequence(self) -> str:
+        """Name of the film that the picture belongs to: its sample and camera."""
+        return self.key.partition("-f")[0]
+
+
+def items(store: Store, records: Sequence[Mapping[str, Any]], split: str | None = None) -> Iterator[StoredItem]:
+    """Yield the items of a dataset in order, of one split if it is given."""
+    for record in records:
+        for file in record["files"]:
+            if split in (None, file["split"]):
+                for key, files in items_of(store, file["name"]):
+                    yield StoredItem(key, file["split"], files)
+
+
+def write_layout(name: str, store: Store, plan: Plan, records: Sequence[Mapping[str, Any]]) -> None:
+    """Write one format to the folder of its name, whole or not at all; raises SceneError for a remote store."""
+    if store.local is None:
+        raise SceneError("unsupported", f"`{name}` is written to local folders only; {store.address} keeps the shards")
+    with replaced_folder(store.path(name)) as folder:
+        _LAYOUTS[name](folder, plan, lambda split=None: items(store, records, split), _splits(records))
+
+
+def _is_object(item: StoredItem, thing: Record) -> bool:
+    """Return whether a thing is an object of the scene, not the whole scene, unless that is all there is."""
+    return bool(thing["depth"]) or len(item.things) == 1
+
+
+def _splits(records: Sequence[Mapping[str, Any]]) -> list[str]:
+    return sorted({file["split"] for record in records for file in record["files"]})
+
+
+def _folder(*parts: Path | str) -> Path:
+    found = Path(*parts)
+    found.mkdir(parents=True, exist_ok=True)
+    return found
+
+
+def _write_json(path: Path, data: Any) -> None:
+    path.write_text(json.dumps(data, indent=1), "utf-8")
+
+
+# --- COCO ------------------------------------------------------------------------------------------------------------
+
+
+def _coco(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
+    """``annotations/instances_SPLIT.json`` and ``panoptic_SPLIT.json``, pictures in ``SPLIT/``."""
+    categories = [{"id": n, "name": word, "supercategory": "word", "isthing": 1} for word, n in plan.classes.items()]
+    annotations = _folder(folder, "annotations")
+    for split in splits:
+        pictures, masks = _folder(folder, split), _folder(annotations, f"panoptic_{split}")
+        with (
+            _Document(annotations / f"instances_{split}.json", categories) as instances,
+            _Document(annotations / f"panoptic_{split}.json", categories) as panoptic,
+        ):
+            for number, item in enumerate(read(split), start=1):
+                (pictures / f"{item.key}.png").write_bytes(item.picture)
+                image = {"id": number, "file_name": f"{item.key}.png", "width": item.size[0], "height": item.size[1]}
+                for document in (instances, panoptic):
+                    document.images.append(image)
+                for annotation in _instances(item, number):
+                    instances.add(annotation)
+                segments, mask = _panoptic(item)
+                panoptic.add({"image_id": number, "file_name": f"{item.key}.png", "segments_info": segments}, False)
+                (masks / f"{item.key}.png").write_bytes(png(mask))
+
+
+class _Document:
+    """A COCO file whose annotations are written as they come."""
+
+    def __init__(self, path: Path, categories: Sequence[Record]) -> None:
+        self.images: list[Record] = []
+        self._path, self._categories, self._count = path, categories, 0
+
+    def __enter__(self) -> _Document:
+        self._file = open(self._path, "w", encoding="utf-8")
+        self._file.write('{"annotations": [')
+        return self
+
+    def add(self, annotation: Record, numbered: bool = True) -> None:
+        self._count += 1
+        own = {"id": self._count, **annotation} if numbered else annotation
+        self._file.write((",\n" if self._count > 1 else "\n") + json.dumps(own))
+
+    def __exit__(self, *_: object) -> None:
+        rest = {"info": {"description": "made with scenelang"}, "licenses": [], "images": self.images}
+        self._file.write("\n],\n" + json.dumps({**rest, "categories": self._categories})[1:])
+        self._file.close()
+
+
+def _instances(item: StoredItem, image: int) -> Iterator[Record]:
+    """Yield an annotation for each visible thing; its mask includes the things that are parts of it."""
+    ids = item["instance.png"].astype(np.int64)
+    inside = _parts(item.things)
+    for thing in item.things:
+        mask = np.isin(ids, inside[thing["id"]])
+        if not mask.any():
+            continue
+        rows, columns = np.nonzero(mask)
+        x, y = int(columns.min()), int(rows.min())
+        yield {
+            "image_id": image,
+            "category_id": thing["class"],
+            "bbox": [x, y, int(columns.max()) - x + 1, int(rows.max()) - y + 1],
+            "area": int(mask.sum()),
+            "iscrowd": 0,
+            "segmentation": {"size": list(mask.shape), "counts": run_lengths(mask)},
+            "handle": thing["handle"],
+            "parent": thing["parent"],
+        }
+
+
+def _parts(things: Sequence[Record]) -> dict[int, list[int]]:
+    """Return for each thing its id and the ids of the things that are parts of it."""
+    found = {thing["id"]: [thing["id"]] for thing in things}
+    parent = {thing["id"]: thing["parent"] for thing in things}
+    for own in found:
+        above = parent[own]
+        while above:
+            found[above].append(own)
+            above = parent[above]
+    return found
+
+
+def run_lengths(mask: npt.NDArray[np.bool_]) -> list[int]:
+    """Return COCO's column-wise run lengths of a mask (H, W), zeros first.
+
+    Examples
+    --------
+    >>> run_lengths(np.array([[False, True], [True, True]]))
+    [1, 3]
+    """
+    flat = mask.reshape(-1, order="F")
+    edges = np.flatnonzero(np.diff(flat)) + 1
+    ends = np.concatenate([[0], edges, [len(flat)]])
+    lengths: list[int] = np.diff(ends).tolist()
+    return [0, *lengths] if flat[0] else lengths
+
+
+def _panoptic(item: StoredItem) -> tuple[list[Record], npt.NDArray[np.uint8]]:
+    """Return the segments of a picture and its map of ids as colours; what shows nothing is 0."""
+    ids = item["instance.png"].astype(np.int64)
+    segments = []
+    for thing in item.things:
+        rows, columns = np.nonzero(ids == thing["id"])
+        if len(rows):
+            x, y = int(columns.min()), int(rows.min())
+            box = [x, y, int(columns.max()) - x + 1, int(rows.max()) - y + 1]
+            own = {"id": thing["id"], "category_id": thing["class"], "area": len(rows), "bbox": box, "iscrowd": 0}
+            segments.append(own)
+    return segments, np.stack([ids % 256, ids // 256, np.zeros_like(ids)], axis=2).astype(np.uint8)
+
+
+# --- KITTI -----------------------------------------------------------------------------------------------------------
+
+
+def _kitti(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
+    """``SPLIT/image_2``, ``label_2`` and ``calib``: 2D boxes, and 3D boxes by size, place and yaw in a level frame."""
+    for split in splits:
+        pictures, labels, calib = (_folder(folder, split, name) for name in ("image_2", "label_2", "calib"))
+        for item in read(split):
+            (pictures / f"{item.key}.png").write_bytes(item.picture)
+            lines = [line for thing in item.things if (line := _kitti_line(item, thing))]
+            (labels / f"{item.key}.txt").write_text("".join(f"{line}\n" for line in lines), "utf-8")
+            (calib / f"{item.key}.txt").write_text(_kitti_calibration(item), "utf-8")
+
+
+def _level(item: StoredItem) -> FloatArray:
+    """Return the rotation (3, 3) from the camera to a level one above the same point: x right, y down, z ahead."""
+    down = item.world_to_camera[:3, :3] @ np.array([0.0, -1.0, 0.0])
+    ahead = np.array([0.0, 0.0, 1.0]) if abs(down[2]) < 0.999 else np.array([0.0, -1.0, 0.0])
+    ahead = ahead - down * (down @ ahead)
+    ahead /= np.linalg.norm(ahead)
+    return np.stack([np.cross(down, ahead), down, ahead])
+
+
+def _kitti_line(item: StoredItem, thing: Record) -> str | None:
+    """Return the 15 columns of a thing, None if nothing of it is visible or it is partly behind the camera."""
+    x, y, width, height = thing["bbox"]
+    if not thing["area"] or thing["truncation"] is None:
+        return None
+    box, pose, level = thing["box3d"], item.world_to_camera, _level(item)
+    rotation = level @ pose[:3, :3] @ np.array(box["rotation"])
+    size = np.abs(np.array(box["size"]))
+    up = int(np.argmax(np.abs(rotation[1])))  # the box's axis that is nearest to the vertical
+    long, wide = [k for k in range(3) if k != up]
+    yaw = -math.atan2(rotation[2, long], rotation[0, long])
+    center = level @ (pose[:3, :3] @ np.array(box["center"]) + pose[:3, 3])
+    bottom = center + np.array([0.0, size[up] / 2.0, 0.0])
+    alpha = yaw - math.atan2(center[0], center[2])
+    alpha = (alpha + math.pi) % (2.0 * math.pi) - math.pi
+    share = thing["visibility"]
+    occluded = 0 if share > _HIDDEN else 1 if share > _LARGELY else 2
+    truncated = thing["truncation"] if thing["truncation"] > _MIN_TRUNCATION else 0.0
+    numbers = [alpha, x, y, x + width - 1, y + height - 1, size[up], size[wide], size[long], *bottom, yaw]
+    word = "".join(c if not c.isspace() else "_" for c in thing["word"])
+    return f"{word} {truncated:.2f} {occluded} {' '.join(f'{number:.6f}' for number in numbers)}"
+
+
+def _kitti_calibration(item: StoredItem) -> str:
+    """Return the calibration: ``P2`` projects the level frame of the labels; ``velo`` is the world."""
+    level, pose = _level(item), item.world_to_camera
+    projection = np.hstack([item.intrinsics @ level.T, np.zeros((3, 1))])
+
+    def row(values: npt.ArrayLike) -> str:
+        return " ".join(f"{value:.12e}" for value in np.asarray(values).reshape(-1))
+
+    lines = [f"P{camera}: {row(projection)}" for camera in range(4)]
+    lines += [f"R0_rect: {row(level)}", f"Tr_velo_to_cam: {row(pose[:3])}"]
+    return "\n".join([*lines, f"Tr_imu_to_velo: {row(np.eye(4)[:3])}", ""])
+
+
+# --- BOP -------------------------------------------------------------------------------------------------------------
+
+
+def _bop(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
+    """``SPLIT/NNNNNN`` with a scene for each sample: pictures, visible masks, cameras, poses, visibility."""
+    models = _folder(folder, "models")
+    sizes: dict[str, Record] = {}
+    for split in splits:
+        scene: _BopScene | None = None
+        number = -1
+        for item in read(split):
+            if scene is None or scene.sample != item.record["sample"]:
+                if scene is not None:
+                    scene.close()
+                number += 1
+                scene = _BopScene(_folder(folder, split, f"{number:06d}"), item.record["sample"])
+            scene.add(item, sizes)
+        if scene is not None:
+            scene.close()
+    _write_json(models / "models_info.json", sizes)
+    _write_json(folder / "classes.json", {str(number): word for word, number in plan.classes.items()})
+
+
+class _BopScene:
+    """One scene of a BOP dataset."""
+
+    def __init__(self, folder: Path, sample: str) -> None:
+        self.sample = sample
+        self._folder = folder
+        self._tables: dict[str, Record] = {name: {} for name in ("scene_camera", "scene_gt", "scene_gt_info")}
+        for name in ("rgb", "depth", "mask_visib"):
+            _folder(folder, name)
+
+    def add(self, item: StoredItem, sizes: dict[str, Record]) -> None:
+        """Add a picture; ``sizes`` collects the extents of each class."""
+        number = len(self._tables["scene_camera"])
+        depth, ids = item["depth.npy"], item["instance.png"]
+        finite = np.where(np.isfinite(depth), depth * _MILLIMETRES, 0.0)
+        scale = max(1.0, float(finite.max(initial=0.0)) / _MAX_DEPTH)
+        (self._folder / "rgb" / f"{number:06d}.png").write_bytes(item.picture)
+        code = np.rint(finite / scale).astype(np.uint16)
+        (self._folder / "depth" / f"{number:06d}.png").write_bytes(png(code))
+        pose = item.world_to_camera
+        self._tables["scene_camera"][str(number)] = {
+            "cam_K": item.intrinsics.reshape(-1).tolist(),
+            "cam_R_w2c": pose[:3, :3].reshape(-1).tolist(),
+            "cam_t_w2c": (pose[:3, 3] * _MILLIMETRES).tolist(),
+            "depth_scale": scale,
+        }
+        poses, infos, inside = list[Record](), list[Record](), _parts(item.things)
+        for thing in item.things:
+            if not _is_object(item, thing):
+                continue  # the whole scene is no object
+            mask = np.isin(ids, inside[thing["id"]])
+            name = f"{number:06d}_{len(poses):06d}.png"
+            (self._folder / "mask_visib" / name).write_bytes(png(np.where(mask, 255, 0).astype(np.uint8)))
+            poses.append(_bop_pose(thing, pose))
+            infos.append(_bop_info(item, thing, mask, depth))
+            _note_size(sizes, thing)
+        self._tables["scene_gt"][str(number)] = poses
+        self._tables["scene_gt_info"][str(number)] = infos
+
+    def close(self) -> None:
+        """Write the tables."""
+        for name, table in self._tables.items():
+            _write_json(self._folder / f"{name}.json", table)
+
+
+def _bop_pose(thing: Record, camera: FloatArray) -> Record:
+    box = thing["box3d"]
+    rotation = camera[:3, :3] @ np.array(box["rotation"])
+    place = camera[:3, :3] @ np.array(box["center"]) + camera[:3, 3]
+    return {
+        "cam_R_m2c": rotation.reshape(-1).tolist(),
+        "cam_t_m2c": (place * _MILLIMETRES).tolist(),
+        "obj_id": thing["class"],
+    }
+
+
+def _bop_info(item: StoredItem, thing: Record, mask: npt.NDArray[np.bool_], depth: FloatArray) -> Record:
+    full, visible = thing["bbox_full"], thing["bbox"] if thing["area"] else [-1, -1, -1, -1]
+    return {
+        "bbox_obj": [round(value) for value in full] if full is not None else [-1, -1, -1, -1],
+        "bbox_visib": visible,
+        "px_count_all": max(thing["area_alone"], thing["area"]),
+        "px_count_valid": int((mask & np.isfinite(depth)).sum()),
+        "px_count_visib": thing["area"],
+        "visib_fract": thing["visibility"],
+    }
+
+
+def _note_size(sizes: dict[str, Record], thing: Record) -> None:
+    """Keep the largest extents of a class, in millimetres, as BOP describes its models."""
+    size = np.array(thing["box3d"]["size"]) * _MILLIMETRES
+    known = sizes.get(str(thing["class"]))
+    if known is not None:
+        size = np.maximum(size, [known["size_x"], known["size_y"], known["size_z"]])
+    low = dict(zip(("min_x", "min_y", "min_z"), (-size / 2.0).tolist(), strict=True))
+    axes = dict(zip(("size_x", "size_y", "size_z"), size.tolist(), strict=True))
+    sizes[str(thing["class"])] = {"diameter": float(np.linalg.norm(size)), **low, **axes}
+
+
+# --- several views: nerfstudio and COLMAP ----------------------------------------------------------------------------
+
+
+def _nerfstudio(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
+    """A folder for each sample with ``transforms.json`` (OpenGL cameras), ``images`` and 16-bit ``depths``."""
+    for sample, views in _samples(read):
+        own = _folder(folder, sample)
+        _folder(own, "images"), _folder(own, "depths")
+        scale = max(max(_farthest(item["depth.npy"]) for item in views), 1e-9) / _MAX_DEPTH
+        frames = []
+        for item in views:
+            name = f"{item.key}.png"
+            depth = item["depth.npy"]
+            (own / "images" / name).write_bytes(item.picture)
+            code = np.rint(np.where(np.isfinite(depth), depth, 0.0) / scale).astype(np.uint16)
+            (own / "depths" / name).write_bytes(png(code))
+            pose = np.linalg.inv(item.world_to_camera) @ np.diag([1.0, -1.0, -1.0, 1.0])
+            frame: Record = {"file_path": f"images/{name}", "depth_file_path": f"depths/{name}"}
+            frames.append(frame | {"transform_matrix": pose.tolist(), **_pinhole(item)})
+        document = {"camera_model": "OPENCV", "depth_unit_scale_factor": scale, "aabb_scale": 16, "frames": frames}
+        _write_json(own / "transforms.json", document | _pinhole(views[0]))
+
+
+def _pinhole(item: StoredItem) -> Record:
+    k = item.intrinsics
+    width, height = item.size
+    found = {"fl_x": k[0, 0], "fl_y": k[1, 1], "cx": k[0, 2], "cy": k[1, 2]}
+    return {name: float(value) for name, value in found.items()} | {"w": width, "h": height}
+
+
+def _farthest(depth: FloatArray) -> float:
+    finite = depth[np.isfinite(depth)]
+    return float(finite.max(initial=0.0))
+
+
+def _samples(read: Any) -> Iterator[tuple[str, list[StoredItem]]]:
+    """Yield the first frames of the views of each sample; a picture without views is a sample of one."""
+    sample, views = "", list[StoredItem]()
+    for split in (None,):
+        for item in read(split):
+            if item.record["sample"] != sample and views:
+                yield sample, views
+                views = []
+            sample = item.record["sample"]
+            if not views or item.record["view"] != views[-1].record["view"]:
+                views.append(item)
+    if views:
+        yield sample, views
+
+
+def _colmap(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
+    """A folder for each sample with ``images`` and ``sparse/0``: cameras, images and points as text."""
+    for sample, views in _samples(read):
+        model, pictures = _folder(folder, sample, "sparse", "0"), _folder(folder, sample, "images")
+        cameras, images = (
+            ["# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]"],
+            ["# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ ..."],
+        )
+        points, colors, tracks, keypoints = _points(views)
+        for number, item in enumerate(views, start=1):
+            (pictures / f"{item.key}.png").write_bytes(item.picture)
+            k, (width, height) = item.intrinsics, item.size
+            cameras.append(f"{number} PINHOLE {width} {height} {k[0, 0]!s} {k[1, 1]!s} {k[0, 2]!s} {k[1, 2]!s}")
+            turn = " ".join(map(str, _quaternion(item.world_to_camera[:3, :3])))
+            move = " ".join(map(str, item.world_to_camera[:3, 3].tolist()))
+            images.append(f"{number} {turn} {move} {number} {item.key}.png")
+            images.append(" ".join(f"{x!s} {y!s} {point}" for x, y, point in keypoints[number]))
+        lines = ["# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)"]
+        for i in range(len(points)):
+            place, color = " ".join(map(str, points[i].tolist())), " ".join(map(str, colors[i].tolist()))
+            track = " ".join(f"{image} {index}" for image, index in tracks[i])
+            lines.append(f"{i + 1} {place} {color} 0 {track}")
+        for name, text in (("cameras", cameras), ("images", images), ("points3D", lines)):
+            (model / f"{name}.txt").write_text("\n".join(text) + "\n", "utf-8")
+
+
+def _points(
+    views: Sequence[StoredItem],
+) -> tuple[FloatArray, npt.NDArray[np.uint8], list[list[tuple[int, int]]], dict[int, list[tuple[float, float, int]]]]:
+    """Return exact points of the views: places (N, 3), colours (N, 3), their tracks, and the keypoints of each view.
+
+    They are pixel centres of each view, and are in the track of every view that sees them.
+    """
+    places, colors = [], []
+    share = max(1, _POINTS // len(views))
+    for item in views:
+        depth, picture = item["depth.npy"], item["color.png"]
+        rows, columns = np.nonzero(np.isfinite(depth))
+        chosen = np.unique(np.linspace(0, max(0, len(rows) - 1), min(share, len(rows))).astype(np.int64))
+        rows, columns = rows[chosen], columns[chosen]
+        places.append(
+            _unprojected(
+                item,
+                columns.astype(np.float64) + 0.5,
+                rows.astype(np.float64) + 0.5,
+                depth[rows, columns].astype(np.float64),
+            )
+        )
+        colors.append(picture[rows, columns])
+    points, shades = np.concatenate(places), np.concatenate(colors)
+    tracks: list[list[tuple[int, int]]] = [[] for _ in points]
+    keypoints: dict[int, list[tuple[float, float, int]]] = {}
+    for number, item in enumerate(views, start=1):
+        keypoints[number] = []
+        pixels, seen = _seen(item, points)
+        for i in np.flatnonzero(seen).tolist():
+            tracks[i].append((number, len(keypoints[number])))
+            keypoints[number].append((float(pixels[i, 0]), float(pixels[i, 1]), i + 1))
+    return points, shades, tracks, keypoints
+
+
+def _unprojected(item: StoredItem, x: FloatArray, y: FloatArray, depth: FloatArray) -> FloatArray:
+    """Return the points (N, 3) in the world at pixel positions (N,) and depths (N,) of a picture."""
+    local = np.stack([x, y, np.ones_like(x)], axis=1) @ np.linalg.inv(item.intrinsics).T * depth[:, None]
+    pose = item.world_to_camera
+    return np.asarray((local - pose[:3, 3]) @ pose[:3, :3], np.float64)
+
+
+def _seen(item: StoredItem, points: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+    """Return where a picture shows points (N, 3) of the world, and whether it shows them."""
+    pose, depth = item.world_to_camera, item["depth.npy"]
+    local = points @ pose[:3, :3].T + pose[:3, 3]
+    ahead = np.maximum(local[:, 2], 1e-12)
+    pixels = (local @ item.intrinsics.T)[:, :2] / ahead[:, None]
+    column, row = np.floor(pixels).astype(np.int64).T
+    width, height = item.size
+    inside = (local[:, 2] > 0) & (column >= 0) & (row >= 0) & (column < width) & (row < height)
+    there = depth[np.where(inside, row, 0), np.where(inside, column, 0)]
+    return pixels, inside & (np.abs(there - local[:, 2]) < _SAME_DEPTH * local[:, 2])
+
+
+def _quaternion(rotation: FloatArray) -> list[float]:
+    """Return the unit quaternion (w, x, y, z) of a rotation (3, 3), w not negative."""
+    r = rigid_parts(rotation[None])[0]
+    square = np.array([
+        1 + r[0, 0] + r[1, 1] + r[2, 2], 1 + r[0, 0] - r[1, 1] - r[2, 2], 1 - r[0, 0] + r[1, 1] - r[2, 2],
+        1 - r[0, 0] - r[1, 1] + r[2, 2],
+    ])  # fmt: skip
+    k = int(np.argmax(square))
+    rows = np.array([
+        [square[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
+        [r[2, 1] - r[1, 2], square[1], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]],
+        [r[0, 2] - r[2, 0], r[0, 1] + r[1, 0], square[2], r[1, 2] + r[2, 1]],
+        [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], square[3]],
+    ])  # fmt: skip
+    found = rows[k] / np.linalg.norm(rows[k])
+    turned: list[float] = (found if found[0] >= 0 else -found).tolist()
+    return turned
+
+
+# --- films: MOT and TAP ----------------------------------------------------------------------------------------------
+
+
+def _mot(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
+    """``SPLIT/SEQUENCE`` with ``img1``, ``gt/gt.txt`` and ``seqinfo.ini``; a thing has one number in all frames.
+
+    The class of all is 1, as the benchmark's readers expect; ``gt/words.json`` has the word of each number.
+    """
+    for split in splits:
+        names = []
+        for sequence, frames in _sequences(read(split)):
+            names.append(sequence)
+            own = _folder(folder, split, sequence)
+            _folder(own, "img1"), _folder(own, "gt")
+            numbers: dict[tuple[int, ...], int] = {}
+            words: dict[int, str] = {}
+            lines = []
+            for frame, item in enumerate(frames, start=1):
+                (own / "img1" / f"{frame:06d}.png").write_bytes(item.picture)
+                for thing in item.things:
+                    if thing["area"] and _is_object(item, thing):
+                        number = numbers.setdefault(tuple(thing["path"]), len(numbers) + 1)
+                        box = ",".join(map(str, thing["bbox"]))
+                        share = thing.get("visibility", 1.0)
+                        lines.append(f"{frame},{number},{box},1,1,{share:.4f}")
+                        words[number] = thing["word"]
+                size = item.size
+            (own / "gt" / "gt.txt").write_text("".join(f"{line}\n" for line in lines), "utf-8")
+            _write_json(own / "gt" / "words.json", words)
+            info = {"name": sequence, "imDir": "img1", "frameRate": 24, "seqLength": frame, "imWidth": size[0]}
+            info |= {"imHeight": size[1], "imExt": ".png"}
+            text = "".join(f"{name}={value}\n" for name, value in info.items())
+            (own / "seqinfo.ini").write_text(f"[Sequence]\n{text}", "utf-8")
+        seqmaps = _folder(folder, "seqmaps")
+        (seqmaps / f"{split}.txt").write_text("".join(f"{name}\n" for name in ["name", *names]), "utf-8")
+
+
+def _sequences(found: Iterator[StoredItem]) -> Iterator[tuple[str, Iterator[StoredItem]]]:
+    yield from groupby(found, key=lambda item: item.sequence)
+
+
+def _tap(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
+    """``SPLIT/SEQUENCE.npz`` as TAP-Vid: ``video`` (F, H, W, 3), ``points`` (N, F, 2) of 1, ``occluded`` (N, F)."""
+    for split in splits:
+        own = _folder(folder, split)
+        for sequence, frames in _sequences(read(split)):
+            video, tracks = [], None
+            for item in frames:
+                video.append(item["color.png"])
+                size = np.array(item.size)
+                if "tracks.npz" in item:
+                    tracks = item["tracks.npz"]
+            if tracks is None:
+                continue  # a single frame has no tracks
+            points = np.swapaxes(tracks["pixels"], 0, 1) / size
+            hidden = np.swapaxes(tracks["state"], 0, 1) != 2
+            buffer = io.BytesIO()
+            np.savez_compressed(
+                buffer, video=np.stack(video), points=np.nan_to_num(points).astype(np.float32), occluded=hidden
+            )
+            (own / f"{sequence}.npz").write_bytes(buffer.getvalue())
+
+
+_LAYOUTS: Mapping[str, Callable[[Path, Plan, Any, Sequence[str]], None]] = {
+    "coco": _coco, "kitti": _kitti, "bop": _bop, "nerfstudio": _nerfstudio, "colmap": _colmap, "mot": _mot, "tap": _tap,
+}  # fmt: skip

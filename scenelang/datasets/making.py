@@ -1,0 +1,495 @@
+"""Makes samples: evaluates the program of a draw, and pictures and labels it as files in memory."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.base import PluginRegistry, require
+from scenelang.backends.geometry.lint import check_geometry
+from scenelang.backends.labels import things as labels
+from scenelang.backends.labels.things import Things, things_of
+from scenelang.backends.labels.views import LabelledView, SceneFacts, View
+from scenelang.backends.minecraft.models import as_cubes
+from scenelang.backends.pictures.appearance import encode
+from scenelang.backends.pictures.camera import Camera, camera_to_json
+from scenelang.backends.pictures.film import Painter, PictureOptions, painters, picture_backend
+from scenelang.backends.pictures.stage import Shot, box_of
+from scenelang.datasets.sampler import Draw, draw_sample, key_of, stream, views_of
+from scenelang.datasets.spec import CODE, PREDICATES, Spec
+from scenelang.grammar.datum import Source
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
+from scenelang.interpreter.scene.entity import count_words, descendants, primitive_count
+from scenelang.interpreter.scene.primitives import geometric_words
+from scenelang.scene import Scene, literal
+from scenelang.session import Options, Session
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Files = Mapping[str, bytes]
+_MAX_KEPT = 4  # evaluated scenes
+_LARGE = 200_000  # primitives of a scene that is kept alone
+_CALLED = re.compile(r'\(call\s+"((?:[^"\\]|\\.)*)"')
+_FIELD = re.compile(r"\{([^{}]*)\}")
+_DEFAULT_CAPTIONS = ("{things}",)
+
+
+@dataclass(frozen=True, slots=True)
+class LabelledItem:
+    """One picture with its labels: ``files`` by ending (``color.png``), which follow the ``key`` of the item."""
+
+    key: str
+    files: Files
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """A made sample: its draw, its items, one for each camera and frame, where its first camera is, and how many things
+    of each word its pictures show."""
+
+    draw: Draw
+    items: tuple[LabelledItem, ...]
+    camera: Mapping[str, float]
+    shown: Mapping[str, int]
+
+
+class SampleFailure(Exception):
+    """A sample cannot be made; ``diagnostic`` says why."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """What a predicate of an installed package judges: the evaluated scene, the drawn values, and the things that each
+    camera sees of the first frame."""
+
+    scene: Scene
+    values: Mapping[str, Any]
+    things: Sequence[Things]
+
+
+@dataclass(frozen=True, slots=True)
+class Predicate:
+    """A filter of an installed package, in the entry-point group ``scenelang.filters``.
+
+    ``accepts`` decides whether a sample is kept; it must depend on its argument only.
+    """
+
+    name: str
+    doc: str
+    accepts: Callable[[Candidate], bool]
+
+
+FILTERS = PluginRegistry(PREDICATES, "filter", Predicate, CODE)
+
+
+@dataclass(frozen=True, eq=False)
+class _Stage:
+    """An evaluated scene with what its pictures share."""
+
+    scene: Scene
+    facts: SceneFacts
+    text: str
+    draws: bool
+    painters: dict[Any, Painter] = field(default_factory=dict)
+
+
+# --- programs --------------------------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=256)
+def _program(path: str, bound: tuple[str, ...]) -> tuple[Source, tuple[str, ...], tuple[str, ...]]:
+    """Return a program with further bindings, the names of its params, and the words that its text names."""
+    session = Session()
+    source = session.source(path)
+    if bound:
+        source = Source(source.name, "\n".join([source.text.rstrip("\n"), *bound, ""]))
+    if path.endswith(".json"):
+        result = session.evaluate(source)
+        words = {e.word for e in descendants(*result.scene.frames)} if result.scene is not None else set()
+        return source, (), tuple(sorted(words))
+    program = session.check(source).program
+    if program is None:
+        return source, (), ()
+    called = {match for each in program.sources for match in _CALLED.findall(each.text)}
+    params = tuple(param.name for param in program.params)
+    return source, params, tuple(sorted({*program.all_words, *called}))
+
+
+def classes_of(spec: Spec) -> dict[str, int]:
+    """Return the number of each class, from 1: the words of the spec, or else all that its programs name but those of
+    primitives.
+
+    Raises SceneError("dataset") for a param that no program has.
+    """
+    params: set[str] = set()
+    words: set[str] = set()
+    for path in spec.programs:
+        _, own, named = _program(path, ())
+        params.update(own)
+        words.update(named)
+    is_python = any(not path.endswith((".scene", ".json")) for path in spec.programs)
+    for name in spec.params:
+        if name not in params and not is_python:
+            near = suggest(name, params) or f"the params are {', '.join(sorted(params))}" if params else None
+            raise SceneError(CODE, f"no program has the param `{name}`", near)
+    for text in (text for change in spec.words.values() if change.bind is not None for text in change.bind.values):
+        words.update(_CALLED.findall(text))
+    chosen = spec.labels.words or sorted({*words, *spec.words} - {*geometric_words()})
+    if len(chosen) > labels.OTHER - 1:
+        raise SceneError(CODE, f"{len(chosen):,} words are more than the {labels.OTHER - 1:,} classes of a map")
+    return {word: number for number, word in enumerate(chosen, start=1)}
+
+
+class Maker:
+    """Makes the samples of a spec; evaluated scenes and their light are reused while draws repeat them.
+
+    ``watch`` is called with True before and with False after each evaluation of a program.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from scenelang.datasets.spec import spec_of
+    >>> spec = spec_of('programs = "chessboard.scene"\\n[pictures]\\nsize = 16', "spec", Path("examples").resolve())
+    >>> [item.key for item in Maker(spec).make(3).items]
+    ['000000003']
+    """
+
+    def __init__(
+        self, spec: Spec, classes: Mapping[str, int] | None = None, watch: Callable[[bool], None] | None = None
+    ) -> None:  # fmt: skip
+        self.spec = spec
+        self._watch = watch or (lambda _: None)
+        self.classes = dict(classes) if classes is not None else classes_of(spec)
+        self._backend = picture_backend(spec.pictures.quality)
+        fast = {"shading": "pixel"} if self._backend.name == "draft" else {}
+        self._settings = {**fast, **(spec.pictures.settings or {})}
+        self._kept: dict[str, _Stage] = {}
+        self._predicates = [FILTERS.find(name) for name in spec.filters.predicates]
+
+    def make(self, index: int) -> Sample:
+        """Make one sample; raises SampleFailure."""
+        missed: Counter[str] = Counter()
+        for attempt in range(self.spec.filters.attempts):
+            draw = draw_sample(self.spec, index, attempt)
+            if draw is None:
+                missed["in no split"] += 1
+                continue
+            try:
+                found, why = self._make(draw)
+            except SceneError as error:
+                raise SampleFailure(error.diagnostic) from error
+            except (RecursionError, MemoryError, ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
+                message = f"the sample cannot be made: {type(error).__name__}: {error}"
+                raise SampleFailure(Diagnostic("sample", message)) from error
+            if found is not None:
+                return found
+            missed[why] += 1
+        reasons = ", ".join(f"{count} {why}" for why, count in missed.most_common())
+        raise SampleFailure(Diagnostic("sample", f"no draw passes the filters: {reasons}"))
+
+    def _make(self, draw: Draw) -> tuple[Sample | None, str]:
+        """Return the sample of a draw, or None and the filter that it does not pass."""
+        stage = self._stage(draw)
+        if self.spec.filters.geometry and check_geometry(stage.scene.graph):
+            return None, "with findings of the geometry"
+        frames = self._frames(stage)
+        views = [self._view(stage, draw, view, frames) for view in views_of(self.spec, draw)]
+        if self.spec.filters.visible or self._predicates:
+            things = [things_of(view.truth(frames[0]), self.spec.labels.words) for view in views]
+            why = self._filtered(stage, draw, things)
+            if why:
+                return None, why
+        items = []
+        shown: Counter[str] = Counter()
+        for number, view in enumerate(views):
+            for frame in frames:
+                key = key_of(draw.index) + (f"-v{number:03d}" if len(views) > 1 else "")
+                key += f"-f{frame:04d}" if len(frames) > 1 else ""
+                writer = _ItemWriter(self, stage, draw, view, number, frame, key)
+                items.append(LabelledItem(key, writer.files()))
+                shown.update(writer.seen)
+        first = views[0].shots[frames[0]].camera
+        return Sample(draw, tuple(items), _placed(first), shown), ""
+
+    def _filtered(self, stage: _Stage, draw: Draw, things: Sequence[Things]) -> str:
+        for word, least in self.spec.filters.visible.items():
+            if any(each.shares([word])[word] < least for each in things):
+                return f'with too little of "{word}"'
+        candidate = Candidate(stage.scene, draw.values, things)
+        for predicate in self._predicates:
+            try:
+                accepted = predicate.accepts(candidate)
+            except Exception as error:  # code of another package
+                message = f"the filter `{predicate.name}` fails: {type(error).__name__}: {error}"
+                raise SceneError("sample", message) from error
+            if not accepted:
+                return f"rejected by `{predicate.name}`"
+        return ""
+
+    # --- scenes ---
+
+    def _stage(self, draw: Draw) -> _Stage:
+        unseeded = replace(draw, seed=0).scene_key  # of programs that draw nothing, which are the same for all seeds
+        known = self._kept.get(draw.scene_key) or self._kept.get(f"any {unseeded}")
+        if known is not None:
+            return known
+        made = self._evaluated(draw)
+        is_large = any(primitive_count(each.scene.graph.root) > _LARGE for each in (made, *self._kept.values()))
+        keep = 0 if is_large else _MAX_KEPT - 1
+        for old in list(self._kept)[: max(0, len(self._kept) - keep)]:
+            del self._kept[old]
+        self._kept[draw.scene_key if made.draws else f"any {unseeded}"] = made
+        return made
+
+    def _evaluated(self, draw: Draw) -> _Stage:
+        spec = self.spec
+        bound = tuple(f"(bind {literal(word)}\n{text})" for word, text in draw.binds.items())
+        source, params, _ = _program(draw.program, bound)
+        is_python = not source.name.endswith((".scene", ".json"))
+        defines = {name: literal(_listed(v)) for name, v in draw.params.items() if name in params or is_python}
+        options = Options(
+            root=spec.root, seed=draw.seed, defines=defines, limits=spec.limits, project=Path(spec.folder),
+            allow_outside=not Path(draw.program).is_relative_to(spec.folder),
+        )  # fmt: skip
+        self._watch(True)
+        try:
+            result = Session(options).evaluate(source)
+        finally:
+            self._watch(False)
+        graph = result.require()
+        scene = Scene(graph, source.name, result.log, result.diagnostics, result.program, options)
+        known = set(scene.words)
+        for word, look in draw.looks.items():
+            if word in known:
+                scene = scene.restyled(word, **{name: _listed(value) for name, value in look.items()})
+        box_of(scene.graph)
+        scene = replace(scene, graph=as_cubes(scene.graph, spec.limits.primitives))
+        return _Stage(scene, SceneFacts(scene.graph), source.text, result.draws)
+
+    def _frames(self, stage: _Stage) -> list[int]:
+        count = len(stage.scene.frames)
+        chosen = self.spec.pictures.frames
+        first, last = chosen if chosen is not None else (0, count - 1)
+        if last >= count:
+            raise SceneError("value", f"the scene has {count} frames; frame {last} does not exist")
+        return list(range(first, last + 1))
+
+    def _view(self, stage: _Stage, draw: Draw, view: View, frames: Sequence[int]) -> LabelledView:
+        plan = self.spec.pictures
+        seed = int(stream(self.spec.seed, draw.index, draw.attempt, "noise").integers(1 << 31))
+        options = PictureOptions(
+            limit=self.spec.limits.primitives, settings=self._settings, width=plan.width,
+            height=plan.height, camera=view, environment=draw.environment, ground=draw.ground, seed=seed, labels=False,
+        )  # fmt: skip
+
+        def painter(shots: Sequence[Shot]) -> Painter:
+            key = (draw.environment, draw.ground, tuple(frames), None if self._backend.name == "draft" else seed)
+            if key not in stage.painters:
+                stage.painters.clear()
+                (stage.painters[key],) = painters(stage.scene.graph, options, [self._backend], shots)
+            return stage.painters[key]
+
+        return LabelledView(stage.facts, options, frames, painter, self.spec.labels.tracks)
+
+
+def _listed(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
+
+
+# --- the files of one picture ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class _ItemWriter:
+    """Makes the files of one picture."""
+
+    maker: Maker
+    stage: _Stage
+    draw: Draw
+    view: LabelledView
+    number: int
+    frame: int
+    key: str
+
+    @cached_property
+    def things(self) -> Things:
+        return things_of(self.view.truth(self.frame), self.maker.spec.labels.words)
+
+    def files(self) -> Files:
+        """Return the files by ending."""
+        spec = self.maker.spec
+        wanted = set(spec.labels.write)
+        record = self._record(wanted)
+        files = {"color.png": png(self.view.image(self.frame).picture)}
+        files |= self._maps(wanted, record) | self._motion(wanted)
+        if "captions" in wanted:
+            record["caption"] = self._caption()
+            files["txt"] = str(record["caption"]).encode()
+        if "graph" in wanted:
+            handles = lambda rows: self.view.some_handles(self.frame, rows)
+            graph = labels.graph_data(self.things.truth, handles, spec.labels.words)
+            files["graph.json"] = _json(graph)
+        if "program" in wanted:
+            files["program.scene"] = self.stage.text.encode("utf-8", "surrogatepass")
+        return {"json": _json(record), **files}
+
+    def _record(self, wanted: set[str]) -> dict[str, Any]:
+        draw, spec = self.draw, self.maker.spec
+        record: dict[str, Any] = {
+            "key": self.key, "sample": key_of(draw.index), "index": draw.index, "attempt": draw.attempt,
+            "split": draw.split, "view": self.number, "frame": self.frame, "spec": spec.digest,
+            "values": draw.values, "word": self.stage.scene.word,
+            "camera": _camera_data(self.view.shots[self.frame].camera),
+            "counts": {word: n for word, n in count_words(self._root).items() if word in self.maker.classes},
+        }  # fmt: skip
+        if "boxes" in wanted or "visibility" in wanted or "instance" in wanted:
+            covered = labels.pixels_alone(self.things, *self.view.facts.unit) if "visibility" in wanted else None
+            handles = self.view.some_handles(self.frame, self.things.shown.tolist())
+            record["things"] = labels.things_data(self.things, handles, self.maker.classes, covered)
+        if "keypoints" in wanted:
+            record["keypoints"] = labels.keypoints_data(self.things, spec.labels.keypoints)
+        return record
+
+    @property
+    def _root(self) -> Any:
+        return self.stage.scene.graph.frames[self.frame]
+
+    def _maps(self, wanted: set[str], record: dict[str, Any]) -> dict[str, bytes]:
+        truth, files = self.things.truth, {}
+        if "instance" in wanted:
+            files["instance.png"] = png(self.things.ids)
+        if "semantic" in wanted:
+            files["semantic.png"] = png(self.things.classes(self.maker.classes))
+        if "levels" in wanted:
+            levels = labels.levels_data(self.things, self.maker.spec.labels.levels)
+            record["levels"] = [records for _, records in levels]
+            files |= {f"level{depth}.png": png(ids) for depth, (ids, _) in enumerate(levels, start=1)}
+        if "depth" in wanted:
+            files["depth.npy"] = npy(truth.depth.astype(np.float32))
+        if "normals" in wanted:
+            code = np.where(truth.seen[:, :, None], np.rint(127.5 * (truth.normal + 1.0)), 0.0).astype(np.uint8)
+            files["normals.png"] = png(code)
+        if "albedo" in wanted:
+            files["albedo.png"] = png(encode(truth.albedo))
+        return files
+
+    def _motion(self, wanted: set[str]) -> dict[str, bytes]:
+        files: dict[str, bytes] = {}
+        flow = self.view.flow(self.frame) if "flow" in wanted else None
+        if flow is not None:
+            files |= {"flow.npy": npy(flow.motion), "flow_state.png": png(flow.state)}
+        is_first = self.frame == next(iter(self.view.shots))
+        if "tracks" in wanted and is_first and self.view.tracks is not None:
+            tracks = self.view.tracks
+            buffer = io.BytesIO()
+            np.savez(buffer, pixels=tracks.pixels, world=tracks.world, state=tracks.state)
+            files["tracks.npz"] = buffer.getvalue()
+        return files
+
+    def _caption(self) -> str:
+        templates = self.maker.spec.labels.captions or _DEFAULT_CAPTIONS
+        random = stream(self.maker.spec.seed, self.draw.index, self.draw.attempt, "caption", self.number)
+        template = templates[int(random.integers(len(templates)))]
+        return _FIELD.sub(lambda match: self._field(match[1]), template)
+
+    def _field(self, name: str) -> str:
+        """Return what a field of a caption's template stands for."""
+        kind, _, rest = name.partition(":")
+        counts = count_words(self._root)
+        if kind == "count":
+            return str(counts.get(rest, 0))
+        if kind == "param" and rest in self.draw.params:
+            return _spoken(self.draw.params[rest])
+        if name == "word":
+            return self.stage.scene.word
+        if name == "environment":
+            return self.draw.environment
+        if name in ("things", "seen"):
+            return self._listing(counts if name == "things" else self.seen)
+        message = f"a caption has the unknown field `{{{name[:60]}}}`"
+        hint = "known are {things}, {seen}, {word}, {environment}, {count:WORD} and {param:NAME}"
+        raise SceneError(CODE, message, hint)
+
+    @cached_property
+    def seen(self) -> Mapping[str, int]:
+        """Numbers of visible things by word."""
+        ancestry = self.things.truth.ancestry
+        return Counter(ancestry.entity(i).word for i in self.things.shown.tolist())
+
+    def _listing(self, counts: Mapping[str, int]) -> str:
+        """Return the words that count as things with their numbers, such as "3 pawns and 1 king"."""
+        spec = self.maker.spec
+        entities = {e.word: e for e in descendants(self._root)}
+        chosen = spec.labels.words or [w for w, e in entities.items() if labels.is_thing(e) and e is not self._root]
+        parts = [f"{counts[word]} {_plural(word, counts[word])}" for word in counts if word in chosen]
+        return " and ".join(filter(None, [", ".join(parts[:-1]), *parts[-1:]])) or self.stage.scene.word
+
+
+def _plural(word: str, count: int) -> str:
+    if count == 1 or word.endswith("s"):
+        return word
+    return word[:-1] + "ies" if word.endswith("y") and word[-2:-1] not in "aeiou" else word + "s"
+
+
+def _spoken(value: Any) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def _placed(camera: Camera) -> dict[str, float]:
+    """Return where a camera is, as statistics show it: its direction in degrees, and its field of view or width."""
+    x, y, z = (-camera.forward).tolist()
+    azimuth, elevation = math.degrees(math.atan2(x, z)), math.degrees(math.asin(min(1.0, max(-1.0, y))))
+    found = {"camera.azimuth": azimuth, "camera.elevation": elevation}
+    if not camera.is_parallel:
+        found["camera.fov"] = 2.0 * math.degrees(math.atan(camera.height / 2.0 / camera.focal[1]))
+    return {name: round(value, 3) for name, value in found.items()}
+
+
+def _camera_data(camera: Camera) -> dict[str, Any]:
+    return {**camera_to_json(camera), "eye": camera.eye.tolist()}
+
+
+def _json(data: Any) -> bytes:
+    return json.dumps(data, sort_keys=True, separators=(",", ":"), default=_listed).encode("utf-8", "surrogatepass")
+
+
+def png(values: npt.NDArray[Any]) -> bytes:
+    """Encode (H, W) or (H, W, 3) of 8 bits, or (H, W) of 16 bits, as PNG."""
+    buffer = io.BytesIO()
+    image = require("PIL.Image", "pillow").fromarray(np.ascontiguousarray(values))
+    image.save(buffer, "PNG", compress_level=1)
+    return buffer.getvalue()
+
+
+def npy(values: npt.NDArray[Any]) -> bytes:
+    """Encode an array in numpy's own format."""
+    buffer = io.BytesIO()
+    np.save(buffer, np.ascontiguousarray(values), allow_pickle=False)
+    return buffer.getvalue()
+
+
+def decoded(name: str, data: bytes) -> Any:
+    """Return the contents of a file of an item: an array, JSON data or a text; raises ValueError or OSError."""
+    if name.endswith(".png"):
+        with require("PIL.Image", "pillow").open(io.BytesIO(data)) as image:
+            return np.asarray(image)
+    if name.endswith((".npy", ".npz")):
+        found = np.load(io.BytesIO(data), allow_pickle=False)
+        return dict(found) if name.endswith(".npz") else found
+    return json.loads(data) if name.endswith("json") else data.decode("utf-8", "replace")

@@ -1,0 +1,555 @@
+"""Makes datasets: plans shards, runs workers, resumes, checks and merges (docs/datasets.md)."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+
+from scenelang.backends.base import require
+from scenelang.backends.files import atomic_write, make_folder
+from scenelang.datasets import store as stores
+from scenelang.datasets.describing import write_card
+from scenelang.datasets.making import Maker, SampleFailure, classes_of, decoded
+from scenelang.datasets.sampler import index_of, key_of
+from scenelang.datasets.spec import CODE, SHARD_FORMATS, Spec, read_spec
+from scenelang.datasets.store import Plan, Store
+from scenelang.datasets.working import Pool, RayPool, in_process
+from scenelang.grammar.datum import dataclass, field
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, error_of
+from scenelang.grammar.settings import setting, typed, whole
+
+MAX_FAILURES = 100
+_MAX_JOBS = 1_024
+
+
+def _part(text: str) -> tuple[int, int]:
+    """Parse ``K/N``: shard K, from 0, and every N-th after it."""
+    first, sign, count = text.partition("/")
+    if not (sign and first.isdecimal() and count.isdecimal() and int(first) < int(count) <= 1_000_000):
+        raise ValueError(f"expected K/N with K from 0 to N - 1, got `{text[:60]}`")
+    return int(first), int(count)
+
+
+@dataclass(frozen=True, slots=True)
+class DatasetSettings:
+    """Settings of a run, which change no sample; see ``dataset``."""
+
+    jobs: int = setting(1, "worker processes on this machine (default 1)", metavar="N", read=whole)
+    resume: bool = setting(False, "go on with an interrupted run, and make damaged shards again")
+    count: int | None = setting(None, "number of samples instead of the spec's", metavar="N", read=whole)
+    part: tuple[int, int] | None = setting(
+        None, "make only every N-th shard from K, counted from 0", metavar="K/N", read=_part
+    )
+    max_failures: int = setting(
+        MAX_FAILURES, "stop when more samples have failed (default 100)", metavar="N", read=whole
+    )
+    ray: str | None = setting(None, "run on a Ray cluster: its address, or `auto`", metavar="ADDRESS", read=str)
+    gpus: float = setting(0.0, "share of a GPU for each of Ray's workers", metavar="X", read=float)
+
+
+@dataclass(frozen=True, slots=True)
+class DatasetProgress:
+    """Progress of a run: samples ``done`` of ``total`` (``kept`` of them from an earlier run), failures by code,
+    ``rate`` in samples per second, ``eta`` in seconds (None: unknown), and the most bytes that a worker has used."""
+
+    done: int
+    total: int
+    kept: int
+    failures: Mapping[str, int]
+    rate: float
+    eta: float | None
+    memory: int
+
+    def __str__(self) -> str:
+        """Return one line.
+
+        Examples
+        --------
+        >>> print(DatasetProgress(50, 100, 0, {"E502": 1}, 4.0, 12.5, 2_000_000))
+        50 of 100 samples, 4.0 per second, 0:00:13 left, 1 failed (E502: 1), 2 MB per worker
+        """
+        failed = ", ".join(f"{code}: {count}" for code, count in sorted(self.failures.items()))
+        parts = [f"{self.done:,} of {self.total:,} samples"]
+        parts += [f"{self.rate:.1f} per second"] if self.rate else []
+        parts += [f"{_clock(self.eta)} left"] if self.eta is not None and self.done < self.total else []
+        parts += [f"{sum(self.failures.values()):,} failed ({failed})"] if failed else []
+        parts += [f"{self.memory / 1e6:,.0f} MB per worker"] if self.memory else []
+        return ", ".join(parts)
+
+
+def _clock(seconds: float) -> str:
+    whole = round(seconds)
+    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+
+
+@dataclass(frozen=True, slots=True)
+class DatasetReport:
+    """A dataset as it is: its folder, samples that it has and is to have, pictures, failures by code, the digest of
+    its files, whether all shards are committed, and the most bytes that a worker has used."""
+
+    out: str
+    samples: int
+    total: int
+    pictures: int
+    failures: Mapping[str, int]
+    splits: Mapping[str, int]
+    digest: str
+    is_complete: bool
+    seconds: float
+    memory: int
+    failed: Sequence[Mapping[str, Any]] = field(repr=False, default=())
+
+    def data(self) -> dict[str, Any]:
+        """Return the report as JSON data."""
+        names = [name for name in self.__dataclass_fields__ if name != "failed"]
+        plain = {name: getattr(self, name) for name in names}
+        return plain | {"failures": dict(self.failures), "splits": dict(self.splits), "failed": list(self.failed)}
+
+    def __str__(self) -> str:
+        failed = sum(self.failures.values())
+        codes = ", ".join(f"{code}: {count:,}" for code, count in sorted(self.failures.items()))
+        splits = ", ".join(f"{name} {count:,}" for name, count in sorted(self.splits.items()))
+        lines = [
+            f"{self.samples:,} of {self.total:,} samples, {self.pictures:,} pictures ({splits or 'none'})",
+            f"{failed:,} failed{f' ({codes})' if codes else ''}",
+            f"digest {self.digest}" if self.is_complete else "not complete; --resume goes on",
+        ]
+        lines += [f"{self.memory / 1e6:,.0f} MB at most in a worker"] if self.memory else []
+        return "\n".join(lines)
+
+
+def progress_text(stream: TextIO) -> Callable[[DatasetProgress], None]:
+    """Return a callback that shows progress as one line of a terminal, at most ten times a second."""
+    last = [0.0, 0]
+
+    def show(progress: DatasetProgress) -> None:
+        now, is_done = time.monotonic(), progress.done >= progress.total
+        if now - last[0] < 0.1 and not is_done:
+            return
+        text = str(progress)
+        stream.write("\r" + text.ljust(int(last[1])) + ("\n" if is_done else ""))
+        stream.flush()
+        last[:] = [now, len(text)]
+
+    return show
+
+
+# --- making ----------------------------------------------------------------------------------------------------------
+
+
+@typed
+def dataset(
+    spec: str | Path,
+    out: str | Path,
+    *,
+    jobs: int = 1,
+    resume: bool = False,
+    ray: str | None = None,
+    gpus: float = 0.0,
+    part: tuple[int, int] | None = None,
+    count: int | None = None,
+    max_failures: int = MAX_FAILURES,
+    progress: Callable[[DatasetProgress], None] | None = None,
+) -> DatasetReport:
+    """Make a labelled dataset from programs.
+
+    Parameters
+    ----------
+    spec : path
+        TOML file that says what varies and what is written (docs/datasets.md).
+    out : path
+        Folder, or an address that fsspec knows, such as ``s3://bucket/set``.
+    jobs : int
+        Worker processes on this machine; 0 makes everything in this process, without hard limits.
+    resume : bool
+        Go on with an interrupted run, make damaged shards again, or extend the dataset to a larger ``count``.
+    ray : str, optional
+        Address of a Ray cluster, or "auto"; needs ``pip install 'scenelang[cluster]'``.
+    gpus : float
+        Share of a GPU that each of Ray's workers asks for.
+    part : (k, n), optional
+        Make only every n-th shard, from shard k, counted from 0; ``merge_datasets`` joins the parts.
+    count : int, optional
+        Number of samples instead of the spec's.
+    max_failures : int
+        Stop when more samples have failed.
+    progress : callable, optional
+        Called with a ``DatasetProgress`` after every sample.
+
+    Returns
+    -------
+    DatasetReport
+        What the dataset has now.
+
+    Raises
+    ------
+    SceneError
+        "dataset" for a mistake in the spec, with its place, or if ``out`` is another dataset; "file" if the file
+        system fails, "sample" if too many samples fail. What is finished is kept and ``resume`` goes on.
+
+    Examples
+    --------
+    >>> import scenelang as sl
+    >>> sl.dataset("examples/datasets/clevr.toml", "/tmp/clevr", jobs=2)  # doctest: +SKIP
+    """
+    return _dataset(read_spec(spec), str(out), jobs, resume, ray, gpus, part, count, max_failures, progress)
+
+
+def _dataset(
+    spec: Spec, out: str, jobs: int, resume: bool, ray: str | None, gpus: float, part: tuple[int, int] | None,
+    count: int | None, max_failures: int, progress: Callable[[DatasetProgress], None] | None,
+) -> DatasetReport:  # fmt: skip
+    _check_numbers(jobs, part, count, max_failures)
+    for package in _packages(spec):
+        require(package, stores.INSTALL)
+    store = Store(out)
+    plan = stores.plan_of(spec, classes_of(spec), count)
+    kept = _prepared(store, plan, resume)
+    numbers = [n for n in range(plan.shards) if n not in kept and (part is None or n % part[1] == part[0])]
+    tally = _Tally(plan, numbers, kept, max_failures, progress)
+    run: Callable[[Sequence[int]], Iterator[dict[str, Any]]]
+    if ray is not None:
+        run = RayPool(spec, plan, out, ray, gpus, tally.hear).run
+    elif jobs == 0:
+        run = in_process(spec, plan, out, tally.hear)
+    else:
+        run = Pool(spec, plan, out, jobs, tally.hear).run
+    for _ in run(numbers):
+        tally.check()
+    report = dataset_status(out)
+    if report.is_complete:
+        finish(store, plan)
+    return report
+
+
+def _check_numbers(jobs: int, part: tuple[int, int] | None, count: int | None, max_failures: int) -> None:
+    if not 0 <= jobs <= _MAX_JOBS:
+        raise UsageError("value", f"`jobs`: expected 0 to {_MAX_JOBS:,}, got {jobs}")
+    if count is not None and count < 1:
+        raise UsageError("value", f"`count`: expected at least 1, got {count}")
+    if max_failures < 0:
+        raise UsageError("value", f"`max_failures`: expected at least 0, got {max_failures}")
+    if part is not None and not 0 <= part[0] < part[1]:
+        raise UsageError("value", f"`part`: expected k of n with 0 <= k < n, got {part[0]} of {part[1]}")
+
+
+def _packages(spec: Spec) -> Iterator[str]:
+    if spec.output.shards == "parquet":
+        yield "pyarrow"
+
+
+def _prepared(store: Store, plan: Plan, resume: bool) -> dict[int, dict[str, Any]]:
+    """Write the plan, and return the records of the intact shards of an earlier run by number."""
+    store.make()
+    old = stores.read_plan(store)
+    if old is not None and not resume:
+        hint = "add --resume to go on with it, or choose another folder"
+        raise SceneError("file", f"{store.address} has a dataset already", hint)
+    if old is not None and not old.fits(plan):
+        same = old.spec_digest == plan.spec_digest
+        what = "another size of shards or another format" if same else "another spec, or its programs have changed"
+        raise SceneError(CODE, f"{store.address} was made with {what}", "choose another folder")
+    if old is not None and old.count > plan.count:
+        raise SceneError(CODE, f"{store.address} has {old.count:,} samples, more than {plan.count:,}")
+    stores.write_plan(store, plan)
+    return {each["shard"]: each for each in stores.records_of(store, plan) if stores.is_intact(store, each)}
+
+
+class _Tally:
+    """Counts what workers report, tells the progress, and stops a run of too many failures."""
+
+    def __init__(
+        self, plan: Plan, numbers: Sequence[int], kept: Mapping[int, Mapping[str, Any]], max_failures: int,
+        progress: Callable[[DatasetProgress], None] | None,
+    ) -> None:  # fmt: skip
+        self._kept = sum(len(plan.samples(number)) for number in kept)
+        self._total = self._kept + sum(len(plan.samples(number)) for number in numbers)
+        self._failures = Counter(each["code"] for record in kept.values() for each in record["failures"])
+        self._most, self._progress = max_failures, progress
+        self._seen: dict[int, str | None] = {}  # samples of this run, each once although shards may be made again
+        self._started: float | None = None
+        self._memory = 0
+
+    def hear(self, message: Mapping[str, Any]) -> None:
+        if self._started is None and "begin" in message:
+            self._started = time.monotonic()
+        if "end" not in message:
+            return
+        self._seen[message["end"]] = message["code"]
+        self._memory = max(self._memory, message.get("memory", 0))
+        if self._progress is not None:
+            self._progress(self.progress())
+        self.check()
+
+    def progress(self) -> DatasetProgress:
+        elapsed = time.monotonic() - (self._started or time.monotonic())
+        rate = len(self._seen) / elapsed if elapsed > 0 else 0.0
+        done = self._kept + len(self._seen)
+        eta = (self._total - done) / rate if rate else None
+        return DatasetProgress(done, self._total, self._kept, self.failures, rate, eta, self._memory)
+
+    @property
+    def failures(self) -> Counter[str]:
+        return self._failures + Counter(code for code in self._seen.values() if code is not None)
+
+    def check(self) -> None:
+        """Raise SceneError("sample") if too many samples have failed."""
+        failed = sum(self.failures.values())
+        if failed > self._most:
+            codes = ", ".join(f"{code}: {count}" for code, count in sorted(self.failures.items()))
+            hint = "`dataset sample SPEC KEY` makes one alone; --max-failures raises the limit, --resume goes on"
+            raise SceneError("sample", f"{failed:,} samples have failed ({codes}), more than {self._most:,}", hint)
+
+
+def finish(store: Store, plan: Plan) -> None:
+    """Write what is made from all shards: the other formats and the dataset card."""
+    records = list(stores.records_of(store, plan))
+    others = [name for name in plan.formats if name not in SHARD_FORMATS]
+    if others:
+        from scenelang.datasets.layouts import write_layout
+
+        for name in others:
+            write_layout(name, store, plan, records)
+    write_card(store, plan, records, stores.digest_of(records))
+
+
+# --- one sample ------------------------------------------------------------------------------------------------------
+
+
+@typed
+def dataset_sample(spec: str | Path, key: str) -> dict[str, bytes]:
+    """Make one sample of a dataset again, byte for byte, from its key.
+
+    Parameters
+    ----------
+    spec : path
+        Spec of the dataset.
+    key : str
+        Key of a sample, or of one of its pictures.
+
+    Returns
+    -------
+    dict
+        Contents by file name, which begins with the key of a picture.
+
+    Raises
+    ------
+    SceneError
+        If the sample fails, as it does in the dataset, or there is no such picture.
+    """
+    read = read_spec(spec)
+    index = index_of(key)
+    try:
+        sample = Maker(read).make(index)
+    except SampleFailure as failure:
+        raise error_of(failure.diagnostic) from None
+    chosen = [item for item in sample.items if key in (key_of(index), item.key)]
+    if not chosen:
+        raise SceneError("value", f"the sample {key_of(index)} has no picture `{key[:60]}`")
+    return {f"{item.key}.{ending}": data for item in chosen for ending, data in item.files.items()}
+
+
+def write_sample(spec: str | Path, key: str, folder: str | Path) -> list[Path]:
+    """Write the files of one sample, made again, to a folder, and return their paths; raises as ``dataset_sample``."""
+    found = dataset_sample(spec, key)
+    target = make_folder(Path(folder))
+    for name, data in found.items():
+        with atomic_write(target / name) as temporary:
+            temporary.write_bytes(data)
+    return [target / name for name in found]
+
+
+# --- what a dataset has ----------------------------------------------------------------------------------------------
+
+
+@typed
+def dataset_status(out: str | Path) -> DatasetReport:
+    """Return what a dataset has, from the records of its shards; files are not read.
+
+    Raises
+    ------
+    SceneError
+        "file" if there is no dataset, "dataset" if its plan is damaged.
+    """
+    store = Store(out)
+    plan = stores.require_plan(store)
+    records = list(stores.records_of(store, plan))
+    splits: Counter[str] = Counter()
+    for record in records:
+        splits.update({each["split"]: each["items"] for each in record["files"]})
+    failed = [each for record in records for each in record["failures"]]
+    return DatasetReport(
+        out=str(out),
+        samples=sum(record["samples"] for record in records),
+        total=plan.count,
+        pictures=sum(record["pictures"] for record in records),
+        failures=Counter(each["code"] for each in failed),
+        splits=splits,
+        digest=stores.digest_of(records),
+        is_complete=len(records) == plan.shards,
+        seconds=sum(record["run"]["seconds"] for record in records),
+        memory=max((record["run"]["memory"] for record in records), default=0),
+        failed=failed,
+    )
+
+
+@typed
+def verify_dataset(out: str | Path, progress: Callable[[float], None] | None = None) -> list[Diagnostic]:
+    """Check a dataset: digests, decoding, labels against each other, statistics, and duplicates.
+
+    Returns
+    -------
+    list of Diagnostic
+        What is wrong, at most a hundred findings; empty if the dataset is complete and sound.
+    """
+    store = Store(out)
+    plan = stores.require_plan(store)
+    records = list(stores.records_of(store, plan))
+    found: list[Diagnostic] = []
+    missing = sorted(set(range(plan.shards)) - {record["shard"] for record in records})
+    if missing:
+        shown = ", ".join(map(str, missing[:8])) + (" ..." if len(missing) > 8 else "")
+        found.append(_finding(f"{len(missing):,} of {plan.shards:,} shards are missing: {shown}"))
+    keys: set[str] = set()
+    pictures: dict[bytes, str] = {}
+    for done, record in enumerate(records):
+        for each in record["files"]:
+            found += _file_findings(store, plan, record, each, keys, pictures)
+            if len(found) > 100:
+                return found[:100]
+        if progress is not None:
+            progress((done + 1) / len(records))
+    return found
+
+
+def _finding(message: str) -> Diagnostic:
+    return Diagnostic("dataset", message, None, "`--resume` makes missing and damaged shards again")
+
+
+def _file_findings(
+    store: Store, plan: Plan, record: Mapping[str, Any], file: Mapping[str, Any], keys: set[str],
+    pictures: dict[bytes, str],
+) -> Iterator[Diagnostic]:  # fmt: skip
+    name, items = file["name"], 0
+    try:
+        if store.digest(name) != (file["sha256"], file["bytes"]):
+            yield _finding(f"`{name}` is damaged: its digest differs from its record")
+            return
+        for key, files in stores.items_of(store, name):
+            items += 1
+            if key in keys:
+                yield _finding(f"the key {key} occurs twice")
+            keys.add(key)
+            if index_of(key) not in plan.samples(record["shard"]):
+                yield _finding(f"`{name}` has the sample {key}, which belongs to another shard")
+            wrong = [*_item_findings(key, files, file["split"], plan)]
+            yield from map(_finding, wrong)
+            if not wrong:
+                yield from _duplicates(key, files, pictures)
+    except SceneError as error:
+        yield _finding(error.message)
+        return
+    if items != file["items"]:
+        yield _finding(f"`{name}` has {items} items; its record says {file['items']}")
+
+
+def _duplicates(key: str, files: Mapping[str, bytes], pictures: dict[bytes, str]) -> Iterator[Diagnostic]:
+    """Yield a finding if another sample has the same scene and camera, unless nothing is seen."""
+    import hashlib
+
+    record = json.loads(files["json"])
+    if not record.get("things"):
+        return
+    told = [record["values"], record["camera"], record["frame"]]
+    mark = hashlib.blake2b(json.dumps(told, sort_keys=True).encode(), digest_size=12).digest()
+    other = pictures.setdefault(mark, key)
+    if other != key:
+        yield Diagnostic("dataset", f"{key} repeats {other}: equal values and cameras", None, "vary more, or make less")
+
+
+def _item_findings(key: str, files: Mapping[str, bytes], split: str, plan: Plan) -> Iterator[str]:
+    """Yield what is wrong with the labels of one picture."""
+    try:
+        record = json.loads(files["json"])
+        arrays = {name: decoded(name, data) for name, data in files.items()}
+    except (ValueError, KeyError, OSError, SyntaxError) as error:
+        yield f"{key} cannot be decoded: {type(error).__name__}: {error}"
+        return
+    if record.get("key") != key or record.get("split") != split or record.get("spec") != plan.spec_digest:
+        yield f"{key}: its record is that of another sample"
+        return
+    size = (record["camera"]["height"], record["camera"]["width"])
+    for name, values in arrays.items():
+        is_map = isinstance(values, np.ndarray) and name != "tracks.npz"
+        if is_map and values.shape[:2] != size:
+            yield f"{key}: `{name}` has the size {values.shape[1]} x {values.shape[0]}, not {size[1]} x {size[0]}"
+            return
+    yield from _disagreements(key, record, arrays)
+
+
+def _disagreements(key: str, record: Mapping[str, Any], arrays: Mapping[str, Any]) -> Iterator[str]:
+    ids, classes, depth = (arrays.get(name) for name in ("instance.png", "semantic.png", "depth.npy"))
+    things = record.get("things")
+    if ids is not None and things is not None:
+        if int(ids.max(initial=0)) > len(things):
+            yield f"{key}: the instance {int(ids.max())} has no record"
+            return
+        table = np.array([0, *(thing["class"] for thing in things)])
+        if classes is not None and not np.array_equal(table[ids], classes):
+            yield f"{key}: classes and instances disagree"
+        for thing in things:
+            x, y, width, height = thing["bbox"]
+            rows, columns = np.nonzero(ids == thing["id"])
+            inside = (rows >= y) & (rows < y + height) & (columns >= x) & (columns < x + width)
+            if len(rows) > thing["area"] or not inside.all():
+                yield f"{key}: the mask of instance {thing['id']} exceeds its box or area"
+                return
+    if ids is not None and depth is not None and not np.isfinite(depth[ids > 0]).all():
+        yield f"{key}: an instance has no depth"
+
+
+# --- merging ---------------------------------------------------------------------------------------------------------
+
+
+@typed
+def merge_datasets(parts: Sequence[str | Path], out: str | Path) -> DatasetReport:
+    """Join parts of one dataset, made with ``part``; shards that several parts have must be equal.
+
+    Raises
+    ------
+    SceneError
+        "dataset" if the parts are of different datasets or disagree, "file" if a file system fails.
+    """
+    if not parts:
+        raise UsageError("value", "name at least one dataset to merge")
+    sources = [Store(part) for part in parts]
+    plans = [stores.require_plan(source) for source in sources]
+    for plan, part in zip(plans, parts, strict=True):
+        if not plan.fits(plans[0]) or plan.count != plans[0].count:
+            raise SceneError(CODE, f"{part} is a part of another dataset than {parts[0]}")
+    target = Store(out)
+    _prepared(target, plans[0], resume=True)
+    merged = {each["shard"]: each for each in stores.records_of(target, plans[0])}
+    for source in sources:
+        for record in stores.records_of(source, plans[0]):
+            known = merged.setdefault(record["shard"], record)
+            if known["files"] != record["files"]:
+                raise SceneError(CODE, f"shard {record['shard']} differs between the parts")
+            _copy_shard(source, target, record)
+    if len(merged) == plans[0].shards:
+        finish(target, plans[0])
+    return dataset_status(out)
+
+
+def _copy_shard(source: Store, target: Store, record: Mapping[str, Any]) -> None:
+    if not stores.is_intact(source, record):
+        raise SceneError(CODE, f"shard {record['shard']} of {source.address} is damaged")
+    for file in record["files"]:
+        target.copy_from(source, file["name"])
+    target.write(stores.record_name(record["shard"]), json.dumps(record, sort_keys=True).encode())

@@ -1,0 +1,731 @@
+"""The spec of a dataset: what varies, what is written and what is left out, read from TOML (docs/datasets.md)."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from fnmatch import fnmatchcase
+from functools import cached_property
+from glob import glob
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scenelang.backends.files import program_files, read_regular
+from scenelang.datasets.toml_places import TomlTable, parsed, shown
+from scenelang.grammar.datum import Source
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.loading import entry_points_of
+from scenelang.interpreter.runtime.limits import Limits
+from scenelang.session import IMPORT_FORM
+
+CODE = "dataset"
+VERSION = 1
+MAX_SAMPLES = 1_000_000_000
+MAX_VIEWS = 1_000
+MAX_PROGRAMS = 100_000
+MAX_SHARD = 100_000
+_MAX_CHOICES = 100_000
+_MAX_SIDE = 8_192
+_MAX_IMPORTS = 1_000
+
+LABELS = (
+    "instance", "semantic", "levels", "depth", "normals", "albedo", "flow", "tracks", "boxes", "visibility",
+    "keypoints", "graph", "captions", "program",
+)  # fmt: skip
+DEFAULT_LABELS = ("instance", "semantic", "depth", "normals", "boxes", "captions")
+FORMATS = ("webdataset", "parquet", "coco", "kitti", "bop", "nerfstudio", "colmap", "mot", "tap")
+SHARD_FORMATS = ("webdataset", "parquet")
+# Labels that a format is made of; the pictures are always there.
+NEEDS: Mapping[str, tuple[str, ...]] = {
+    "coco": ("instance", "boxes"), "kitti": ("boxes", "visibility"),
+    "bop": ("instance", "depth", "boxes", "visibility"),
+    "nerfstudio": ("depth",), "colmap": ("depth",), "mot": ("boxes",), "tap": ("tracks",),
+}  # fmt: skip
+LOOKS = ("color", "roughness", "metallic", "opacity", "emission", "ior")
+CAMERAS = ("hemisphere", "orbit", "trajectory", "file")
+PREDICATES = "scenelang.filters"  # the group of entry points
+
+
+# --- distributions ---------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Distribution:
+    """Distribution of one quantity.
+
+    ``kind`` is "choice" among ``values`` with ``weights`` (K,), or "uniform", "loguniform", "normal" or "integer" with
+    the two parameters in ``values``; drawn numbers are clipped to ``low`` and ``high``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Distribution("integer", (3, 3)).draw(np.random.default_rng(1))
+    3
+    """
+
+    kind: str
+    values: tuple[Any, ...]
+    weights: tuple[float, ...] = ()
+    low: float = -math.inf
+    high: float = math.inf
+
+    @property
+    def is_fixed(self) -> bool:
+        return self.kind == "choice" and len(self.values) == 1
+
+    def draw(self, random: np.random.Generator) -> Any:
+        """Return a plain value: a number, a boolean, a string or a list of numbers."""
+        if self.kind == "choice":
+            if len(self.values) == 1:
+                return self.values[0]
+            shares = np.array(self.weights or [1.0] * len(self.values))
+            return self.values[int(np.searchsorted(np.cumsum(shares), random.random() * shares.sum(), side="right"))]
+        first, second = self.values
+        if self.kind == "integer":
+            return int(random.integers(first, second, endpoint=True))
+        if self.kind == "normal":
+            value = float(random.normal(first, second))
+        elif self.kind == "loguniform":
+            value = math.exp(float(random.uniform(math.log(first), math.log(second))))
+        else:
+            value = float(random.uniform(first, second))
+        return min(max(value, self.low), self.high)
+
+
+def fixed(value: Any) -> Distribution:
+    """Return the distribution of a quantity that does not vary."""
+    return Distribution("choice", (value,))
+
+
+def _distribution(table: TomlTable, key: str, default: Any = None) -> Distribution:
+    """Read a distribution: a value, a list of choices, or a table such as ``{ uniform = [0, 1] }``."""
+    value = table.take(key, default)
+    if isinstance(value, list):
+        return Distribution("choice", _choices(table, key, value))
+    if isinstance(value, dict):
+        return _described(table.table(key))
+    if key in table and not _is_plain(value):
+        table.fail(key, f"`{key}`: expected a number, boolean, string, list or table, got {shown(value)}")
+    return fixed(value)
+
+
+def _described(table: TomlTable) -> Distribution:
+    name = table.path[-1]
+    kinds = ("uniform", "loguniform", "normal", "integer", "choice", "value")
+    given = [kind for kind in kinds if kind in table]
+    if len(given) != 1:
+        stray = next((key for key in table if key not in (*kinds, "weights", "min", "max")), None)
+        if stray is not None:
+            table.check_choice(stray, stray, (*kinds, "weights", "min", "max"))
+        table.fail(None, f"`{name}`: expected one of {', '.join(kinds)}, got {len(given) or 'none'} of them")
+    kind = given[0]
+    if kind == "value":
+        found = fixed(_hashable(table, kind, table.take(kind)))
+    elif kind == "choice":
+        values = table.take(kind)
+        if not isinstance(values, list):
+            table.fail(kind, f"`choice`: expected a list, got {shown(values)}")
+        found = Distribution("choice", _choices(table, kind, values), _weights(table, len(values)))
+    else:
+        found = _range(table, kind)
+    table.finish()
+    return found
+
+
+def _choices(table: TomlTable, key: str, values: list[Any]) -> tuple[Any, ...]:
+    if not 1 <= len(values) <= _MAX_CHOICES:
+        table.fail(key, f"`{key}`: expected 1 to {_MAX_CHOICES:,} choices, got {len(values):,}")
+    return tuple(_hashable(table, key, value, str(i)) for i, value in enumerate(values))
+
+
+def _hashable(table: TomlTable, key: str, value: Any, *place: str) -> Any:
+    path = (*table.path, key, *place)
+    if isinstance(value, list):
+        if not value or not all(_is_plain(item) for item in value):
+            message = f"`{key}`: expected numbers, booleans, strings or lists of them, got {shown(value)}"
+            table.document.fail(path, message)
+        return tuple(value)
+    if not _is_plain(value):
+        table.document.fail(path, f"`{key}`: expected a number, boolean, string or a list of them, got {shown(value)}")
+    return value
+
+
+def _is_plain(value: Any) -> bool:
+    return isinstance(value, bool | int | str) or (isinstance(value, float) and math.isfinite(value))
+
+
+def _weights(table: TomlTable, count: int) -> tuple[float, ...]:
+    weights = table.take("weights", [])
+    if not isinstance(weights, list) or not all(isinstance(w, int | float) and w >= 0 for w in weights):
+        table.fail("weights", f"`weights`: expected numbers of at least 0, got {shown(weights)}")
+    if weights and (len(weights) != count or not sum(weights) > 0):
+        table.fail("weights", f"`weights`: expected {count} numbers with a positive sum, got {len(weights)}")
+    return tuple(float(weight) for weight in weights)
+
+
+def _range(table: TomlTable, kind: str) -> Distribution:
+    pair = table.take(kind)
+    allowed = (int,) if kind == "integer" else (int, float)
+    if not isinstance(pair, list) or len(pair) != 2 or not all(type(x) in allowed and math.isfinite(x) for x in pair):
+        what = "two whole numbers" if kind == "integer" else "two numbers"
+        table.fail(kind, f"`{kind}`: expected {what}, got {shown(pair)}")
+    first, second = pair
+    if kind == "normal":
+        if second < 0:
+            table.fail(kind, f"`normal`: expected a deviation of at least 0, got {second:g}")
+    elif first > second:
+        table.fail(kind, f"`{kind}`: the range [{first:g}, {second:g}] is empty", f"write [{second:g}, {first:g}]")
+    elif kind == "loguniform" and first <= 0:
+        table.fail(kind, f"`loguniform`: expected positive numbers, got {first:g}")
+    low = table.number("min", -math.inf, -math.inf, math.inf)
+    high = table.number("max", math.inf, -math.inf, math.inf)
+    if low > high:
+        table.fail("min", f"`min`: {low:g} is above `max`, {high:g}")
+    return Distribution(kind, (first, second), (), low, high)
+
+
+# --- the parts of a spec ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class WordChange:
+    """Change of a word: distributions of the looks of its entities, and of the expression that it is bound to."""
+
+    looks: Mapping[str, Distribution]
+    bind: Distribution | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class CameraPlan:
+    """Cameras of a sample: ``views`` of them, of one ``kind``.
+
+    Angles are in degrees, ``distance`` and ``target`` in scene units (None: chosen to frame the scene); ``eyes`` (K, 3)
+    and ``target`` are the trajectory; ``files`` are JSON cameras. ``sweep`` is the angle that an orbit covers.
+    """
+
+    kind: str = "hemisphere"
+    views: int = 1
+    azimuth: Distribution = Distribution("uniform", (-180.0, 180.0))
+    elevation: Distribution = Distribution("uniform", (5.0, 65.0))
+    fov: Distribution = Distribution("choice", (35.0,))
+    distance: Distribution = Distribution("choice", (None,))
+    sweep: float = 360.0
+    target: tuple[float, float, float] | None = None
+    orthographic: bool = False
+    eyes: tuple[tuple[float, float, float], ...] = ()
+    files: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class PicturePlan:
+    """Pictures: size in pixels, quality, environment, ground, settings of the backend, and frames of a 4D scene."""
+
+    width: int = 256
+    height: int = 256
+    quality: str = "draft"
+    environment: Distribution = Distribution("choice", ("studio",))
+    ground: Distribution = Distribution("choice", (None,))
+    settings: Mapping[str, Any] | None = None
+    frames: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LabelPlan:
+    """Labels: which are written, the words that count as things, keypoints by word, levels and tracked points."""
+
+    write: tuple[str, ...] = DEFAULT_LABELS
+    words: tuple[str, ...] = ()
+    keypoints: tuple[str, ...] = ()
+    levels: int = 4
+    tracks: int = 64
+    captions: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class SplitPlan:
+    """Splits: ``by`` "program", "scene" or the name of a param; for each split its share, its patterns of programs, or
+    its range or values of the param ("rest": all others)."""
+
+    by: str
+    rules: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class FilterPlan:
+    """Filters: least visible share of the picture by word, no findings of the geometric check, predicates by name."""
+
+    visible: Mapping[str, float]
+    geometry: bool = False
+    predicates: tuple[str, ...] = ()
+    attempts: int = 20
+
+
+@dataclass(frozen=True, slots=True)
+class OutputPlan:
+    """Output: formats, and samples per shard."""
+
+    formats: tuple[str, ...] = ("webdataset",)
+    shard: int = 100
+    licence: str = ""
+
+    @property
+    def shards(self) -> str:
+        """Return the format of the shards, which the other formats are made from."""
+        return next((name for name in self.formats if name in SHARD_FORMATS), "webdataset")
+
+
+@dataclass(frozen=True)
+class Spec:
+    """A dataset: what varies and what is written. ``text`` is its source, ``folder`` what its paths are relative to."""
+
+    name: str
+    text: str
+    folder: str
+    programs: tuple[str, ...]
+    count: int
+    seed: int
+    seeds: Distribution | None
+    root: str | None
+    params: Mapping[str, Distribution]
+    words: Mapping[str, WordChange]
+    cameras: CameraPlan
+    pictures: PicturePlan
+    labels: LabelPlan
+    splits: SplitPlan | None
+    filters: FilterPlan
+    output: OutputPlan
+    limits: Limits
+
+    @cached_property
+    def texts(self) -> dict[str, str]:
+        """Return the digest of every program with the files that it imports, by path."""
+        return {path: _digest_of(Path(path)) for path in self.programs}
+
+    @cached_property
+    def digest(self) -> str:
+        """Return what identifies the samples: all that can change a byte of one, but not how many there are."""
+        plan = {
+            "version": VERSION, "seed": self.seed, "seeds": self.seeds, "root": self.root, "params": self.params,
+            "words": self.words, "cameras": self.cameras, "pictures": self.pictures, "labels": self.labels,
+            "splits": self.splits, "filters": self.filters,
+            "programs": [(self.program_name(path), self.texts[path]) for path in self.programs],
+        }  # fmt: skip
+        data = json.dumps(plan, sort_keys=True, default=_plain)
+        return hashlib.sha256(data.encode("utf-8", "surrogatepass")).hexdigest()
+
+    def program_name(self, path: str) -> str:
+        """Return a program's path relative to the spec's folder, as samples record it."""
+        return Path(path).relative_to(self.folder).as_posix() if Path(path).is_relative_to(self.folder) else path
+
+
+def _plain(value: Any) -> Any:
+    return asdict(value)
+
+
+def _digest_of(path: Path) -> str:
+    """Return the digest of a file and of the files that it imports, whatever they are called."""
+    total, waiting, seen = hashlib.sha256(), [path.resolve()], set[Path]()
+    while waiting:
+        target = waiting.pop()
+        if target in seen or len(seen) > _MAX_IMPORTS:
+            continue
+        seen.add(target)
+        try:
+            data = read_regular(target)
+        except OSError as error:
+            if target == path.resolve():
+                raise SceneError("file", f"cannot read {path}: {error.strerror or error}") from None
+            continue  # the evaluation tells
+        total.update(len(data).to_bytes(8, "little") + data)
+        names = IMPORT_FORM.findall(data.decode("utf-8", "replace"))
+        waiting += [(target.parent / name).resolve() for name in reversed(names)]
+    return total.hexdigest()
+
+
+# --- reading ---------------------------------------------------------------------------------------------------------
+
+
+def read_spec(path: str | Path) -> Spec:
+    """Read the spec of a dataset.
+
+    Raises
+    ------
+    SceneError
+        "dataset" with line and column for a mistake in the file, "file" if it or a program cannot be read.
+    """
+    try:
+        text = read_regular(path, 2_000_000).decode("utf-8-sig")
+    except OSError as error:
+        raise SceneError("file", f"cannot read {path}: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise SceneError("encoding", f"{path} is not UTF-8 text", "save it as UTF-8") from None
+    return spec_of(text, str(path), Path(path).resolve().parent)
+
+
+def spec_of(text: str, name: str, folder: Path) -> Spec:
+    """Return the spec in a TOML text whose paths are relative to ``folder``; raises SceneError as ``read_spec``."""
+    table = parsed(Source(name, text), CODE)
+    seeds = _distribution(table, "seeds") if "seeds" in table else None
+    found = Spec(
+        name=name,
+        text=text,
+        folder=str(folder),
+        programs=_programs(table, folder),
+        count=table.number("count", 1, 1, MAX_SAMPLES),
+        seed=table.number("seed", 0, 0, (1 << 63) - 1),
+        seeds=_checked_seeds(table, seeds),
+        root=table.text("root", None),
+        params=_params(table.table("params")),
+        words=_words(table.table("words")),
+        cameras=_cameras(table.table("cameras"), folder),
+        pictures=_pictures(table.table("pictures")),
+        labels=_labels(table.table("labels"), table.table("captions")),
+        splits=_splits(table),
+        filters=_filters(table.table("filters")),
+        output=_output(table.table("output")),
+        limits=_limits(table.table("limits")),
+    )
+    table.finish()
+    _check_together(table, found)
+    return found
+
+
+def _checked_seeds(table: TomlTable, seeds: Distribution | None) -> Distribution | None:
+    if seeds is not None and not all(type(x) is int and 0 <= x < 1 << 32 for x in seeds.values):
+        table.fail("seeds", f"`seeds`: expected whole numbers from 0 to {(1 << 32) - 1}")
+    if seeds is not None and seeds.kind not in ("choice", "integer"):
+        table.fail("seeds", f"`seeds`: expected whole numbers, not `{seeds.kind}`")
+    return seeds
+
+
+def _programs(table: TomlTable, folder: Path) -> tuple[str, ...]:
+    found: dict[str, None] = {}
+    given = table.texts("programs")
+    if not given:
+        table.fail("programs" if "programs" in table else None, "`programs`: name at least one program")
+    for pattern in given:
+        matches = _matches(folder, pattern)
+        if not matches:
+            table.fail("programs", f"`programs`: nothing matches `{pattern[:80]}`", f"paths are relative to {folder}")
+        found |= dict.fromkeys(matches)
+        if len(found) > MAX_PROGRAMS:
+            table.fail("programs", f"`programs`: more than {MAX_PROGRAMS:,} files")
+    return tuple(found)
+
+
+def _matches(folder: Path, pattern: str) -> list[str]:
+    """Return the programs that a path or glob names, sorted; folders may be runs of a language model."""
+    paths = [pattern] if (folder / pattern).exists() else sorted(glob(pattern, root_dir=folder, recursive=True))
+    files: list[str] = []
+    for path in paths:
+        target = folder / path
+        if target.is_dir():
+            best = target / "best.scene"  # the result of a run
+            files += [str(best)] if best.is_file() else sorted(program_files([str(target)]))
+        else:
+            files.append(str(target))
+    return [str(Path(file).resolve()) for file in files]
+
+
+def _params(table: TomlTable) -> Mapping[str, Distribution]:
+    return {name: _distribution(table, name) for name in table}
+
+
+def _words(table: TomlTable) -> Mapping[str, WordChange]:
+    found = {}
+    for word in table:
+        own = table.table(word)
+        looks = {name: _distribution(own, name) for name in LOOKS if name in own}
+        bind = _distribution(own, "bind") if "bind" in own else None
+        if bind is not None and not all(isinstance(text, str) and text.strip() for text in bind.values):
+            own.fail(
+                "bind", "`bind`: expected the text of an expression", 'write bind = ["(lambda () (call \\"cube\\"))"]'
+            )
+        for name in (*LOOKS, "bind"):
+            own.take(name)
+        own.finish()
+        if not looks and bind is None:
+            table.fail(word, f"`{word}`: nothing varies", f"give {', '.join((*LOOKS, 'bind'))}")
+        found[word] = WordChange(looks, bind)
+    return found
+
+
+def _cameras(table: TomlTable, folder: Path) -> CameraPlan:
+    default = CameraPlan()
+    kind = table.text("kind", default.kind, CAMERAS)
+    plan = CameraPlan(
+        kind=kind,
+        views=table.number("views", 1, 1, MAX_VIEWS),
+        azimuth=_angles(table, "azimuth", default.azimuth, -36_000.0, 36_000.0),
+        elevation=_angles(table, "elevation", default.elevation, -90.0, 90.0),
+        fov=_angles(table, "fov", default.fov, 0.1, 179.0),
+        distance=_angles(table, "distance", default.distance, 1e-9, 1e12),
+        sweep=table.number("sweep", 360.0, -36_000.0, 36_000.0),
+        target=_point(table, "target") if "target" in table else None,
+        orthographic=table.flag("orthographic", False),
+        eyes=_points(table, "eyes"),
+        files=_camera_files(table, folder),
+    )
+    table.finish()
+    if kind == "trajectory" and (len(plan.eyes) < 2 or plan.target is None):
+        table.fail("kind", "a trajectory needs `eyes`, two points or more, and the `target` that it looks at")
+    if kind == "file" and not plan.files:
+        table.fail("kind", "cameras from files need `files`")
+    return plan
+
+
+def _angles(table: TomlTable, key: str, default: Distribution, low: float, high: float) -> Distribution:
+    if key not in table:
+        table.take(key)
+        return default
+    found = _distribution(table, key)
+    bounds = found.values[:1] if found.kind == "normal" else found.values
+    if not all(isinstance(x, int | float) and not isinstance(x, bool) and low <= x <= high for x in bounds):
+        table.fail(key, f"`{key}`: expected numbers from {low:g} to {high:g}")
+    return replace(found, low=max(low, found.low), high=min(high, found.high))
+
+
+def _point(table: TomlTable, key: str) -> tuple[float, float, float]:
+    value = table.take(key)
+    if not isinstance(value, list) or len(value) != 3 or not all(type(x) in (int, float) for x in value):
+        table.fail(key, f"`{key}`: expected three numbers, got {shown(value)}")
+    x, y, z = (float(item) for item in value)
+    return x, y, z
+
+
+def _points(table: TomlTable, key: str) -> tuple[tuple[float, float, float], ...]:
+    value = table.take(key, [])
+    if not isinstance(value, list) or len(value) > MAX_VIEWS:
+        table.fail(key, f"`{key}`: expected at most {MAX_VIEWS:,} points, got {shown(value)}")
+    inner = TomlTable({str(i): item for i, item in enumerate(value)}, (*table.path, key), table.document)
+    return tuple(_point(inner, str(i)) for i in range(len(value)))
+
+
+def _camera_files(table: TomlTable, folder: Path) -> tuple[str, ...]:
+    found: list[str] = []
+    for pattern in table.texts("files"):
+        matches = sorted(glob(pattern, root_dir=folder, recursive=True))
+        if not matches:
+            table.fail("files", f"`files`: nothing matches `{pattern[:80]}`", f"paths are relative to {folder}")
+        found += [str((folder / path).resolve()) for path in matches]
+    return tuple(found)
+
+
+def _pictures(table: TomlTable) -> PicturePlan:
+    from scenelang.backends.pictures.appearance import ENVIRONMENTS, GROUNDS
+    from scenelang.backends.pictures.film import PictureOptions, check, picture_backend
+
+    width, height = _size(table)
+    environment = _names(table, "environment", "studio", tuple(ENVIRONMENTS))
+    ground = _names(table, "ground", None, tuple(GROUNDS))
+    settings = dict(table.take("settings", {}) or {}) if isinstance(table.take("settings", {}), dict) else None
+    if settings is None:
+        table.fail("settings", "`settings`: expected a table of options of the backend")
+    quality = table.text("quality", "draft")
+    frames = _frames(table)
+    table.finish()
+    try:
+        check(PictureOptions(width=width, height=height, settings=settings), [picture_backend(quality)])
+    except SceneError as error:
+        table.fail("settings" if settings else "quality", error.message, error.hint)
+    return PicturePlan(width, height, quality, environment, ground, settings, frames)
+
+
+def _size(table: TomlTable) -> tuple[int, int]:
+    value = table.take("size", [256, 256])
+    value = [value, value] if type(value) is int else value
+    if not isinstance(value, list) or len(value) != 2 or not all(type(x) is int and 1 <= x <= _MAX_SIDE for x in value):
+        table.fail("size", f"`size`: expected [width, height] from 1 to {_MAX_SIDE:,} pixels, got {shown(value)}")
+    return value[0], value[1]
+
+
+def _names(table: TomlTable, key: str, default: str | None, known: Sequence[str]) -> Distribution:
+    found = _distribution(table, key, default)
+    for value in found.values if key in table else ():
+        if not isinstance(value, str):
+            table.fail(key, f"`{key}`: expected names, got {shown(value)}")
+        table.check_choice(key, value, known)
+    return found
+
+
+def _frames(table: TomlTable) -> tuple[int, int] | None:
+    if "frames" not in table:
+        table.take("frames")
+        return None
+    value = table.take("frames")
+    if not isinstance(value, list) or len(value) != 2 or not all(type(x) is int and 0 <= x < 10_000 for x in value):
+        table.fail("frames", f"`frames`: expected [first, last], got {shown(value)}")
+    if value[0] > value[1]:
+        table.fail("frames", f"`frames`: the range [{value[0]}, {value[1]}] is empty")
+    return value[0], value[1]
+
+
+def _labels(table: TomlTable, captions: TomlTable) -> LabelPlan:
+    write = table.texts("write", DEFAULT_LABELS, LABELS)
+    plan = LabelPlan(
+        write=tuple(name for name in LABELS if name in write),
+        words=table.texts("words"),
+        keypoints=table.texts("keypoints"),
+        levels=table.number("levels", 4, 1, 64),
+        tracks=table.number("tracks", 64, 1, 100_000),
+        captions=captions.texts("templates"),
+    )
+    table.finish()
+    captions.finish()
+    return plan
+
+
+def _splits(table: TomlTable) -> SplitPlan | None:
+    if "splits" not in table:
+        table.take("splits")
+        return None
+    own = table.table("splits")
+    by = own.text("by", "scene")
+    rules = {name: _rule(own, name) for name in own if name != "by"}
+    if len(rules) < 2:
+        own.fail(None, "`splits`: name at least two splits", "such as train = 0.8 and test = 0.2")
+    if by in ("scene", "program") and all(isinstance(rule, float) for rule in rules.values()):
+        if not math.isclose(sum(rules.values()), 1.0, abs_tol=1e-6):
+            own.fail(None, f"`splits`: the shares sum to {sum(rules.values()):g}, not to 1")
+    elif by == "scene":
+        own.fail("by", "splits by scene are shares, such as train = 0.8 and test = 0.2")
+    elif any(isinstance(rule, float) for rule in rules.values()):
+        what = "patterns of programs" if by == "program" else "ranges [low, high] or lists of values"
+        own.fail(next(name for name, rule in rules.items() if isinstance(rule, float)), f"expected {what}")
+    _check_disjoint(own, by, rules)
+    return SplitPlan(by, rules)
+
+
+def _rule(table: TomlTable, name: str) -> Any:
+    value = table.take(name)
+    if not name.isidentifier():
+        table.fail(name, f"`{name[:60]}` is not a name for a split", "use letters, digits and underscores")
+    if type(value) in (int, float):
+        if not 0 < value <= 1:
+            table.fail(name, f"`{name}`: expected a share above 0 and at most 1, got {value:g}")
+        return float(value)
+    if isinstance(value, dict):
+        own = table.table(name)
+        pair = own.take("range")
+        if not isinstance(pair, list) or len(pair) != 2 or not all(type(x) in (int, float) for x in pair):
+            own.fail("range" if "range" in own else None, f"`{name}`: expected {{ range = [low, high] }}")
+        if pair[0] >= pair[1]:
+            own.fail("range", f"`range`: the range [{pair[0]:g}, {pair[1]:g}) is empty")
+        own.finish()
+        return {"range": (float(pair[0]), float(pair[1]))}
+    if value == "rest" or (isinstance(value, list) and value):
+        return value if value == "rest" else tuple(_hashable(table, name, item) for item in value)
+    table.fail(name, f'`{name}`: expected a share, a list, {{ range = [low, high] }} or "rest", got {shown(value)}')
+
+
+def _check_disjoint(table: TomlTable, by: str, rules: Mapping[str, Any]) -> None:
+    """Raise an error if a sample could be in two splits."""
+    if sum(rule == "rest" for rule in rules.values()) > 1:
+        table.fail(None, "`splits`: only one split can be the rest")
+    seen: dict[Any, str] = {}
+    ranges: list[tuple[float, float, str]] = []
+    for name, rule in rules.items():
+        if isinstance(rule, tuple):
+            for value in rule if by != "program" else ():
+                if value in seen:
+                    table.fail(name, f"`{name}`: {value!r} is also in `{seen[value]}`, which would leak")
+                seen[value] = name
+        elif isinstance(rule, dict):
+            ranges.append((*rule["range"], name))
+    ranges.sort()
+    for (_, end, first), (start, _, second) in pairwise(ranges):
+        if start < end:
+            table.fail(second, f"`{second}`: the range overlaps that of `{first}`, which would leak")
+
+
+def _filters(table: TomlTable) -> FilterPlan:
+    own = table.table("visible")
+    visible = {word: own.number(word, None, 0.0, 1.0) for word in own}
+    predicates = table.texts("predicates")
+    known = entry_points_of(PREDICATES)
+    for name in predicates:
+        if name not in known:
+            listed = (
+                f"installed: {', '.join(sorted(known))}" if known else f"no package has the entry point {PREDICATES}"
+            )
+            table.fail("predicates", f"`predicates`: unknown `{name[:60]}`", listed)
+    plan = FilterPlan(visible, table.flag("geometry", False), predicates, table.number("attempts", 20, 1, 10_000))
+    table.finish()
+    return plan
+
+
+def _output(table: TomlTable) -> OutputPlan:
+    formats = table.texts("formats", ("webdataset",), FORMATS)
+    plan = OutputPlan(formats, table.number("shard", 100, 1, MAX_SHARD), table.text("licence", ""))
+    table.finish()
+    if sum(name in SHARD_FORMATS for name in formats) > 1:
+        table.fail("formats", "`formats`: shards are webdataset or parquet, not both")
+    return plan
+
+
+def _limits(table: TomlTable) -> Limits:
+    default = Limits()
+    found = Limits(
+        steps=table.number("steps", default.steps, 1, 10**15),
+        depth=table.number("depth", default.depth, 1, 10**9),
+        entities=table.number("entities", default.entities, 1, 10**12),
+        primitives=table.number("primitives", default.primitives, 1, 10**9),
+        size=table.number("size", default.size, 1, 10**12),
+        memory=table.number("memory", default.memory, 10**6, 10**15),
+        seconds=table.number("seconds", default.seconds, 0.1, 86_400.0),
+    )
+    table.finish()
+    return found
+
+
+def _check_together(table: TomlTable, spec: Spec) -> None:
+    """Raise an error for parts that do not fit each other."""
+    _check_needs(table, spec)
+    if spec.splits is not None and spec.splits.by not in ("scene", "program", *spec.params):
+        hint = f"split by scene, program or one of {', '.join(spec.params) or 'the params that vary'}"
+        table.table("splits").fail("by", f"`by`: `{spec.splits.by[:60]}` does not vary", hint)
+    if spec.splits is not None and spec.splits.by == "program":
+        _check_patterns(table, spec, spec.splits.rules)
+
+
+def _check_patterns(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> None:
+    """Raise an error if a program is in no split, or a split has no program."""
+    if not any(isinstance(rule, tuple) for rule in rules.values()):
+        return
+    names = [spec.program_name(path) for path in spec.programs]
+    patterns = {split: tuple(map(str, rule)) for split, rule in rules.items() if isinstance(rule, tuple)}
+    for split, mine in patterns.items():
+        if not any(fnmatchcase(name, pattern) for name in names for pattern in mine):
+            table.table("splits").fail(split, f"`{split}`: no program matches {', '.join(mine)}"[:300])
+    if "rest" not in rules.values():
+        for name in names:
+            if not any(fnmatchcase(name, pattern) for mine in patterns.values() for pattern in mine):
+                table.table("splits").fail(None, f"`splits`: `{name}` is in no split", 'name one split "rest"')
+
+
+def _check_needs(table: TomlTable, spec: Spec) -> None:
+    for name in spec.output.formats:
+        missing = [label for label in NEEDS.get(name, ()) if label not in spec.labels.write]
+        if missing:
+            hint = f"add {', '.join(missing)} to `write` in [labels]"
+            table.table("output").fail("formats", f"`formats`: {name} is made from {', '.join(missing)}", hint)
+
+
+def varied(spec: Spec) -> Iterable[str]:
+    """Yield the names of the quantities that vary from sample to sample."""
+    if len(spec.programs) > 1:
+        yield "program"
+    for name, each in spec.params.items():
+        if not each.is_fixed:
+            yield f"param.{name}"
+    for word, change in spec.words.items():
+        own = {**change.looks} | ({"bind": change.bind} if change.bind is not None else {})
+        for name, each in own.items():
+            if not each.is_fixed:
+                yield f"{word}.{name}"

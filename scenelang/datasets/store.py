@@ -1,0 +1,473 @@
+"""Stores of datasets: local folders and fsspec addresses, shards that are committed whole, and their records.
+
+A shard covers a range of samples. Its files are written under temporary names and renamed; its record in ``shards/``
+is written last and makes it count. What has no record does not exist, so an interrupted run loses only the shards in
+progress and never duplicates a sample.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import shutil
+import tarfile
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import IO, Any
+
+from scenelang.backends.base import require
+from scenelang.backends.files import atomic_write, reason_of
+from scenelang.datasets.making import Files, Sample
+from scenelang.datasets.spec import CODE, Spec
+from scenelang.grammar.diagnostics import SceneError
+
+FORMAT, VERSION = "scenelang-dataset", 1
+PLAN = "dataset.json"
+RECORDS = "shards"
+INSTALL = "'scenelang[datasets]'"
+_ROWS = 32  # rows of a group in Parquet files
+_CHUNK = 1 << 20
+
+
+# --- where files are -------------------------------------------------------------------------------------------------
+
+
+class Store:
+    """A folder, local or of any file system that fsspec knows (``s3://bucket/set``, ``memory://set``).
+
+    Methods raise SceneError("file") if the file system fails.
+    """
+
+    def __init__(self, address: str | Path) -> None:
+        self.address = str(address)
+        self._remote: Any = None
+        self._root = self.address
+        if "://" in self.address:
+            fsspec = require("fsspec", INSTALL)
+            try:
+                self._remote, self._root = fsspec.core.url_to_fs(self.address)
+            except (ImportError, ValueError, OSError) as error:
+                raise SceneError("file", f"cannot open {self.address}: {reason_of(error)}") from error
+
+    @property
+    def local(self) -> Path | None:
+        """The folder, None for a remote store."""
+        return Path(self._root) if self._remote is None else None
+
+    def path(self, name: str) -> Path:
+        """Return the path of a file of a local store; raises SceneError for a remote one."""
+        if self._remote is not None:
+            raise SceneError("unsupported", f"{self.address} is no local folder")
+        return Path(self._root) / name
+
+    def _path(self, name: str) -> str:
+        return f"{self._root.rstrip('/')}/{name}" if name else self._root
+
+    @contextmanager
+    def _failing(self, what: str) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise SceneError("file", f"cannot {what} in {self.address}: {reason_of(error)}") from error
+
+    def make(self) -> None:
+        """Create the folder."""
+        with self._failing("make the folder"):
+            if self._remote is None:
+                Path(self._root).mkdir(parents=True, exist_ok=True)
+            else:
+                self._remote.makedirs(self._root, exist_ok=True)
+
+    def exists(self, name: str) -> bool:
+        with self._failing(f"look for `{name}`"):
+            return (
+                Path(self._path(name)).exists() if self._remote is None else bool(self._remote.exists(self._path(name)))
+            )
+
+    def names(self, folder: str = "") -> list[str]:
+        """Return the sorted names in a folder, none if it does not exist."""
+        path = self._path(folder)
+        with self._failing(f"list `{folder}`"):
+            if self._remote is None:
+                return sorted(os.listdir(path)) if os.path.isdir(path) else []
+            self._remote.invalidate_cache()
+            found = self._remote.ls(path, detail=False) if self._remote.exists(path) else []
+            return sorted(each.rstrip("/").rsplit("/", 1)[-1] for each in found)
+
+    def read(self, name: str) -> bytes:
+        with self.open(name) as file:
+            return file.read()
+
+    @contextmanager
+    def open(self, name: str) -> Iterator[IO[bytes]]:
+        """Open a file for reading."""
+        with self._failing(f"read `{name}`"):
+            path = self._path(name)
+            with open(path, "rb") if self._remote is None else self._remote.open(path, "rb") as file:
+                yield file
+
+    def write(self, name: str, data: bytes) -> None:
+        """Write a file whole or not at all."""
+        with self.writing(name) as temporary:
+            temporary.write_bytes(data)
+
+    @contextmanager
+    def writing(self, name: str) -> Iterator[Path]:
+        """Yield a local path to write; on success the file appears under its name."""
+        if self._remote is None:
+            target = Path(self._path(name))
+            with self._failing(f"write `{name}`"):
+                target.parent.mkdir(parents=True, exist_ok=True)
+            with atomic_write(target) as temporary:
+                yield temporary
+            return
+        with self._failing(f"write `{name}`"), tempfile.TemporaryDirectory(prefix="scenelang-shard-") as folder:
+            temporary = Path(folder) / Path(name).name
+            yield temporary
+            parent = self._path(name).rsplit("/", 1)[0]
+            with suppress(OSError, NotImplementedError):  # object stores have no folders
+                self._remote.makedirs(parent, exist_ok=True)
+            self._remote.put_file(str(temporary), self._path(name))
+
+    def delete(self, name: str) -> None:
+        """Remove a file if it exists."""
+        with self._failing(f"delete `{name}`"):
+            if self._remote is None:
+                Path(self._path(name)).unlink(missing_ok=True)
+            elif self._remote.exists(self._path(name)):
+                self._remote.rm_file(self._path(name))
+
+    def digest(self, name: str) -> tuple[str, int]:
+        """Return SHA-256 and size of a file."""
+        total, size = hashlib.sha256(), 0
+        with self.open(name) as file:
+            while chunk := file.read(_CHUNK):
+                total.update(chunk)
+                size += len(chunk)
+        return total.hexdigest(), size
+
+    def copy_from(self, other: Store, name: str) -> None:
+        """Copy a file of another store, whole or not at all."""
+        with other.open(name) as source, self.writing(name) as temporary, open(temporary, "wb") as target:
+            shutil.copyfileobj(source, target, _CHUNK)
+
+
+# --- plans and records -----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What all shards of a dataset share, kept as ``dataset.json``."""
+
+    spec_digest: str
+    count: int
+    shard: int
+    format: str
+    classes: Mapping[str, int]
+    columns: tuple[str, ...]
+    formats: tuple[str, ...]
+    licence: str
+    text: str = field(repr=False)
+
+    def fits(self, other: Plan) -> bool:
+        """Return whether the shards of two plans are of one dataset; it may grow, and be written in more formats."""
+        return replace(self, count=0, text="", formats=(), licence="") == replace(
+            other, count=0, text="", formats=(), licence=""
+        )
+
+    @property
+    def shards(self) -> int:
+        return -(-self.count // self.shard)
+
+    def samples(self, number: int) -> range:
+        """Return the numbers of a shard's samples."""
+        return range(number * self.shard, min(self.count, (number + 1) * self.shard))
+
+    def data(self) -> dict[str, Any]:
+        """Return the plan as JSON data."""
+        return {
+            "format": FORMAT, "version": VERSION, "spec": self.spec_digest, "count": self.count, "shard": self.shard,
+            "shards": self.format, "classes": dict(self.classes), "columns": list(self.columns),
+            "formats": list(self.formats), "licence": self.licence, "text": self.text,
+        }  # fmt: skip
+
+
+def plan_of(spec: Spec, classes: Mapping[str, int], count: int | None = None) -> Plan:
+    """Return the plan of a spec's dataset."""
+    size = spec.output
+    return Plan(
+        spec.digest, count or spec.count, size.shard, size.shards, classes, columns_of(spec), size.formats,
+        size.licence, spec.text,
+    )  # fmt: skip
+
+
+def columns_of(spec: Spec) -> tuple[str, ...]:
+    """Return the endings of the files that an item may have, in the order of Parquet's columns."""
+    wanted, found = spec.labels.write, ["json", "color.png"]
+    files = {
+        "instance": ["instance.png"], "semantic": ["semantic.png"], "depth": ["depth.npy"], "normals": ["normals.png"],
+        "levels": [f"level{n}.png" for n in range(1, spec.labels.levels + 1)], "albedo": ["albedo.png"],
+        "flow": ["flow.npy", "flow_state.png"], "tracks": ["tracks.npz"], "captions": ["txt"],
+        "graph": ["graph.json"], "program": ["program.scene"],
+    }  # fmt: skip
+    return (*found, *(name for label in wanted for name in files.get(label, ())))
+
+
+def read_plan(store: Store) -> Plan | None:
+    """Return the plan of a store, None if it has none; raises SceneError("dataset") for a damaged one."""
+    if not store.exists(PLAN):
+        return None
+    try:
+        data = json.loads(store.read(PLAN))
+        if data["format"] != FORMAT or data["version"] != VERSION:
+            raise ValueError
+        return Plan(
+            str(data["spec"]), int(data["count"]), int(data["shard"]), str(data["shards"]),
+            {str(word): int(number) for word, number in data["classes"].items()}, tuple(data["columns"]),
+            tuple(data["formats"]), str(data["licence"]), str(data["text"]),
+        )  # fmt: skip
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise SceneError(CODE, f"`{PLAN}` in {store.address} is not the plan of a dataset") from None
+
+
+def require_plan(store: Store) -> Plan:
+    """Return the plan of a store; raises SceneError if there is none."""
+    plan = read_plan(store)
+    if plan is None:
+        raise SceneError("file", f"{store.address} is not a dataset: it has no `{PLAN}`")
+    return plan
+
+
+def write_plan(store: Store, plan: Plan) -> None:
+    store.write(PLAN, json.dumps(plan.data(), indent=1, sort_keys=True).encode())
+
+
+def record_name(number: int) -> str:
+    return f"{RECORDS}/{number:06d}.json"
+
+
+def records_of(store: Store, plan: Plan) -> Iterator[dict[str, Any]]:
+    """Yield the records of the committed shards in order; damaged records and those of other plans are left out."""
+    for name in store.names(RECORDS):
+        stem = name.removesuffix(".json")
+        if not (name.endswith(".json") and stem.isdecimal() and int(stem) < plan.shards):
+            continue
+        found = _record(store, int(stem), plan)
+        if found is not None:
+            yield found
+
+
+def _record(store: Store, number: int, plan: Plan) -> dict[str, Any] | None:
+    try:
+        found = json.loads(store.read(record_name(number)))
+    except (ValueError, SceneError):
+        return None
+    samples = plan.samples(number)
+    is_ours = isinstance(found, dict) and found.get("spec") == plan.spec_digest
+    whole = [samples.start, samples.stop]
+    return found if is_ours and found.get("shard") == number and found.get("range") == whole else None
+
+
+def is_intact(store: Store, record: Mapping[str, Any]) -> bool:
+    """Return whether all files of a shard are there with the bytes that its record says."""
+    try:
+        return all(store.digest(file["name"]) == (file["sha256"], file["bytes"]) for file in record["files"])
+    except (SceneError, KeyError, TypeError):
+        return False
+
+
+def digest_of(records: Sequence[Mapping[str, Any]]) -> str:
+    """Return the digest of a dataset: of the digests and names of its files, and of its failures."""
+    files = sorted(f"{file['sha256']}  {file['name']}" for record in records for file in record["files"])
+    failed = sorted(f"{each['key']}  {each['code']}" for record in records for each in record["failures"])
+    return hashlib.sha256("\n".join([*files, *failed]).encode()).hexdigest()
+
+
+# --- files of shards -------------------------------------------------------------------------------------------------
+
+
+class _TarFile:
+    """WebDataset: a tar file whose members of one sample follow each other, with equal names up to the first dot."""
+
+    ending = "tar"
+
+    def __init__(self, path: Path, plan: Plan) -> None:
+        self._tar = tarfile.open(path, "w", format=tarfile.USTAR_FORMAT)  # noqa: SIM115 - closed by `close`
+
+    def add(self, key: str, files: Files) -> None:
+        for name in sorted(files):
+            info = tarfile.TarInfo(f"{key}.{name}")
+            info.size, info.mode = len(files[name]), 0o644
+            self._tar.addfile(info, io.BytesIO(files[name]))
+
+    def close(self) -> None:
+        self._tar.close()
+
+
+class _ParquetFile:
+    """Parquet: a row for each item, pictures as encoded bytes with the features that ``datasets`` reads."""
+
+    ending = "parquet"
+
+    def __init__(self, path: Path, plan: Plan) -> None:
+        self._arrow = require("pyarrow", INSTALL)
+        self._schema = _schema(self._arrow, plan.columns)
+        self._writer = require("pyarrow.parquet", INSTALL).ParquetWriter(path, self._schema, compression="zstd")
+        self._rows: list[dict[str, Any]] = []
+
+    def add(self, key: str, files: Files) -> None:
+        row: dict[str, Any] = {"__key__": key}
+        for name in self._schema.names[1:]:
+            data = files.get(_ending_of(name))
+            if name.endswith("_png") and data is not None:
+                row[name] = {"bytes": data, "path": None}
+            else:
+                row[name] = data.decode("utf-8", "replace") if data is not None and _is_text(name) else data
+        self._rows.append(row)
+        if len(self._rows) >= _ROWS:
+            self._flush()
+
+    def _flush(self) -> None:
+        if self._rows:
+            self._writer.write_table(self._arrow.Table.from_pylist(self._rows, schema=self._schema))
+            self._rows.clear()
+
+    def close(self) -> None:
+        self._flush()
+        self._writer.close()
+
+
+def _is_text(column: str) -> bool:
+    return column in ("json", "txt", "graph_json", "program_scene")
+
+
+def _ending_of(column: str) -> str:
+    """Return the ending that a column holds: ``color.png`` for ``color_png``."""
+    stem, sign, kind = column.rpartition("_")
+    return f"{stem}.{kind}" if sign else column
+
+
+def _schema(arrow: Any, columns: Sequence[str]) -> Any:
+    """Return the schema of a Parquet file, with Hugging Face's description of its pictures."""
+    picture = arrow.struct([("bytes", arrow.binary()), ("path", arrow.string())])
+    fields, features = [("__key__", arrow.string())], {"__key__": {"dtype": "string", "_type": "Value"}}
+    for ending in columns:
+        name = ending.replace(".", "_")
+        if name.endswith("_png"):
+            fields.append((name, picture))
+            features[name] = {"_type": "Image"}
+        else:
+            fields.append((name, arrow.string() if _is_text(name) else arrow.binary()))
+            features[name] = {"dtype": "string" if _is_text(name) else "binary", "_type": "Value"}
+    described = json.dumps({"info": {"features": features}})
+    return arrow.schema(fields, metadata={"huggingface": described})
+
+
+_WRITERS: Mapping[str, type[_TarFile] | type[_ParquetFile]] = {"webdataset": _TarFile, "parquet": _ParquetFile}
+
+
+class ShardFiles:
+    """The files of one shard, one for each split that occurs; they appear when the shard is committed."""
+
+    def __init__(self, store: Store, plan: Plan, number: int) -> None:
+        self._store, self._plan, self._number = store, plan, number
+        self._folder = store.local if store.local is not None else None
+        self._open: dict[str, tuple[Any, Path, Any]] = {}
+        self._count: dict[str, int] = {}
+
+    def add(self, sample: Sample) -> None:
+        """Append the items of a sample; raises SceneError("file") if the file system fails."""
+        split = sample.draw.split
+        if split not in self._open:
+            kind = _WRITERS[self._plan.format]
+            context = self._store.writing(f"{split}-{self._number:06d}.{kind.ending}")
+            path = context.__enter__()
+            self._open[split] = kind(path, self._plan), path, context
+        for item in sample.items:
+            with _writing_errors(self._store):
+                self._open[split][0].add(item.key, item.files)
+            self._count[split] = self._count.get(split, 0) + 1
+
+    def commit(self) -> list[dict[str, Any]]:
+        """Close the files and give them their names; returns their records."""
+        found = []
+        for split, (writer, path, context) in sorted(self._open.items()):
+            with _writing_errors(self._store):
+                writer.close()
+            data = hashlib.sha256()
+            with open(path, "rb") as file:
+                while chunk := file.read(_CHUNK):
+                    data.update(chunk)
+            size = path.stat().st_size
+            context.__exit__(None, None, None)
+            name = f"{split}-{self._number:06d}.{writer.ending}"
+            found.append(
+                {"name": name, "split": split, "sha256": data.hexdigest(), "bytes": size, "items": self._count[split]}
+            )
+        self._open.clear()
+        return found
+
+    def abandon(self) -> None:
+        """Remove what has not been committed."""
+        for _, _, context in self._open.values():
+            with suppress(Exception):
+                context.__exit__(SceneError, SceneError("file", "abandoned"), None)
+        self._open.clear()
+
+
+@contextmanager
+def _writing_errors(store: Store) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise SceneError("file", f"cannot write to {store.address}: {reason_of(error)}") from error
+
+
+# --- reading ---------------------------------------------------------------------------------------------------------
+
+
+def items_of(store: Store, name: str) -> Iterator[tuple[str, dict[str, bytes]]]:
+    """Yield the key and the files of each item in a file of a shard; raises SceneError for a damaged file."""
+    reader = _parquet_items if name.endswith(".parquet") else _tar_items
+    try:
+        yield from reader(store, name)
+    except (tarfile.TarError, EOFError, ValueError, KeyError) as error:
+        raise SceneError(CODE, f"`{name}` is damaged: {reason_of(error)}") from error
+
+
+def _tar_items(store: Store, name: str) -> Iterator[tuple[str, dict[str, bytes]]]:
+    key, files = "", dict[str, bytes]()
+    with store.open(name) as raw, tarfile.open(fileobj=raw, mode="r|") as tar:
+        for member in tar:
+            own, _, ending = member.name.partition(".")
+            if own != key and files:
+                yield key, files
+                files = {}
+            key = own
+            content = tar.extractfile(member)
+            files[ending] = content.read() if content is not None else b""
+    if files:
+        yield key, files
+
+
+def _parquet_items(store: Store, name: str) -> Iterator[tuple[str, dict[str, bytes]]]:
+    parquet = require("pyarrow.parquet", INSTALL)
+    with store.open(name) as raw:
+        try:
+            for batch in parquet.ParquetFile(raw).iter_batches(batch_size=_ROWS):
+                for row in batch.to_pylist():
+                    yield row.pop("__key__"), dict(_row_files(row))
+        except OSError as error:
+            raise ValueError(reason_of(error)) from error
+
+
+def _row_files(row: Mapping[str, Any]) -> Iterator[tuple[str, bytes]]:
+    for name, value in row.items():
+        if value is not None:
+            data = value["bytes"] if isinstance(value, dict) else value
+            yield _ending_of(name), data.encode("utf-8") if isinstance(data, str) else data

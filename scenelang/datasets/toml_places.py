@@ -1,0 +1,257 @@
+"""Settings in TOML files, with the place of every key, so that a mistake is reported by line and column."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NoReturn
+
+from scenelang.grammar.datum import Source, Span
+from scenelang.grammar.diagnostics import SceneError, suggest
+
+KeyPath = tuple[str, ...]
+Places = Mapping[KeyPath, tuple[int, int]]
+
+_SPACE = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
+_BLANK = re.compile(r"[ \t]*")
+_KEY = re.compile(r'[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'')
+_STRING = re.compile(r'"""(?:[^\\]|\\.)*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'', re.DOTALL)
+_PLAIN = re.compile(r"[^,\]}#\n]+")
+_AT_LINE = re.compile(r"\s*\(at line (\d+), column (\d+)\)")
+_MAX_SIZE = 1_000_000  # characters of a file
+
+
+def _places(text: str) -> dict[KeyPath, tuple[int, int]]:
+    """Return the offsets of each key of a valid TOML text, by its path; items of arrays have their index as a key."""
+    scanner = _Scanner(text)
+    scanner.document()
+    return scanner.found
+
+
+class _Scanner:
+    """Walks over a text that ``tomllib`` has accepted, and notes where its keys are."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.at = 0
+        self.found: dict[KeyPath, tuple[int, int]] = {}
+
+    def document(self) -> None:
+        table: KeyPath = ()
+        self._skip(_SPACE)
+        while self.at < len(self.text):
+            if self.text[self.at] == "[":
+                table = self._header()
+            else:
+                self._pair(table)
+            self._skip(_SPACE)
+
+    def _header(self) -> KeyPath:
+        start = self.at
+        is_array = self.text.startswith("[[", start)
+        self.at += 2 if is_array else 1
+        path = self._path(())
+        self.at += 2 if is_array else 1
+        if is_array:
+            number = sum(1 for known in self.found if known[:-1] == path and known[-1].isdecimal())
+            path = (*path, str(number))
+        self.found[path] = start, self.at
+        return path
+
+    def _path(self, table: KeyPath) -> KeyPath:
+        """Read a dotted key."""
+        while True:
+            self._skip(_BLANK)
+            match = _KEY.match(self.text, self.at)
+            if match is None:
+                raise ValueError
+            table = (*table, _plain_key(match[0]))
+            self.found.setdefault(table, match.span())
+            self.at = match.end()
+            self._skip(_BLANK)
+            if not self.text.startswith(".", self.at):
+                return table
+            self.at += 1
+
+    def _pair(self, table: KeyPath) -> None:
+        path = self._path(table)
+        self.at += 1  # the equals sign
+        self._value(path)
+
+    def _value(self, path: KeyPath) -> None:
+        self._skip(_SPACE)
+        if self.text.startswith("{", self.at):
+            self._items("}", lambda _: self._pair(path))
+        elif self.text.startswith("[", self.at):
+            self._items("]", lambda number: self._item((*path, str(number))))
+        else:
+            match = _STRING.match(self.text, self.at) or _PLAIN.match(self.text, self.at)
+            self.at = match.end() if match is not None else self.at + 1
+
+    def _item(self, path: KeyPath) -> None:
+        self._skip(_SPACE)
+        start = self.at
+        self._value(path)
+        self.found.setdefault(path, (start, max(self.at, start + 1)))
+
+    def _items(self, end: str, read: Any) -> None:
+        self.at += 1
+        number = 0
+        while True:
+            self._skip(_SPACE)
+            if self.text.startswith(end, self.at):
+                self.at += 1
+                return
+            if self.text.startswith(",", self.at):
+                self.at += 1
+                continue
+            read(number)
+            number += 1
+
+    def _skip(self, pattern: re.Pattern[str]) -> None:
+        match = pattern.match(self.text, self.at)
+        assert match is not None
+        self.at = match.end()
+
+
+def _plain_key(text: str) -> str:
+    if text[0] not in "\"'":
+        return text
+    return next(iter(tomllib.loads(f"{text} = 0")))
+
+
+def parsed(source: Source, code: str) -> TomlTable:
+    """Parse TOML; raises SceneError ``code`` with the place of a mistake."""
+    if len(source.text) > _MAX_SIZE:
+        raise SceneError(code, f"{source.name} has more than {_MAX_SIZE:,} characters")
+    try:
+        data = tomllib.loads(source.text)
+    except tomllib.TOMLDecodeError as error:
+        raise _syntax_error(source, code, str(error)) from None
+    except RecursionError:
+        raise SceneError(code, f"{source.name} is nested too deeply", span=Span(source, 0, 1)) from None
+    try:
+        found = _places(source.text)
+    except (ValueError, IndexError, RecursionError):  # a rare spelling: mistakes are reported without their place
+        found = {}
+    return TomlTable(data, (), TomlDocument(source, code, found))
+
+
+def _syntax_error(source: Source, code: str, message: str) -> SceneError:
+    place = _AT_LINE.search(message)
+    start = len(source.text)
+    if place is not None:
+        start = source.line_start(int(place[1])) + int(place[2]) - 1
+    start = max(0, min(start, len(source.text) - 1))
+    text = _AT_LINE.sub("", message).removesuffix(" (at end of document)")
+    return SceneError(code, f"this is not TOML: {text[:1].lower()}{text[1:]}", span=Span(source, start, start + 1))
+
+
+@dataclass(frozen=True, slots=True)
+class TomlDocument:
+    """A TOML file: its text, the code of its errors, and the places of its keys."""
+
+    source: Source
+    code: str
+    places: Places = field(repr=False)
+
+    def fail(self, path: KeyPath, message: str, hint: str | None = None) -> NoReturn:
+        """Raise an error at the key ``path``, or at the nearest key around it."""
+        while path and path not in self.places:
+            path = path[:-1]
+        start, end = self.places.get(path, (0, 1))
+        raise SceneError(self.code, message, hint, Span(self.source, start, end))
+
+
+class TomlTable:
+    """A table of a TOML file, whose keys are read one after the other; unread ones are unknown."""
+
+    def __init__(self, data: Mapping[str, Any], path: KeyPath, document: TomlDocument) -> None:
+        self._data = data
+        self._read: set[str] = set()
+        self.path = path
+        self.document = document
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._data
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(list(self._data))
+
+    def fail(self, key: str | None, message: str, hint: str | None = None) -> NoReturn:
+        """Raise an error at a key of this table, or at the table."""
+        self.document.fail(self.path if key is None else (*self.path, key), message, hint)
+
+    def take(self, key: str, default: Any = None) -> Any:
+        """Return a value of any type."""
+        self._read.add(key)
+        return self._data.get(key, default)
+
+    def number(self, key: str, default: float | None, low: float, high: float) -> Any:
+        """Return a number from ``low`` to ``high``, a whole one if ``low`` is an int."""
+        value = self.take(key, default)
+        if value is None and key not in self._data:
+            return value
+        kind = (int,) if isinstance(low, int) else (int, float)
+        if isinstance(value, bool) or not isinstance(value, kind):
+            what = "a whole number" if kind == (int,) else "a number"
+            self.fail(key, f"`{key}`: expected {what}, got {shown(value)}")
+        if not low <= value <= high:
+            self.fail(key, f"`{key}`: expected {low:,} to {high:,}, got {value:,}")
+        return value
+
+    def flag(self, key: str, default: bool) -> bool:
+        value = self.take(key, default)
+        if not isinstance(value, bool):
+            self.fail(key, f"`{key}`: expected true or false, got {shown(value)}")
+        return value
+
+    def text(self, key: str, default: str | None, choices: Iterable[str] = ()) -> Any:
+        """Return a string, one of ``choices`` if there are any."""
+        value = self.take(key, default)
+        if value is None and key not in self._data:
+            return None
+        if not isinstance(value, str):
+            self.fail(key, f"`{key}`: expected a string, got {shown(value)}")
+        self.check_choice(key, value, tuple(choices))
+        return value
+
+    def texts(self, key: str, default: Sequence[str] = (), choices: Iterable[str] = ()) -> tuple[str, ...]:
+        """Return a list of strings; a string stands for a list of it alone."""
+        value = self.take(key, list(default))
+        value = [value] if isinstance(value, str) else value
+        if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+            self.fail(key, f"`{key}`: expected strings, got {shown(value)}")
+        for item in value:
+            self.check_choice(key, item, tuple(choices))
+        return tuple(value)
+
+    def check_choice(self, key: str, value: str, choices: Sequence[str]) -> None:
+        if choices and value not in choices:
+            near = suggest(value, choices)
+            self.fail(key, f"`{key}`: unknown `{value[:60]}`", near or f"expected one of {', '.join(choices)}")
+
+    def table(self, key: str) -> TomlTable:
+        """Return a table, an empty one if it is not there."""
+        value = self.take(key, {})
+        if not isinstance(value, dict):
+            self.fail(key, f"`{key}`: expected a table, got {shown(value)}")
+        return TomlTable(value, (*self.path, key), self.document)
+
+    def finish(self) -> None:
+        """Raise an error for the first key that nothing has read."""
+        for key in self._data:
+            if key not in self._read:
+                where = f" in [{'.'.join(self.path)}]" if self.path else ""
+                known = sorted(self._read)
+                hint = suggest(key, known) or f"known are {', '.join(known)}"
+                self.fail(key, f"unknown key `{key[:60]}`{where}", hint)
+
+
+def shown(value: Any) -> str:
+    """Return a value for a message, in at most sixty characters."""
+    if isinstance(value, dict | list):
+        return "a table" if isinstance(value, dict) else "an array"
+    return repr(value)[:60]

@@ -1,0 +1,479 @@
+"""Workers of datasets: one process each, which makes whole shards and reports in lines of JSON.
+
+A worker is asked for shards on standard input and answers on standard output. The pool watches its workers: one that
+exceeds a limit of its program is ended, one that dies is replaced, and the shard is made again; a sample that ends its
+worker again and again is recorded as failed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import selectors
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any
+
+from scenelang.backends.base import require
+from scenelang.datasets.making import Maker, SampleFailure
+from scenelang.datasets.sampler import key_of
+from scenelang.datasets.spec import CODE, Spec, spec_of
+from scenelang.datasets.store import Plan, ShardFiles, Store, record_name
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
+
+_DEATHS = 3  # of workers at one sample before it counts as failed
+_GRACE = 2.0  # seconds over the limit of a program before its worker is ended
+_STALLED = 3_600.0  # seconds without a word from a worker
+_POLL = 0.25
+_MOST_LOSSES = 10  # of a shard on a cluster
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS"), "1")
+_CODE = "from scenelang.datasets.working import serve; serve()"
+
+Report = Callable[[Mapping[str, Any]], None]
+
+
+# --- one shard -------------------------------------------------------------------------------------------------------
+
+
+def write_shard(
+    maker: Maker, store: Store, plan: Plan, number: int, skip: Mapping[int, Mapping[str, Any]], report: Report
+) -> dict[str, Any]:
+    """Make the samples of a shard, commit its files and then its record, and return the record.
+
+    Parameters
+    ----------
+    skip
+        Samples that are not tried because they ended their worker, with the records of their failures.
+    report
+        Called with ``{"begin": index}`` before and ``{"end": index, "code": ...}`` after each sample.
+
+    Raises
+    ------
+    SceneError
+        "file" if the file system fails; nothing of the shard counts then.
+    """
+    started = time.monotonic()
+    files, failures, values, shown = ShardFiles(store, plan, number), [], list[dict[str, Any]](), Counter[str]()
+    samples = pictures = 0
+    try:
+        for index in plan.samples(number):
+            report({"begin": index})
+            failure = skip.get(index)
+            if failure is None:
+                try:
+                    sample = maker.make(index)
+                    files.add(sample)
+                    samples, pictures = samples + 1, pictures + len(sample.items)
+                    values.append({**sample.draw.values, **sample.camera, "split": sample.draw.split})
+                    shown.update(sample.shown)
+                except SampleFailure as error:
+                    failure = failure_record(index, error.diagnostic)
+            if failure is not None:
+                failures.append(dict(failure))
+            report({"end": index, "code": failure["code"] if failure is not None else None, "memory": peak_memory()})
+        written = files.commit()
+    except BaseException:
+        files.abandon()
+        raise
+    record = {
+        "shard": number, "range": [plan.samples(number).start, plan.samples(number).stop], "spec": plan.spec_digest,
+        "files": written, "samples": samples, "pictures": pictures, "failures": failures, "values": values,
+        "shown": dict(sorted(shown.items())),
+        "run": {"seconds": time.monotonic() - started, "memory": peak_memory(), "process": os.getpid()},
+    }  # fmt: skip
+    store.write(record_name(number), json.dumps(record, sort_keys=True).encode())
+    return record
+
+
+def failure_record(index: int, diagnostic: Diagnostic) -> dict[str, Any]:
+    """Return the record of a failed sample: its key, and its diagnostic as code, message and text."""
+    return {
+        "key": key_of(index), "code": diagnostic.code, "message": diagnostic.message[:500],
+        "text": render_text(diagnostic)[:2_000],
+    }  # fmt: skip
+
+
+def peak_memory() -> int:
+    """Return the most bytes of memory that this process has had, 0 if the system does not tell."""
+    try:
+        with open("/proc/self/status", encoding="ascii") as status:  # unlike getrusage, without the parent's memory
+            return next((int(line.split()[1]) * 1024 for line in status if line.startswith("VmHWM:")), 0)
+    except OSError:
+        pass
+    try:
+        import resource
+    except ImportError:
+        return 0
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024
+
+
+# --- the worker ------------------------------------------------------------------------------------------------------
+
+
+def serve() -> None:
+    """Serve as a worker on standard input and output until the input ends."""
+    from scenelang.sandbox.status import Status
+    from scenelang.sandbox.supervision import become_child, is_supported
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the pool, which ends its workers
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # removes temporary files
+    replies = os.fdopen(os.dup(1), "w", buffering=1)
+    os.dup2(2, 1)  # what a library prints is no reply
+    if is_supported():
+        become_child(Status())  # programs are confined, and the worker ends with the pool
+
+    def tell(message: Mapping[str, Any]) -> None:
+        replies.write(json.dumps(message) + "\n")
+
+    request = json.loads(sys.stdin.readline())
+    try:
+        spec = spec_of(request["text"], request["name"], Path(request["folder"]))
+        plan = Plan(
+            **(
+                request["plan"]
+                | {"columns": tuple(request["plan"]["columns"]), "formats": tuple(request["plan"]["formats"])}
+            )
+        )
+        if spec.digest != plan.spec_digest:
+            raise SceneError(CODE, f"the programs of {spec.name} have changed since the dataset was begun")
+        maker, store = Maker(spec, plan.classes, lambda begins: tell({"evaluating": begins})), Store(request["out"])
+        tell({"ready": os.getpid()})
+        for line in sys.stdin:
+            task = json.loads(line)
+            skip = {int(index): failure for index, failure in task["skip"].items()}
+            tell({"done": write_shard(maker, store, plan, task["shard"], skip, tell)})
+    except SceneError as error:
+        tell({"fatal": [error.name, error.message, error.hint]})
+    except BrokenPipeError:
+        pass
+
+
+def environment() -> dict[str, str]:
+    """Return the environment of workers: one thread each, so that workers do not compete and sums have one order."""
+    return {**os.environ, **_ONE_THREAD}
+
+
+# --- the pool --------------------------------------------------------------------------------------------------------
+
+
+@dataclass(slots=True)
+class _Task:
+    """A shard to make, the samples to leave out, and the deaths of workers at each sample."""
+
+    number: int
+    skip: dict[int, dict[str, Any]] = field(default_factory=dict)
+    deaths: Counter[int] = field(default_factory=Counter)
+
+
+class _Worker:
+    """A worker process as the pool sees it."""
+
+    def __init__(self, request: Mapping[str, Any]) -> None:
+        self.process = subprocess.Popen(  # this interpreter with our own code  # noqa: S603  # nosec B603
+            [sys.executable, "-c", _CODE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, env=environment(),
+            start_new_session=True,
+        )  # fmt: skip
+        self.task: _Task | None = None
+        self.sample: int | None = None
+        self.heard = time.monotonic()
+        self.evaluates_since: float | None = None
+        self.resident = 0
+        self._received = b""
+        self.verdict: Diagnostic | None = None
+        self._send(request)
+
+    @property
+    def output(self) -> IO[bytes]:
+        assert self.process.stdout is not None
+        return self.process.stdout
+
+    def messages(self) -> list[dict[str, Any]] | None:
+        """Return the messages that have arrived, None at the end of the worker."""
+        data = os.read(self.output.fileno(), 1 << 20)
+        if not data:
+            return None
+        *lines, self._received = (self._received + data).split(b"\n")
+        return [json.loads(line) for line in lines]
+
+    def _send(self, message: Mapping[str, Any]) -> None:
+        assert self.process.stdin is not None
+        with suppress(BrokenPipeError):
+            self.process.stdin.write(json.dumps(message).encode() + b"\n")
+
+    def give(self, task: _Task) -> None:
+        self.task, self.sample, self.heard = task, None, time.monotonic()
+        self._send({"shard": task.number, "skip": task.skip})
+
+    def end(self, number: int = signal.SIGTERM) -> None:
+        with suppress(ProcessLookupError):
+            self.process.send_signal(number)
+
+
+class Pool:
+    """Local worker processes that make shards.
+
+    ``run`` yields the records of shards as they are committed. ``report`` is called with every message of a worker.
+    """
+
+    def __init__(self, spec: Spec, plan: Plan, out: str, jobs: int, report: Report) -> None:
+        self._limits, self._jobs, self._report = spec.limits, jobs, report
+        data = {name: getattr(plan, name) for name in plan.__dataclass_fields__}
+        self._request = {"text": spec.text, "name": spec.name, "folder": spec.folder, "out": out, "plan": data}
+        self._workers: list[_Worker] = []
+        self._waiting: list[_Task] = []
+
+    def run(self, numbers: Sequence[int]) -> Iterator[dict[str, Any]]:
+        """Make the shards ``numbers``; raises SceneError if the file system fails or a worker cannot start."""
+        self._waiting = [_Task(number) for number in reversed(numbers)]
+        with selectors.DefaultSelector() as selector:
+            try:
+                for _ in range(min(self._jobs, len(numbers))):
+                    self._start(selector)
+                while self._workers:
+                    for key, _ in selector.select(_POLL):
+                        yield from self._heard(selector, key.data)
+                    self._watch()
+            finally:
+                self._stop()
+
+    def _start(self, selector: selectors.BaseSelector) -> None:
+        worker = _Worker(self._request)
+        self._workers.append(worker)
+        selector.register(worker.output, selectors.EVENT_READ, worker)
+        worker.give(self._waiting.pop())
+
+    def _heard(self, selector: selectors.BaseSelector, worker: _Worker) -> Iterator[dict[str, Any]]:
+        messages = worker.messages()
+        if messages is None:
+            self._lost(selector, worker)
+            return
+        for message in messages:
+            yield from self._take(selector, worker, message)
+
+    def _take(
+        self, selector: selectors.BaseSelector, worker: _Worker, message: dict[str, Any]
+    ) -> Iterator[dict[str, Any]]:
+        worker.heard = time.monotonic()
+        if "fatal" in message:
+            raise SceneError(*message["fatal"])
+        if "begin" in message:
+            worker.sample = message["begin"]
+        if "evaluating" in message:
+            worker.evaluates_since = worker.heard if message["evaluating"] else None
+        self._report(message | {"process": worker.process.pid})
+        if "done" in message:
+            worker.task = worker.sample = None
+            yield message["done"]
+            if self._waiting:
+                worker.give(self._waiting.pop())
+            else:
+                self._dismiss(selector, worker)
+
+    def _dismiss(self, selector: selectors.BaseSelector, worker: _Worker) -> None:
+        selector.unregister(worker.output)
+        self._workers.remove(worker)
+        assert worker.process.stdin is not None
+        worker.process.stdin.close()
+        worker.process.wait()
+        worker.output.close()
+
+    def _lost(self, selector: selectors.BaseSelector, worker: _Worker) -> None:
+        """Replace a worker that died; its shard is made again, without a sample that cannot be made."""
+        task, sample = worker.task, worker.sample
+        self._dismiss(selector, worker)
+        if task is None:
+            return
+        code = worker.process.returncode
+        if sample is None:  # it died before its first sample, which another worker would do, too
+            task.deaths[-1] += 1
+            if task.deaths[-1] >= _DEATHS:
+                raise SceneError("sample", f"workers end before they begin (exit status {code})")
+        else:
+            task.deaths[sample] += 1
+            verdict = worker.verdict
+            if verdict is None and task.deaths[sample] >= _DEATHS:
+                verdict = Diagnostic("sample", f"the worker ended {_DEATHS} times at this sample (exit status {code})")
+            if verdict is not None:
+                task.skip[sample] = failure_record(sample, verdict)
+        self._report({"lost": code, "shard": task.number})
+        self._waiting.append(task)
+        self._start(selector)
+
+    def _watch(self) -> None:
+        """End workers that exceed the limits of their program."""
+        from scenelang.sandbox.status import resident_bytes_of
+
+        now = time.monotonic()
+        for worker in self._workers:
+            if worker.sample is None:
+                worker.resident = resident_bytes_of(worker.process.pid)
+                continue
+            used = resident_bytes_of(worker.process.pid) - worker.resident
+            if used > self._limits.memory * 1.25:
+                worker.verdict = Diagnostic("memory", f"the sample exceeds {self._limits.memory:,} bytes of memory")
+            elif worker.evaluates_since is not None and now - worker.evaluates_since > self._limits.seconds + _GRACE:
+                worker.verdict = Diagnostic("time", f"the program exceeds {self._limits.seconds:g} seconds")
+            elif now - worker.heard > _STALLED:
+                worker.verdict = Diagnostic("time", f"the sample takes more than {_STALLED:,.0f} seconds")
+            if worker.verdict is not None:
+                worker.end(signal.SIGKILL)
+
+    def _stop(self) -> None:
+        """End all workers, which remove their temporary files."""
+        for worker in self._workers:
+            worker.end()
+        deadline = time.monotonic() + 5.0
+        for worker in self._workers:
+            with suppress(subprocess.TimeoutExpired):
+                worker.process.wait(max(0.1, deadline - time.monotonic()))
+            worker.end(signal.SIGKILL)
+            worker.process.wait()
+            worker.output.close()
+        self._workers.clear()
+
+
+def in_process(spec: Spec, plan: Plan, out: str, report: Report) -> Callable[[Sequence[int]], Iterator[dict[str, Any]]]:
+    """Return what makes shards in this process: for stores that no other process sees, and without hard limits."""
+    maker, store = Maker(spec, plan.classes), Store(out)
+
+    def run(numbers: Sequence[int]) -> Iterator[dict[str, Any]]:
+        for number in numbers:
+            yield write_shard(maker, store, plan, number, {}, report)
+
+    return run
+
+
+# --- Ray -------------------------------------------------------------------------------------------------------------
+
+_ACTOR_MEMORY = 500_000_000  # bytes that an actor asks for
+_IN_FLIGHT = 2  # shards that an actor has at a time, so that none waits for the driver
+
+
+class RayActor:
+    """A worker on a Ray cluster; evaluated scenes are reused from shard to shard."""
+
+    def __init__(self, request: Mapping[str, Any]) -> None:
+        data = request["plan"]
+        spec = spec_of(request["text"], request["name"], Path(request["folder"]))
+        self._plan = Plan(**(data | {"columns": tuple(data["columns"]), "formats": tuple(data["formats"])}))
+        if spec.digest != self._plan.spec_digest:
+            raise SceneError(CODE, f"the programs of {spec.name} differ on this node")
+        self._maker, self._store = Maker(spec, self._plan.classes), Store(request["out"])
+
+    def ready(self) -> bool:
+        """Return True once the actor runs."""
+        return True
+
+    def make(self, number: int, skip: Mapping[int, Mapping[str, Any]]) -> dict[str, Any]:
+        """Make and commit a shard and return its record; errors are returned as ``{"fatal": ...}``."""
+        try:
+            return write_shard(self._maker, self._store, self._plan, number, skip, lambda _: None)
+        except SceneError as error:
+            return {"fatal": [error.name, error.message, error.hint]}
+
+
+class RayPool:
+    """Actors on a Ray cluster that make shards; what dies is replaced, and its shards are made again.
+
+    ``address`` is that of the cluster or "auto", ``gpus`` the share of a GPU that an actor asks for.
+    """
+
+    def __init__(self, spec: Spec, plan: Plan, out: str, address: str, gpus: float, report: Report) -> None:
+        ray = require("ray", "'scenelang[cluster]'")
+        data = {name: getattr(plan, name) for name in plan.__dataclass_fields__}
+        self._request = {"text": spec.text, "name": spec.name, "folder": spec.folder, "out": out, "plan": data}
+        self._ray, self._report, self._plan = ray, report, plan
+        if not ray.is_initialized():
+            try:
+                ray.init(address=address, log_to_driver=False)
+            except (ConnectionError, ValueError, RuntimeError) as error:
+                raise SceneError("backend", f"no Ray cluster at `{address}`: {str(error)[:200]}") from error
+        options = {"num_cpus": 1, "num_gpus": gpus, "memory": _ACTOR_MEMORY}  # one processor: Ray gives it one thread
+        self._kind = ray.remote(**options)(RayActor)
+        self._actors: dict[Any, int] = {}  # actors that run, with the number of shards that each has
+        self._starting: dict[Any, Any] = {}  # actors that may yet have to wait for a processor, by what tells
+        self._false_starts = 0
+        self._running: dict[Any, tuple[Any, _Task]] = {}
+
+    def run(self, numbers: Sequence[int]) -> Iterator[dict[str, Any]]:
+        """Make the shards ``numbers``; raises SceneError if the file system fails or shards cannot be made."""
+        waiting = [_Task(number) for number in reversed(numbers)]
+        self._report({"begin": None})
+        try:
+            while waiting or self._running:
+                self._grow(len(waiting) + len(self._running))
+                self._hand_out(waiting)
+                done, _ = self._ray.wait([*self._starting, *self._running], num_returns=1, timeout=2.0)
+                for reference in done:
+                    if reference in self._starting:
+                        self._started(reference)
+                    else:
+                        yield from self._take(reference, waiting)
+        finally:
+            for actor in (*self._actors, *self._starting.values()):
+                self._ray.kill(actor)
+            self._actors.clear()
+            self._starting.clear()
+
+    def _grow(self, shards: int) -> None:
+        """Have as many actors as the cluster has processors now, but no more than shards."""
+        nodes = [node for node in self._ray.nodes() if node["Alive"]]
+        wanted = min(shards, max(1, int(sum(node["Resources"].get("CPU", 0.0) for node in nodes))))
+        while len(self._actors) + len(self._starting) < wanted:
+            actor = self._kind.remote(self._request)
+            self._starting[actor.ready.remote()] = actor
+        while self._starting and len(self._actors) + len(self._starting) > wanted:  # a node was lost
+            self._ray.kill(self._starting.popitem()[1])
+
+    def _started(self, reference: Any) -> None:
+        """Count an actor that runs; raises SceneError if too many fail to start."""
+        actor = self._starting.pop(reference)
+        try:
+            self._ray.get(reference)
+        except self._ray.exceptions.RayError as error:
+            self._false_starts += 1
+            if self._false_starts > _MOST_LOSSES:
+                raise SceneError("sample", f"workers cannot start on the cluster: {str(error)[:500]}") from error
+        else:
+            self._actors[actor] = 0
+
+    def _hand_out(self, waiting: list[_Task]) -> None:
+        """Give shards to the actors that have the fewest, up to the most that one may have."""
+        while waiting and (free := [actor for actor, count in self._actors.items() if count < _IN_FLIGHT]):
+            actor = min(free, key=lambda each: self._actors[each])
+            task = waiting.pop()
+            skip = {number: dict(failure) for number, failure in task.skip.items()}
+            self._running[actor.make.remote(task.number, skip)] = actor, task
+            self._actors[actor] += 1
+
+    def _take(self, reference: Any, waiting: list[_Task]) -> Iterator[dict[str, Any]]:
+        actor, task = self._running.pop(reference)
+        try:
+            record = self._ray.get(reference)
+        except self._ray.exceptions.RayError as error:
+            self._actors.pop(actor, None)
+            self._report({"lost": str(error)[:200], "shard": task.number})
+            task.deaths[-1] += 1
+            if task.deaths[-1] > _MOST_LOSSES:
+                message = f"shard {task.number} was lost {task.deaths[-1]} times: {str(error)[:300]}"
+                raise SceneError("sample", message, "`--resume` goes on") from error
+            waiting.append(task)
+            return
+        if actor in self._actors:
+            self._actors[actor] -= 1
+        if "fatal" in record:
+            raise SceneError(*record["fatal"])
+        failed = {each["key"]: each["code"] for each in record["failures"]}
+        for index in self._plan.samples(task.number):
+            code = failed.get(key_of(index))
+            self._report({"begin": index})
+            self._report({"end": index, "code": code, "memory": record["run"]["memory"]})
+        yield record
