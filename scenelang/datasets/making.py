@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import PluginRegistry, require
+from scenelang.backends.base import Backend, PluginRegistry, require
 from scenelang.backends.geometry.lint import check_geometry
 from scenelang.backends.labels import things as labels
 from scenelang.backends.labels.things import Things, things_of
@@ -176,9 +176,7 @@ class Maker:
         self.spec = spec
         self._watch = watch or (lambda _: None)
         self.classes = dict(classes) if classes is not None else classes_of(spec)
-        self._backend = picture_backend(spec.pictures.quality)
-        fast = {"shading": "pixel"} if self._backend.name == "draft" else {}
-        self._settings = {**fast, **(spec.pictures.settings or {})}
+        self._backends = {str(name): picture_backend(str(name)) for name in spec.pictures.quality.values}
         self._kept: dict[str, _Stage] = {}
         self._predicates = [FILTERS.find(name) for name in spec.filters.predicates]
 
@@ -291,21 +289,34 @@ class Maker:
         return list(range(first, last + 1))
 
     def _view(self, stage: _Stage, draw: Draw, view: View, frames: Sequence[int]) -> LabelledView:
-        plan = self.spec.pictures
+        plan, backend = self.spec.pictures, self._backends[draw.quality]
         seed = int(stream(self.spec.seed, draw.index, draw.attempt, "noise").integers(1 << 31))
         options = PictureOptions(
-            limit=self.spec.limits.primitives, settings=self._settings, width=plan.width,
+            limit=self.spec.limits.primitives, settings=_settings_of(backend, plan.settings), width=plan.width,
             height=plan.height, camera=view, environment=draw.environment, ground=draw.ground, seed=seed, labels=False,
         )  # fmt: skip
 
         def painter(shots: Sequence[Shot]) -> Painter:
-            key = (draw.environment, draw.ground, tuple(frames), None if self._backend.name == "draft" else seed)
+            key = (
+                draw.environment,
+                draw.ground,
+                tuple(frames),
+                draw.quality,
+                None if backend.name == "draft" else seed,
+            )
             if key not in stage.painters:
                 stage.painters.clear()
-                (stage.painters[key],) = painters(stage.scene.graph, options, [self._backend], shots)
+                (stage.painters[key],) = painters(stage.scene.graph, options, [backend], shots)
             return stage.painters[key]
 
         return LabelledView(stage.facts, options, frames, painter, self.spec.labels.tracks)
+
+
+def _settings_of(backend: Backend, given: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the settings of a backend: those of the spec that it has, and shading by pixel for drafts."""
+    known = {option.name for option in backend.options}
+    fast = {"shading": "pixel"} if backend.name == "draft" else {}
+    return {**fast, **{name: value for name, value in (given or {}).items() if name in known}}
 
 
 def _listed(value: Any) -> Any:

@@ -55,6 +55,7 @@ class Draw:
     binds: Mapping[str, str]
     environment: str
     ground: str | None
+    quality: str
     split: str
     values: Mapping[str, Any]
 
@@ -104,15 +105,19 @@ def draw_sample(spec: Spec, index: int, attempt: int = 0) -> Draw | None:
     }
     environment = str(spec.pictures.environment.draw(random("environment")))
     ground = spec.pictures.ground.draw(random("ground"))
+    quality = str(spec.pictures.quality.draw(random("quality")))
     values: dict[str, Any] = {"program": spec.program_name(program), "seed": seed}
     values |= {f"param.{name}": value for name, value in params.items()}
     values |= {f"{word}.{name}": value for word, look in looks.items() for name, value in look.items()}
     values |= {f"{word}.bind": text for word, text in binds.items()}
-    values |= {"environment": environment, "ground": ground}
+    values |= {"environment": environment, "ground": ground, "quality": quality}
     split = _split(spec, program, params, values)
     if split is None:
         return None
-    return Draw(index, attempt, program, seed, params, looks, binds, environment, ground, split, values)
+    return Draw(index, attempt, program, seed, params, looks, binds, environment, ground, quality, split, values)
+
+
+_NOT_OF_THE_SCENE = ("environment", "ground", "quality", "program")  # quantities
 
 
 # --- splits ----------------------------------------------------------------------------------------------------------
@@ -125,7 +130,7 @@ def _split(spec: Spec, program: str, params: Mapping[str, Any], values: Mapping[
     if plan.by == "program":
         return split_of_program(spec, program)
     if plan.by == "scene":  # what makes the scene decides, so that equal scenes are in one split
-        scene = {name: value for name, value in values.items() if name not in ("environment", "ground", "program")}
+        scene = {name: value for name, value in values.items() if name not in _NOT_OF_THE_SCENE}
         key = json.dumps([spec.texts[program], scene], sort_keys=True, default=list)
         return _by_share(plan.rules, float(stream(spec.seed, "split", key).random()))
     return _by_value(plan.rules, params[plan.by])

@@ -228,7 +228,7 @@ class PicturePlan:
 
     width: int = 256
     height: int = 256
-    quality: str = "draft"
+    quality: Distribution = Distribution("choice", ("draft",))
     environment: Distribution = Distribution("choice", ("studio",))
     ground: Distribution = Distribution("choice", (None,))
     settings: Mapping[str, Any] | None = None
@@ -527,11 +527,12 @@ def _pictures(table: TomlTable) -> PicturePlan:
     settings = dict(table.take("settings", {}) or {}) if isinstance(table.take("settings", {}), dict) else None
     if settings is None:
         table.fail("settings", "`settings`: expected a table of options of the backend")
-    quality = table.text("quality", "draft")
+    quality = _names(table, "quality", "draft")
     frames = _frames(table)
     table.finish()
     try:
-        check(PictureOptions(width=width, height=height, settings=settings), [picture_backend(quality)])
+        backends = [picture_backend(str(name)) for name in quality.values]
+        check(PictureOptions(width=width, height=height, settings=settings), backends)
     except SceneError as error:
         table.fail("settings" if settings else "quality", error.message, error.hint)
     return PicturePlan(width, height, quality, environment, ground, settings, frames)
@@ -545,12 +546,13 @@ def _size(table: TomlTable) -> tuple[int, int]:
     return value[0], value[1]
 
 
-def _names(table: TomlTable, key: str, default: str | None, known: Sequence[str]) -> Distribution:
+def _names(table: TomlTable, key: str, default: str | None, known: Sequence[str] = ()) -> Distribution:
     found = _distribution(table, key, default)
     for value in found.values if key in table else ():
         if not isinstance(value, str):
             table.fail(key, f"`{key}`: expected names, got {shown(value)}")
-        table.check_choice(key, value, known)
+        if known:
+            table.check_choice(key, value, known)
     return found
 
 

@@ -250,3 +250,11 @@ def test_a_program_that_fails_says_why(tmp_path: Path) -> None:
         Maker(spec).make(0)
     assert caught.value.diagnostic.is_error
     assert caught.value.diagnostic.span is not None
+
+
+def test_the_quality_varies(read: Read) -> None:
+    spec = read(HEAD + 'quality = ["draft", "final"]\nsettings = { samples = 2 }\n')
+    made = [Maker(spec).make(index).items[0] for index in range(6)]
+    drawn = [draw_sample(spec, index, 0) for index in range(6)]
+    assert {each.quality for each in drawn if each is not None} == {"draft", "final"}
+    assert len({item.files["color.png"] for item in made}) == 6
