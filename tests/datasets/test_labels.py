@@ -253,16 +253,17 @@ MILLION = """
 """
 
 
-def test_a_million_instances_are_labelled(tmp_path: Path) -> None:
+@pytest.mark.parametrize("n", [15, pytest.param(100, marks=pytest.mark.slow)])
+def test_a_million_instances_are_labelled(tmp_path: Path, n: int) -> None:
     spec = "[params]\nn = {n}\n[pictures]\nsize = 32\n[labels]\nwrite = ['instance', 'semantic', 'depth']\n"
-    files = made(tmp_path, MILLION, spec.format(n=100)).items[0].files
+    files = made(tmp_path, MILLION, spec.format(n=n)).items[0].files
     record = json.loads(files["json"])
-    assert record["counts"]["dot"] == 1_000_000
+    assert record["counts"]["dot"] == 100 * n * n
     ids = decoded("instance.png", files["instance.png"])
     assert len(np.unique(ids)) > 100
     assert all(thing["word"] in ("dot", "row", "sheet", "block") for thing in record["things"])
     with pytest.raises(SampleFailure) as caught:
-        made(tmp_path, MILLION, spec.format(n=110) + "[limits]\nprimitives = 1000000\n")
+        made(tmp_path, MILLION, spec.format(n=n + 1) + f"[limits]\nprimitives = {100 * n * n}\n")
     assert caught.value.diagnostic.code == "E504"
 
 
