@@ -588,6 +588,8 @@ def remove_unused(program: OpenProgram) -> bool:
         used.add(id(top))
         for name in _needed(top):
             waiting += owners.get(name, ())
+        if any(_is_computed(one) for one in walk(top)):
+            waiting += (owner for name, tops in owners.items() if name.startswith('"') for owner in tops)
     kept = [top for top in program.forms if id(top) in used]
     if len(kept) == len(program.forms):
         return False
@@ -621,6 +623,11 @@ def _needed(top: CodeTree) -> Iterator[str]:
             yield str(one.value)
         elif type(one.value) is str:  # a word may be computed, or come from a table
             yield f'"{one.value}'
+
+
+def _is_computed(node: CodeTree) -> bool:
+    """Return whether a call computes the word that it calls, which may be any."""
+    return node.head == "call" and bool(node.operands) and type(node.operands[0].value) is not str
 
 
 # --- params --------------------------------------------------------------------------------------------------------

@@ -110,6 +110,10 @@ class LoopPrograms:
 
     def _shape(self, names: list[str]) -> str:
         pick = self._random
+        if pick.random() < 0.04:
+            return f"concat_shapes(primitive_call('cube'), *{pick.choice(['parts', 'other'])}[:20])"
+        if pick.random() < 0.04:
+            return "transform_shape(concat_shapes(primitive_call('cube'), *other), translation_matrix((0, 1, 0)))"
         if pick.random() < 0.3:
             call = pick.choice(
                 [f"library_call('piece', size={self._number(names)})", "library_call('piece', count=3)",
@@ -177,5 +181,7 @@ class LoopPrograms:
              (f"{name}, p", "enumerate(PARTS)", [name, "p.size", "p.kind.value", "len(p.name)"]),
              ("a, b, c", "TABLE", ["a", "b", "(1 if c == 'a' else 2)"]), ("a, b", "points(4)", ["a", "b"]),
              ("a, b", "zip(range(3), [0.5, 1, 2.5])", ["a", "b"]), ("s, v", "SIZES.items()", ["v", "len(s)"]),
-             ("v", "sorted(SIZES.values())", ["v"])]
+             ("v", "sorted(SIZES.values())", ["v"]), ("e", "Kind", ["e.value", "e.tall", "(1 if e is Kind.LOW else 2)"]),
+             ("v", "(n * 0.5 + total for n in range(3))", ["v"]), ("v", "map(lambda n: n + count, range(2))", ["v"]),
+             ("e, f", "[(a, b) for a in Kind for b in reversed(Kind)]", ["e.value", "(0.5 if e == f else 1.5)"])]
         )  # fmt: skip

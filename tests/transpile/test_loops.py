@@ -21,6 +21,7 @@ SESSION = Session()
 HEAD = """
 from dataclasses import dataclass
 from enum import Enum
+import itertools
 import random
 from helper import *
 
@@ -105,12 +106,61 @@ def test_what_remains(body: str, texts: list[str]) -> None:
         "for i in range(4):\n    parts.insert(0, cube(i, LEGS[0].x))",
         "names = []\nfor leg in LEGS:\n    names.append(leg.height)\n    parts.append(cube(sum(names)))",
         "for kind in Kind:\n    parts.append(cube(kind.value, len(kind.name)))",
+        "for leg in LEGS:\n    top = compute_shape_max(concat_shapes(cube(0), *parts))[1]\n    parts.append(cube(leg.x, top))",
+        "for leg in LEGS:\n    parts.append(transform_shape(concat_shapes(cube(0), *parts), translation_matrix((leg.x, 1, 0))))",
+        "def all_of():\n    return concat_shapes(cube(9), *parts)\nfor leg in LEGS:\n    parts.append(cube(leg.x))\n    parts.append(all_of())",
+        "y = 0\nfor r in (leg.x + y for leg in LEGS):\n    parts.append(cube(r))\n    y += 10",
+        "y = 0\nfor r in map(lambda leg: leg.x + y, LEGS):\n    parts.append(cube(r))\n    y += 10",
+        "tick = itertools.count(5).__next__\nfor leg in LEGS:\n    parts.append(cube(tick(), leg.x))",
+        "take = [1, 2, 3].pop\nfor leg in LEGS:\n    parts.append(cube(take(), leg.x))",
+        "roll = random.Random(11).uniform\nfor leg in LEGS:\n    parts.append(cube(roll(0, 1), leg.x))",
+        "class Look(Enum):\n    LOW = 1\n    BIG = 2\nfor kind in Kind:\n    for look in Look:\n        if kind != look:\n            parts.append(cube(look.value, kind.value))",
+        "class Bag:\n    n = 0\n    def __getitem__(self, k):\n        self.n += 1\n        if k > 2:\n            raise IndexError\n        return k\nbag = Bag()\nfor v in bag:\n    parts.append(cube(v, bag.n))",
+        "for kind in reversed(Kind):\n    parts.append(cube(kind.value))",
+        "queue = [3, 2]\ndef take():\n    while queue:\n        yield queue.pop(0)\nfor r in take():\n    parts.append(cube(r))\n    if r > 1:\n        queue.append(r - 1)",
         "for value_0, value_1, value_2 in [(1, 2, 3), (4, 5, 6)]:\n    parts.append(cube(value_0 * value_1, value_0 * value_1 + value_2))",
         "for flag in [True, False, 2]:\n    parts.append(cube(flag + 1, LEGS[0].x))",
     ],
 )
 def test_what_is_unrolled_gives_the_same_scene(body: str) -> None:
     translated(body)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "for leg in LEGS:\n    for t in range(3):\n        yield cube(leg.x, t * Kind.HIGH.value)",
+        "for leg in LEGS:\n    yield cube(leg.x)\n    yield cube(leg.x, Kind.HIGH.value)",
+        "frames = []\nfor leg in LEGS:\n    for t in range(2):\n        frames.append(cube(leg.x, t * Kind.HIGH.value))\nreturn frames",
+        "frames = []\nfor leg in LEGS:\n    frames.append(cube(leg.x))\n    frames.append(cube(Kind.HIGH.value))\nreturn frames",
+        "frames = []\nfor leg in LEGS:\n    frames.extend([cube(leg.x), cube(leg.x, Kind.HIGH.value)])\nreturn frames",
+        "frames = []\nfor leg in LEGS:\n    if leg.x > 0:\n        frames.append(cube(leg.x, Kind.HIGH.value))\nreturn frames",
+        "return [cube(leg.x, t * Kind.HIGH.value) for leg in LEGS for t in range(2)]",
+        "parts = []\nfor leg in LEGS:\n    parts.append(cube(leg.x, Kind.HIGH.value))\n    yield concat_shapes(*parts)",
+    ],
+)
+def test_frames(body: str) -> None:
+    lines = "\n".join(f"    {line}" for line in body.splitlines())
+    head = HEAD[: HEAD.index("@register()")]
+    code = f"{head}@register_animation()\ndef scene() -> Generator[Shape, None, None]:\n{lines}\n"
+    translation = SESSION.transpile(Source("frames.py", code))
+    assert translation.ok, told(translation.diagnostics)
+    evaluated = SESSION.evaluate(Source("frames.scene", translation.text))
+    assert evaluated.scene is not None, told(evaluated.diagnostics)
+    assert first_difference(flattened(evaluated.scene), flatten(code)) is None, translation.text
+
+
+@pytest.mark.parametrize("value", ["i % 2", "i % Kind.HIGH.value"])
+def test_words_may_be_computed(value: str) -> None:
+    code = HEAD + (
+        f"    return concat_shapes(*[library_call(f'leg_{{{value}}}') for i in range(4)])\n\n"
+        "@register()\ndef leg_0() -> Shape:\n    return cube(Kind.HIGH.value)\n\n"
+        "@register()\ndef leg_1() -> Shape:\n    return primitive_call('sphere')\n"
+    )
+    translation = SESSION.transpile(Source("words.py", code))
+    evaluated = SESSION.evaluate(Source("words.scene", translation.text))
+    assert evaluated.scene is not None, told(evaluated.diagnostics)
+    assert first_difference(flattened(evaluated.scene), flatten(code)) is None, translation.text
 
 
 def test_functions_are_not_specialised_for_numbers() -> None:

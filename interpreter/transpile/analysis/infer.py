@@ -8,7 +8,7 @@ is reached.
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
@@ -375,6 +375,20 @@ _LOOKED_AT = [
 _Departure: TypeAlias = tuple[ast.AST, str]
 
 
+def _changed_names(nodes: Iterable[ast.AST]) -> set[str]:
+    """Return the variables whose values are changed in place: those before a method, or an index that is assigned."""
+    found: set[str] = set()
+    for node in nodes:
+        is_method = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
+        target: ast.AST = node.func if is_method and isinstance(node, ast.Call) else node
+        is_stored = isinstance(target, (ast.Attribute, ast.Subscript)) and not isinstance(target.ctx, ast.Load)
+        while (is_method or is_stored) and isinstance(target, (ast.Attribute, ast.Subscript)):
+            target = target.value
+        if (is_method or is_stored) and isinstance(target, ast.Name):
+            found.add(target.id)
+    return found
+
+
 class Departures:
     """Finds what Python does in place, by identity or late, and the translation does not."""
 
@@ -403,7 +417,30 @@ class Departures:
                 found += self._compared(node)
             if isinstance(node, (ast.Assign, ast.For)):
                 found += self._view(node)
+            if isinstance(node, ast.For):
+                found += self._interleaved(node)
         return found
+
+    def _interleaved(self, node: ast.For) -> list[_Departure]:
+        """Find a loop over a generator of which one looks at what the other changes in between."""
+        made = [each for each in walk_tree(node.iter) if isinstance(each, (ast.GeneratorExp, ast.Call))]
+        calls = [each for each in made if isinstance(each, ast.Call)]
+        functions = [f for each in calls for f in self._facts.targets.get(each, ()) if f.is_generator]
+        if not functions and not any(isinstance(each, ast.GeneratorExp) for each in made):
+            return []
+        given = {n.id for n in walk_tree(node.iter) if isinstance(n, ast.Name)}
+        inside = [each for f in functions for each in walk_tree(f.node)]
+        parameters = {p.variable.name for f in functions for p in f.parameters}
+        changed_inside = _changed_names(inside)
+        changes = changed_inside - parameters | (given if changed_inside & parameters else set())
+        looks = given | {n.id for n in inside if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
+        body = walk_tree(*node.body)
+        stored = {n.id for n in body if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+        own = {n.id for n in inside if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)} | parameters
+        shared = {*looks} - own | given
+        changed = (_changed_names(body) | stored) & shared
+        seen = {n.id for n in body if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)} & changes - stored
+        return [(node.iter, "a generator that looks at what the loop over it changes")] if changed or seen else []
 
     # --- places ------------------------------------------------------------------------------------------------
 

@@ -892,7 +892,7 @@ class PythonEvaluator:
         if function.is_numeric and any(map(has_residual, (*arguments, *named.values()))):
             return self._numeric_call(function, arguments, named)
         if self.loops is not None:
-            for each in arguments:
+            for each in (getattr(function.function, "__self__", None), *arguments):
                 self.loops.touch(each)
             if function.path == "range" and all(type(each) is int or has_kind(each, "int") for each in arguments):
                 if any(type(each) is Residual for each in arguments):

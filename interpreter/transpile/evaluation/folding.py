@@ -62,6 +62,7 @@ _DRAWS = words(
 _ARRAY_DRAWS = words(
     "choice normal permutation rand randint randn random random_sample shuffle standard_normal uniform"
 )  # those that the language has; others are drawn while the program is evaluated
+_REGISTERED = "library_call(...)"  # stands for all registered functions
 _STATE = "state"  # parameter of a function that depends on more than its arguments
 _POSES = ("translation_matrix", "rotation_matrix", "scale_matrix", "reflection_matrix", "identity_matrix")
 _BOXES = ("compute_shape_center", "compute_shape_min", "compute_shape_max", "compute_shape_sizes")
@@ -108,6 +109,8 @@ def _item(node: ast.stmt) -> Item:
         if type(text) is str:  # with which the function is registered
             names |= {text, text.partition(";")[0].strip()}
             uses.discard(text)
+    if any("register" in ast.unparse(each) for each in decorators):
+        names.add(_REGISTERED)
     return Item(node, frozenset(names), frozenset(uses), min([node.lineno, *(d.lineno for d in decorators)]))
 
 
@@ -115,7 +118,16 @@ def _uses(node: ast.AST) -> set[str]:
     """Return the variables that a statement reads, and its texts, which may be words."""
     nodes = list(_without_annotations(node))
     names = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
-    return names | {n.value for n in nodes if isinstance(n, ast.Constant) and type(n.value) is str}
+    names |= {n.value for n in nodes if isinstance(n, ast.Constant) and type(n.value) is str}
+    return names | ({_REGISTERED} if any(map(_computes_word, nodes)) else set())
+
+
+def _computes_word(node: ast.AST) -> bool:
+    """Return whether a call computes the name of the registered function that it calls, which may be any."""
+    if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name) or node.func.id != "library_call":
+        return False
+    given = [*node.args[:1], *(each.value for each in node.keywords if each.arg in ("func_name", None))]
+    return not all(isinstance(each, ast.Constant) for each in given)
 
 
 def _without_annotations(node: ast.AST) -> Iterator[ast.AST]:

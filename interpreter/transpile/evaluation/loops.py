@@ -12,19 +12,23 @@ import builtins
 import keyword
 import random
 from collections import ChainMap, deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
+from types import BuiltinFunctionType, FunctionType, MethodType
 from typing import Any, Protocol
 
 import numpy as np
 
+from scenelang.interpreter.transpile.evaluation.list_usage import ListUsage, leaves
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
     ClassMethod,
     Frame,
     IntMember,
+    Metered,
     Module,
     NamedTuple,
     Native,
@@ -57,7 +61,7 @@ _FEWEST, _MOST = 2, 5_000  # turns of a loop that remains
 _MOST_WALKED, _MOST_WALKED_IN_ALL = 30_000, 1_500_000  # values that a loop might change
 MOST_RESTARTS, _MOST_SECONDS = 50, 0.7
 _DEEPEST = 5  # objects in objects whose fields become columns
-_GROWN = ("append", "extend")
+_CONSTANTS = (int, float, str, bool, type(None))
 
 
 @dataclass(eq=False, slots=True)
@@ -205,7 +209,7 @@ class Loops:
         usage = self._usage(frame)
         if usage is None or not self.may_keep(node) or not usage.may_keep(node):
             return items, None
-        items, heap = self._prepared(node, items, frame)
+        items, heap = self._prepared(node, items, frame, usage.stored[node])
         if heap is None:
             return items, None
         lists = {name: each for name in usage.grown[node] if type(each := frame.names.get(name)) is list}
@@ -218,6 +222,9 @@ class Loops:
             heap.check(frame, changing, list(lists.values()), self.failure)
             self._close(loop, changing, carried, frame)
             grown = [(each, before[name], each[before[name] :]) for name, each in lists.items()]
+            added = [each[2] for name, each in zip(lists, grown) if name in usage.frames]
+            if any(len(each) != 1 or self._is_many(each[0]) for each in [*added, *([frames] if frames else [])]):
+                raise self.failure()  # each item is a frame
             self._grow([*(each for each in grown if each[2]), *([(frames, 0, frames[:])] if frames else [])], loop)
         return items, frames
 
@@ -339,7 +346,9 @@ class Loops:
             made = self._made(loop, node_of(shape))
         return made
 
-    def _prepared(self, node: ast.AST, items: Any, frame: Frame) -> tuple[Any, Heap | None]:
+    def _prepared(
+        self, node: ast.AST, items: Any, frame: Frame, changing: Set[str] = frozenset()
+    ) -> tuple[Any, Heap | None]:
         """Return the items of a loop, and what its body may not change; None if the loop is to be unrolled."""
         heap = Heap.of((frame, self._evaluator.module, *self._folding.streams))
         self._walked += _MOST_WALKED // 10 if heap is None else len(heap.held)
@@ -352,6 +361,8 @@ class Loops:
         if type(items) not in (range, list, tuple, np.ndarray, dict):
             if not isinstance(items, (Iterable, PythonClass)) or type(items) is Residual:
                 return items, None
+            if changing & frame.names.keys() and not _is_eager(items):
+                raise self._refusal(node)  # it may look at what the loop changes
             items = self._listed(node, items, heap, frame)
         if not _FEWEST <= len(items) <= _MOST:
             return items, None
@@ -366,7 +377,8 @@ class Loops:
             found.append(item)
             if len(found) > _MOST:
                 raise self._refusal(node)
-        heap.drop(items)
+        if isinstance(items, (PythonGenerator, Iterator)) and type(items) is not PythonObject:
+            heap.drop(items)
         held = {id(each) for each in heap.held}
         is_mutable = any(not isinstance(each, _PLAIN) and id(each) not in held for each in found)
         if isinstance(items, (PythonGenerator, PythonObject)) and (is_mutable and len({*map(id, found)}) < len(found)):
@@ -407,6 +419,9 @@ class Loops:
         """Return whether a shape is that of all turns of a loop."""
         return shape.primitives == self._unknown and isinstance(shape.node, ast.Call)
 
+    def _is_many(self, shape: Any) -> bool:
+        return type(shape) is Residual and shape.primitives == self._unknown
+
     def is_conditional(self, value: Residual) -> bool:
         """Return whether a value belongs to one branch of a condition, so that it may not be computed before."""
         return bool(self._branches) and id(value) not in self._branches[-1].seen
@@ -436,14 +451,15 @@ class Loops:
     def branch(self, node: ast.If, test: Residual, frame: Frame) -> bool:
         """Evaluate both branches of a condition that is not known; what they assign and add becomes conditional."""
         usage = self._usage(frame)
-        if usage is None or not self.may_keep(node) or any(map(_leaves, (*node.body, *node.orelse))):
+        if usage is None or not self.may_keep(node) or any(map(leaves, (*node.body, *node.orelse))):
             return False
         heap = Heap.of((frame, self._evaluator.module, *self._folding.streams))
         if heap is None:
             return False
         inner = [each for part in (*node.body, *node.orelse) for each in ast.walk(part)]
         names = {each.id for each in inner if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)}
-        lists = {name: each for name, each in frame.names.items() if name in usage.lists and type(each) is list}
+        known = usage.lists - usage.frames
+        lists = {name: each for name, each in frame.names.items() if name in known and type(each) is list}
         names -= lists.keys()
         before = {name: frame.names.get(name, MISSING) for name in names}
         sizes = {name: len(each) for name, each in lists.items()}
@@ -650,6 +666,23 @@ _SCALARS = (int, float, str, np.integer, np.floating, np.bool_)
 _PLAIN = (*_SCALARS, type(None), tuple, NamedTuple)
 
 
+def _is_eager(items: Any) -> bool:
+    """Return whether an iterator only passes items of containers on, so that it does not matter when they are taken."""
+    if isinstance(items, Metered):
+        return _is_eager(items.items)
+    if isinstance(items, (enumerate, zip)):
+        inner = items.__reduce__()[1]
+        return all(_is_eager(each) for each in (inner if isinstance(items, zip) else inner[:1]))
+    return isinstance(items, _EAGER)
+
+
+_WALKED: tuple[Any, ...] = (
+    iter([]), iter(()), iter(""), iter(range(0)), reversed([]), iter({}), {}.keys(), {}.values(), {}.items(),
+    iter({}.items()), iter({}.values()), range(0), [], (),
+)  # fmt: skip
+_EAGER = tuple({type(each) for each in _WALKED})
+
+
 def _carried_row(first: Any, final: list[Any], failure: Callable[[], Unroll]) -> Callable[[int], Any]:
     def row(number: int) -> Any:
         if number == 0:
@@ -676,162 +709,6 @@ def _kind(value: Any) -> str:
 
 def _hint(target: Any) -> str:
     return target if isinstance(target, str) else target.id if isinstance(target, ast.Name) else "value"
-
-
-# What a loop does with the lists of a function is decided by the text of the function: a list that is only added to,
-# and whose items only become shapes, may contain all turns of a loop as one shape.
-
-
-class ListUsage:
-    """Lists of shapes in a function.
-
-    Attributes
-    ----------
-    lists
-        Names of lists that are only added to, and whose items only become a shape.
-    grown
-        For each loop that only adds shapes to lists: the names of the lists.
-    stored
-        For each such loop: the names that it assigns.
-    bodies
-        For each such loop: its body, with conditions in place of ``continue``.
-    yielding
-        Loops of a registered function that yield its frames.
-    spread
-        Comprehensions whose items only become a shape.
-    """
-
-    def __init__(self, function: ast.FunctionDef, is_called: bool) -> None:
-        self.grown: dict[ast.For, set[str]] = {}
-        self.stored: dict[ast.For, set[str]] = {}
-        self.spread: set[ast.AST] = set()
-        self.yielding: set[ast.For] = set()
-        self.bodies: dict[ast.For, list[ast.stmt]] = {}
-        self._is_registered = not is_called and any(_is_registering(each) for each in function.decorator_list)
-        self._parents: dict[ast.AST, ast.AST] = {
-            child: node for node in ast.walk(function) for child in ast.iter_child_nodes(node)
-        }
-        names: dict[str, list[ast.Name]] = {}
-        for node in ast.walk(function):
-            if isinstance(node, ast.Name):
-                names.setdefault(node.id, []).append(node)
-        self.lists = {
-            name
-            for name, nodes in names.items()
-            if any(isinstance(node.ctx, ast.Store) for node in nodes) and all(map(self._is_list, nodes))
-        }
-        for node in ast.walk(function):
-            if isinstance(node, ast.For):
-                self._add(node)
-            elif isinstance(node, (ast.ListComp, ast.GeneratorExp)) and self._is_spread(node):
-                self.spread.add(node)
-
-    def may_keep(self, node: ast.For) -> bool:
-        """Return whether a loop may remain."""
-        return bool(self.grown.get(node)) or node in self.yielding
-
-    def _add(self, node: ast.For) -> None:
-        inner = [each for statement in node.body for each in ast.walk(statement)]
-        yields = {each.value for each in inner if isinstance(each, ast.Expr) and isinstance(each.value, ast.Yield)}
-        if node.orelse or any(isinstance(each, _LEAVING) and each not in yields for each in inner):
-            return
-        if yields and not self._is_registered:
-            return
-        if yields:
-            self.yielding.add(node)
-        self.bodies[node] = _nested(node.body)
-        stores = [each for each in [*inner, *ast.walk(node.target)] if _is_stored(each)]
-        names = {each: str(getattr(each, "id", "")) for each in stores}
-        added = {_grown_name(each) for each in inner if _is_growth(each)}
-        added |= {name for each, name in names.items() if isinstance(self._parents[each], ast.AugAssign)}
-        assigned = {name for each, name in names.items() if not isinstance(self._parents[each], ast.AugAssign)}
-        stored = {*names.values()}
-        self.grown[node], self.stored[node] = (added & self.lists) - assigned, stored
-
-    def _is_list(self, node: ast.Name) -> bool:
-        parent = self._parents.get(node)
-        if isinstance(node.ctx, ast.Store):
-            if isinstance(parent, ast.AugAssign):
-                return isinstance(parent.op, ast.Add)
-            value = self._assigned(node)
-            return isinstance(value, (ast.List, ast.ListComp))
-        if _is_growth(parent):
-            call = self._parents.get(parent) if parent is not None else None
-            return isinstance(call, ast.Call) and isinstance(self._parents.get(call), ast.Expr)
-        return self._is_whole(node)
-
-    def _assigned(self, node: ast.Name) -> ast.expr | None:
-        """Return the expression whose value a name becomes, None if that is not plain."""
-        parent = self._parents.get(node)
-        if isinstance(parent, (ast.Assign, ast.AnnAssign)):
-            return parent.value
-        assignment = self._parents.get(parent) if isinstance(parent, ast.Tuple) else None
-        if isinstance(assignment, ast.Assign) and isinstance(assignment.value, ast.Tuple):
-            assert isinstance(parent, ast.Tuple)
-            place = parent.elts.index(node)
-            return assignment.value.elts[place] if len(assignment.value.elts) == len(parent.elts) else None
-        return None
-
-    def _is_whole(self, node: ast.AST) -> bool:
-        """Return whether all items of a list become one shape, or the frames of an animation."""
-        parent = self._parents.get(node)
-        if isinstance(parent, ast.Return):
-            return self._is_registered
-        call = self._parents.get(parent) if isinstance(parent, ast.Starred) else None
-        return isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "concat_shapes"
-
-    def _is_spread(self, node: ast.AST) -> bool:
-        if self._is_whole(node):
-            return not isinstance(node, ast.GeneratorExp) or not isinstance(self._parents.get(node), ast.Return)
-        parent = self._parents.get(node)
-        if isinstance(node, ast.GeneratorExp):
-            return False
-        if isinstance(parent, ast.AugAssign):
-            return isinstance(parent.target, ast.Name) and parent.target.id in self.lists
-        if isinstance(parent, ast.Assign):
-            return all(isinstance(each, ast.Name) and each.id in self.lists for each in parent.targets)
-        method = parent.func if isinstance(parent, ast.Call) else None
-        is_extended = isinstance(method, ast.Attribute) and method.attr == "extend"
-        return is_extended and method is not None and _grown_name(method) in self.lists
-
-
-def _nested(body: list[ast.stmt]) -> list[ast.stmt]:
-    """Return the body of a loop with the rest under a condition in place of ``if ...: continue``."""
-    for place, statement in enumerate(body):
-        if isinstance(statement, ast.If) and not statement.orelse and isinstance(statement.body[-1], ast.Continue):
-            rest = _nested(body[place + 1 :])
-            if len(statement.body) > 1 or not rest:
-                return body
-            test = ast.copy_location(ast.UnaryOp(ast.Not(), statement.test), statement.test)
-            return [*body[:place], ast.copy_location(ast.If(test, rest, []), statement)]
-    return body
-
-
-_LEAVING = (ast.Return, ast.Break, ast.Yield, ast.YieldFrom, ast.Try, ast.With, ast.Global, ast.Nonlocal, ast.While)
-
-
-_CONSTANTS = (int, float, str, bool, type(None))
-
-
-def _leaves(statement: ast.stmt) -> bool:
-    return any(isinstance(each, (*_LEAVING, ast.Continue)) for each in ast.walk(statement))
-
-
-def _is_registering(node: ast.expr) -> bool:
-    function = node.func if isinstance(node, ast.Call) else node
-    return isinstance(function, ast.Name) and function.id in ("register", "register_animation")
-
-
-def _is_stored(node: ast.AST) -> bool:
-    return isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
-
-
-def _is_growth(node: ast.AST | None) -> bool:
-    return isinstance(node, ast.Attribute) and node.attr in _GROWN and isinstance(node.value, ast.Name)
-
-
-def _grown_name(node: ast.AST) -> str:
-    return node.value.id if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) else ""
 
 
 # What a loop may not change.
@@ -911,12 +788,12 @@ def _contents(value: Any) -> list[Any] | None:
     if kind is PythonFunction:
         return [value.outer, *value.defaults, *value.keyword_defaults.values(), *value.attributes.values()]
     if kind is Native:
-        cells = [cell.cell_contents for cell in getattr(value.function, "__closure__", None) or () if _is_full(cell)]
-        return [*value.attributes.values(), *(each for each in cells if type(each) in _OWN)]
+        return [*value.attributes.values(), *_hidden(value.function)]
     if kind is BoundMethod:
         return [value.function, value.value]
     if kind is PythonClass:
-        return [*value.names.values(), *value.bases]
+        made = [each for field in value.data or () for each in (field.default, field.factory)]
+        return [*value.names.values(), *value.bases, *(each for each in made if each is not MISSING)]
     if kind is PythonObject:
         return [value.cls, *value.fields.values()]
     if isinstance(value, ValueObject):
@@ -935,13 +812,29 @@ def _items(value: Any) -> list[Any] | None:
         return [*value.keys(), *value.values()]
     if isinstance(value, (list, tuple, set, frozenset, deque, int, float, str)):
         return list(value) if not isinstance(value, (int, float, str)) else []
-    if isinstance(value, (PythonGenerator, Iterator, *_STREAMS)):
+    if type(value) is PythonGenerator:
+        return [value.steps]
+    if isinstance(value, (Iterator, *_STREAMS)):
         return []  # nobody may advance it
     is_plain = type(value).__name__ in ("Fraction", "Pattern", "mappingproxy", "ellipsis", "NotImplementedType")
     return [] if is_plain or isinstance(value, Exception) else None
 
 
-_OWN = (PythonFunction, PythonObject, PythonClass, BoundMethod, Native, Frame, list, dict, set)
+_OWN = (PythonFunction, PythonObject, PythonClass, BoundMethod, Native, Frame, list, dict, set, deque)
+
+
+def _hidden(function: Any) -> list[Any]:
+    """Return what a function of the host holds on to: its object, what it closes over, and its first arguments."""
+    found = [getattr(function, "__self__", None)]
+    found += [cell.cell_contents for cell in getattr(function, "__closure__", None) or () if _is_full(cell)]
+    if isinstance(function, partial):
+        found += [function.func, *function.args, *function.keywords.values()]
+    inner = [each for each in found if isinstance(each, _HOST_FUNCTIONS)]
+    own = [each for each in found if isinstance(each, (*_OWN, PythonGenerator, Iterator, *_STREAMS))]
+    return [*own, *(each for part in inner for each in _hidden(part))]
+
+
+_HOST_FUNCTIONS = (BuiltinFunctionType, MethodType, FunctionType, partial)
 
 
 def _is_full(cell: Any) -> bool:

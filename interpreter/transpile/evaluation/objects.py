@@ -301,6 +301,9 @@ class PythonClass:
         is_flag = any(type(each) is IntMember and each.is_flag for each in members)
         return iter([m for m in members if m.bit_count() == 1] if is_flag else members)  # others are aliases
 
+    def __reversed__(self) -> Iterator[Any]:
+        return iter([*self][::-1])
+
     def __len__(self) -> int:
         if self.members is None:
             raise TypeError("object of type 'type' has no len()")
@@ -811,11 +814,11 @@ class Metered:
     """Iterator whose items are steps."""
 
     def __init__(self, evaluator: Evaluating, items: Iterator[Any]) -> None:
-        self._evaluator, self._items = evaluator, items
+        self._evaluator, self.items = evaluator, items
 
     def __iter__(self) -> Metered:
         return self
 
     def __next__(self) -> Any:
         self._evaluator.tick()
-        return next(self._items)
+        return next(self.items)

@@ -30,6 +30,8 @@ from scenelang.interpreter.transpile.evaluation.objects import (
 class Holder(Protocol):
     """What residual values need of the function that is being written."""
 
+    loops: Any
+
     def hold(self, value: Residual) -> Residual:
         """Return a residual value that is computed once."""
         ...
@@ -190,9 +192,20 @@ def residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Resid
             if is_identity(one) and has_kind(other, "pose"):
                 return other  # type: ignore[no-any-return]
     function = _FUNCTIONS.get(operation) or getattr(operator, operation)
+    known = known_result(function, operands)
+    if operation in _COMPARED and any(map(_is_object, operands)):  # which has no literal of its own
+        if known is None:
+            raise UnsupportedPython("objects of different loops cannot be compared here")
+        return holder.loops.general(known.loop, known.values(), "value")  # type: ignore[no-any-return]
     found = _residual(holder, operation, operands)
-    found.known = known_result(function, operands)
+    found.known = known
     return found
+
+
+def _is_object(value: Any) -> bool:
+    if type(value) is Residual and value.known is not None and value.kind == "any":
+        return any(type(each) is PythonObject for each in value.known.values())
+    return type(value) is PythonObject
 
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -644,6 +657,8 @@ def _turns(loop: KeptLoop, body: Sequence[ast.AST]) -> tuple[ast.expr, ast.expr]
     if len(names) == 1 and counted is not None:
         return targets[0], _range_node(range(loop.count))
     rest = [name for name in names if name != counted]
+    if any(type(value) is PythonObject for name in rest for value in loop.columns[name]):
+        raise UnsupportedPython("an object cannot be written as a literal")
     table = [[node_of(value) for value in loop.columns[name]] for name in rest]
     rows: list[ast.expr] = table[0] if len(rest) == 1 else [ast.Tuple(list(row), ast.Load()) for row in zip(*table)]
     values = [each for name, each in zip(names, targets) if name != counted]
