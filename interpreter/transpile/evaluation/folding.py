@@ -27,7 +27,7 @@ from scenelang.interpreter.transpile.evaluation import METHODS, NeedsPrimitives,
 from scenelang.interpreter.transpile.evaluation.classes import limited_draw
 from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
 from scenelang.interpreter.transpile.evaluation.library import PythonLibrary
-from scenelang.interpreter.transpile.evaluation.loops import MOST_RESTARTS, Loops, Plan
+from scenelang.interpreter.transpile.evaluation.loops import MOST_RESTARTS, Loops, UnrollPlan
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     Exhausted,
@@ -209,7 +209,7 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: 
     evaluated = closure(items, wrong & reached, is_user=True) & reached
     if not start & evaluated:
         return Remaining(_rewritten(text, items, reached - evaluated, {}))
-    plan = Plan(is_off=way == "unrolled")
+    plan = UnrollPlan(is_off=way == "unrolled")
     if way != "drawn":
         folding = _evaluated(text, items, evaluated, str(root), plan)
         if folding.error is None:
@@ -224,7 +224,7 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: 
 
 
 def _evaluated(
-    text: PythonText, items: Sequence[Item], evaluated: set[int], root: str, plan: Plan, *fixed: bool
+    text: PythonText, items: Sequence[Item], evaluated: set[int], root: str, plan: UnrollPlan, *fixed: bool
 ) -> Folding:
     """Evaluate a program; lists contain primitives in place of shapes only if that makes a difference."""
     is_exact = False
@@ -365,7 +365,12 @@ class Folding:
     """Evaluates functions of a program, and collects what remains of them."""
 
     def __init__(
-        self, text: PythonText, items: Sequence[Item], evaluated: set[int], plan: Plan, has_fixed_draws: bool = False
+        self,
+        text: PythonText,
+        items: Sequence[Item],
+        evaluated: set[int],
+        plan: UnrollPlan,
+        has_fixed_draws: bool = False,
     ) -> None:
         self._items = items
         self._evaluated = {name for number in evaluated for name in items[number].names}

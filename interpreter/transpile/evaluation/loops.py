@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
-from types import BuiltinFunctionType, FunctionType, MethodType
+from types import BuiltinFunctionType, FunctionType, MethodType, MethodWrapperType
 from typing import Any, Protocol
 
 import numpy as np
@@ -65,7 +65,7 @@ _CONSTANTS = (int, float, str, bool, type(None))
 
 
 @dataclass(eq=False, slots=True)
-class Plan:
+class UnrollPlan:
     """What is unrolled or specialised, after what earlier evaluations have met.
 
     Attributes
@@ -144,7 +144,7 @@ class Runs(Protocol):
 class Loops:
     """Evaluates loops so that they remain."""
 
-    def __init__(self, plan: Plan, evaluator: Runs, folding: Folds, tree: ast.Module) -> None:
+    def __init__(self, plan: UnrollPlan, evaluator: Runs, folding: Folds, tree: ast.Module) -> None:
         self._plan, self._evaluator, self._folding = plan, evaluator, folding
         self._around: list[ast.AST] = []  # loops and functions that are being evaluated
         self._branches: list[Heap] = []
@@ -825,16 +825,23 @@ _OWN = (PythonFunction, PythonObject, PythonClass, BoundMethod, Native, Frame, l
 
 def _hidden(function: Any) -> list[Any]:
     """Return what a function of the host holds on to: its object, what it closes over, and its first arguments."""
-    found = [getattr(function, "__self__", None)]
-    found += [cell.cell_contents for cell in getattr(function, "__closure__", None) or () if _is_full(cell)]
-    if isinstance(function, partial):
-        found += [function.func, *function.args, *function.keywords.values()]
-    inner = [each for each in found if isinstance(each, _HOST_FUNCTIONS)]
-    own = [each for each in found if isinstance(each, (*_OWN, PythonGenerator, Iterator, *_STREAMS))]
-    return [*own, *(each for part in inner for each in _hidden(part))]
+    own: list[Any] = []
+    pending, seen = [function], set()
+    while pending:
+        each = pending.pop()
+        if id(each) in seen:
+            continue
+        seen.add(id(each))
+        if type(each) in _OWN or isinstance(each, (PythonGenerator, Iterator, *_STREAMS)):
+            own.append(each)
+        elif isinstance(each, _HOST_FUNCTIONS):
+            pending.append(getattr(each, "__self__", None))
+            pending += [cell.cell_contents for cell in getattr(each, "__closure__", None) or () if _is_full(cell)]
+            pending += [each.func, *each.args, *each.keywords.values()] if isinstance(each, partial) else []
+    return own
 
 
-_HOST_FUNCTIONS = (BuiltinFunctionType, MethodType, FunctionType, partial)
+_HOST_FUNCTIONS = (BuiltinFunctionType, MethodType, FunctionType, MethodWrapperType, partial)
 
 
 def _is_full(cell: Any) -> bool:
