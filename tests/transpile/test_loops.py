@@ -184,3 +184,12 @@ def test_random_programs() -> None:
         with contextlib.redirect_stdout(io.StringIO()):
             difference = first_difference(flattened(result.scene), flatten(code))
         assert difference is None, f"seed {seed}: {difference}"
+
+
+def test_long_sums_are_refused_before_they_start() -> None:
+    code = HEAD + (
+        "    a = np.ones((90, 90))\n    parts.append(cube(np.einsum('ij,kl,mn->', a, a, a), Kind.HIGH.value))\n"
+        "    return concat_shapes(*parts)\n"
+    )
+    translation = SESSION.transpile(Source("sums.py", "import numpy as np\n" + code))
+    assert "this sum of products is too long" in told(translation.diagnostics)

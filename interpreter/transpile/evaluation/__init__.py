@@ -297,6 +297,9 @@ def few(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
+_MOST_PRODUCTS = 100_000_000
+
+
 def _einsum_size(arguments: tuple[Any, ...]) -> float:
     """Return the size of the result of ``einsum`` with subscripts as a text; others are products of all sizes."""
     arrays = [np.asarray(each) for each in arguments if isinstance(each, (np.ndarray, list, tuple))]
@@ -304,6 +307,8 @@ def _einsum_size(arguments: tuple[Any, ...]) -> float:
         return float(np.prod([float(each.size) for each in arrays]))
     inputs, arrow, output = arguments[0].replace(" ", "").partition("->")
     letters = {c: n for text, each in zip(inputs.split(","), arrays) for c, n in zip(text, each.shape)}
+    if float(np.prod([float(n) for n in letters.values()])) > _MOST_PRODUCTS:
+        raise UnsupportedPython("this sum of products is too long")
     kept = output if arrow else "".join(c for c in letters if inputs.count(c) == 1)
     return float(np.prod([float(letters.get(c, 1)) for c in kept]))
 
