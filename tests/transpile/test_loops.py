@@ -78,6 +78,16 @@ def translated(body: str) -> str:
             "for i in range(8):\n    if i % 3 == 1:\n        continue\n    parts.append(cube(i * i))",
             [":unless (= (% i 3) 1)"],
         ),
+        (
+            "for i in range(6):\n    match i:\n        case 1 | 3:\n            parts.append(cube(i * i))\n"
+            "        case 2:\n            parts.append(cube(0, i))\n        case _:\n            parts.append(cube(-i))",
+            ["for/union ((i (range 6)))", "(* i i)"],
+        ),
+        (
+            "for kind in [Kind.LOW, Kind.HIGH, Kind.LOW]:\n    match kind:\n        case Kind.LOW:\n"
+            "            parts.append(cube(1))\n        case Kind.HIGH:\n            parts.append(cube(2, 2))",
+            ["for/union"],
+        ),
         ("for leg in LEGS:\n    parts.append(cube(random.random(), leg.x))", ["for/union", "(py-random)"]),
         (
             "for i in range(3):\n    row = []\n    for leg in LEGS:\n        row.append(cube(leg.x * i, i))\n"

@@ -45,7 +45,7 @@ from scenelang.interpreter.transpile.evaluation.classes import (
     set_attribute,
     type_of,
 )
-from scenelang.interpreter.transpile.evaluation.matching import matches
+from scenelang.interpreter.transpile.evaluation.matching import as_conditions, matches
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
@@ -457,6 +457,10 @@ class PythonEvaluator:
 
     def _match(self, node: ast.Match, frame: Frame) -> Generator[Any, Any, Any]:
         subject = self.eval(node.subject, frame)
+        conditions = as_conditions(node) if type(subject) is Residual and subject.known is not None else None
+        if conditions is not None:
+            yield from self.execute([conditions], frame)
+            return
         for case in node.cases:
             bound: dict[str, Any] = {}
             if matches(self, case.pattern, subject, bound, frame):

@@ -3,12 +3,41 @@
 from __future__ import annotations
 
 import ast
+from functools import lru_cache
 from typing import Any
 
 from scenelang.interpreter.transpile.evaluation import UnsupportedPython
 from scenelang.interpreter.transpile.evaluation.classes import is_instance
 from scenelang.interpreter.transpile.evaluation.objects import MISSING, Evaluating, Frame, Native
 from scenelang.interpreter.transpile.evaluation.residue import has_kind, undecided
+
+
+@lru_cache(maxsize=1_000)
+def as_conditions(node: ast.Match) -> ast.If | None:
+    """Return conditions in place of a ``match`` whose patterns are values, without guards; else None."""
+    subject = node.subject
+    while isinstance(subject, ast.Attribute):
+        subject = subject.value
+    if not isinstance(subject, ast.Name):
+        return None  # which may do things each time
+    rest: list[ast.stmt] = []
+    for case in reversed(node.cases):
+        pattern = case.pattern
+        values = pattern.patterns if isinstance(pattern, ast.MatchOr) else [pattern]
+        if case.guard is not None:
+            return None
+        if isinstance(pattern, ast.MatchAs) and pattern.pattern is None and pattern.name is None:
+            rest = case.body
+            continue
+        tests: list[ast.expr] = [
+            ast.Compare(node.subject, [ast.Eq()], [each.value]) for each in values if isinstance(each, ast.MatchValue)
+        ]
+        if len(tests) < len(values):
+            return None
+        test = tests[0] if len(tests) == 1 else ast.BoolOp(ast.Or(), tests)
+        rest = [ast.copy_location(ast.If(test, case.body, rest), case.body[0])]
+    first = rest[0] if rest else None
+    return first if isinstance(first, ast.If) and first.body is node.cases[0].body else None
 
 
 def matches(evaluator: Evaluating, pattern: ast.pattern, value: Any, bound: dict[str, Any], frame: Frame) -> bool:
