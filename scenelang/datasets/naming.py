@@ -83,7 +83,7 @@ def warnings_of(spec: Spec) -> list[Diagnostic]:
     """Return warnings for words that no program names, if programs compute words."""
     names = names_of(spec)
     found = [] if names.is_sure else [_error(spec, *each) for each in _unknown_words(spec, names)]
-    return [Diagnostic("dataset-word", each.message, each.span, each.hint) for each in found]
+    return [Diagnostic("near-word", each.message, each.span, each.hint) for each in found]
 
 
 def _check_params(spec: Spec, names: Names) -> None:
