@@ -17,7 +17,7 @@ from scenelang.interpreter.scene.primitives import geometric_words
 from scenelang.session import Session
 
 _CALLED = re.compile(r'\(call\s+"((?:[^"\\]|\\.)*)"')
-_COMPUTED = re.compile(r'\(\s*(?:call|bind)\s+[^"\s]')
+_COMPUTED = re.compile(r'(?<![\w-])(?:call|bind)(?![\w-])(?!\s+")')  # a word that is no literal
 _MOST_LISTED = 12
 
 

@@ -679,7 +679,8 @@ def _rule(table: TomlTable, name: str) -> Any:
     if isinstance(value, dict):
         own = table.table(name)
         pair = own.take("range")
-        if not isinstance(pair, list) or len(pair) != 2 or not all(type(x) in (int, float) for x in pair):
+        is_pair = isinstance(pair, list) and len(pair) == 2 and all(type(x) in (int, float) and x == x for x in pair)
+        if not is_pair:
             own.fail("range" if "range" in own else None, f"`{name}`: expected {{ range = [low, high] }}")
         if pair[0] >= pair[1]:
             own.fail("range", f"`range`: the range [{pair[0]:g}, {pair[1]:g}) is empty")
