@@ -231,7 +231,7 @@ def _dataset(
     for package in _packages(spec):
         require(package, stores.INSTALL)
     store = Store(out)
-    _check_store(spec, store, jobs, ray)
+    _check_store(spec.output.formats, store, jobs > 0 or ray is not None)
     plan = stores.plan_of(spec, classes_of(spec), count)
     is_new = stores.read_plan(store) is None
     kept = _prepared(store, plan, resume)
@@ -266,16 +266,16 @@ def _make(
         tally.check()
 
 
-def _check_store(spec: Spec, store: Store, jobs: int, ray: str | None) -> None:
-    """Raise an error if the store cannot keep what the spec writes, or workers cannot see it."""
+def _check_store(formats: Sequence[str], store: Store, has_workers: bool) -> None:
+    """Raise an error if the store cannot keep the formats, or workers cannot see it."""
     if store.local is not None:
         return
-    others = [name for name in spec.output.formats if name not in SHARD_FORMATS]
+    others = [name for name in formats if name not in SHARD_FORMATS]
     if others:
         hint = "choose a local folder, or leave them out of `formats`"
         message = f"{', '.join(others)}: written to local folders only, not to {store.address}"
         raise SceneError("unsupported", message, hint)
-    if store.address.startswith("memory:") and (jobs or ray is not None):
+    if store.address.startswith("memory:") and has_workers:
         raise SceneError("unsupported", f"workers do not see {store.address}", "use `jobs=0` of the Python API")
 
 
@@ -628,6 +628,7 @@ def merge_datasets(parts: Sequence[str | Path], out: str | Path) -> DatasetRepor
         if not plan.fits(plans[0]) or plan.count != plans[0].count:
             raise SceneError(CODE, f"{part} is a part of another dataset than {parts[0]}")
     target = Store(out)
+    _check_store(plans[0].formats, target, False)
     _prepared(target, plans[0], resume=True)
     merged = {each["shard"]: each for each in stores.records_of(target, plans[0])}
     for source in sources:

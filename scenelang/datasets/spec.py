@@ -432,8 +432,8 @@ def _programs(table: TomlTable, folder: Path) -> tuple[str, ...]:
     if not given:
         table.fail("programs" if "programs" in table else None, "`programs`: name at least one program")
     for number, pattern in enumerate(given):
-        matches = _matches(folder, pattern)
-        if not matches and (folder / pattern).exists():
+        matches = _matches(folder, pattern) if pattern else []
+        if not matches and pattern and (folder / pattern).exists():
             message = f"`programs`: `{pattern[:80]}` {'has' if (folder / pattern).is_dir() else 'is'} no program"
             table.document.fail(("programs", str(number)), message, f"programs end in {', '.join(_PROGRAMS)}")
         if not matches:

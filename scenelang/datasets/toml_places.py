@@ -157,7 +157,8 @@ def _check_integers(document: TomlDocument, data: Any) -> None:
         elif isinstance(value, list):
             waiting += [((*path, str(i)), item) for i, item in enumerate(value)]
         elif isinstance(value, int) and not -(1 << 63) <= value < 1 << 63:
-            document.fail(path, f"`{path[-1][:60]}`: the integer is too large", _INTEGERS)
+            name = next((key for key in reversed(path) if not key.isdecimal()), path[-1])
+            document.fail(path, f"`{name[:60]}`: the integer is too large", _INTEGERS)
 
 
 def _syntax_error(source: Source, code: str, message: str) -> SceneError:

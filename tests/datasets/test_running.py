@@ -280,11 +280,13 @@ def test_wrong_numbers_of_the_api_are_usage_errors(folder: Path, tmp_path: Path)
     assert not (tmp_path / "out").exists()
 
 
-def test_remote_stores_are_checked_before_anything_is_made(folder: Path, tmp_path: Path) -> None:
+def test_remote_stores_are_checked_before_anything_is_made(folder: Path, layouts: Path) -> None:
     with pytest.raises(SceneError, match="workers do not see memory://none"):
         dataset(folder / "spec.toml", "memory://none", jobs=1)
     with pytest.raises(SceneError, match=r"coco, kitti, .* written to local folders only"):
         dataset(folder / "everything.toml", "memory://none", jobs=0)
+    with pytest.raises(SceneError, match=r"coco, kitti, .* written to local folders only"):
+        merge_datasets([layouts], "memory://none")
     with pytest.raises(SceneError, match="is not a dataset"):
         dataset_status("memory://none")
 
