@@ -96,7 +96,7 @@ def _clock(seconds: float) -> str:
 @dataclass(frozen=True, slots=True)
 class DatasetReport:
     """A dataset as it is: its folder, samples that it has and is to have, pictures, failures by code, the digest of
-    its files, whether all shards are committed, and the most bytes that a worker has used."""
+    its files, whether all shards are committed, the most bytes that a worker has used, and warnings about the spec."""
 
     out: str
     samples: int
