@@ -167,6 +167,20 @@ def things_data(
     return found
 
 
+def hidden_data(things: Things, rows: IntArray) -> list[dict[str, Any]]:
+    """Return word, depth, path and full box of the instances ``rows``, which are not seen, inside the picture."""
+    ancestry, camera = things.truth.ancestry, things.truth.camera
+    found = []
+    for instance in rows.tolist():
+        x0, y0, x1, y1 = (float(edge) for edge in things.boxes.full[instance])
+        if x1 > 0 and y1 > 0 and x0 < camera.width and y0 < camera.height:  # false for NaN: behind the camera
+            found.append({
+                "word": ancestry.entity(instance).word, "depth": int(ancestry.depth[instance]),
+                "path": list(ancestry.path(instance)), "bbox_full": [x0, y0, x1 - x0, y1 - y0],
+            })  # fmt: skip
+    return found
+
+
 def _truncations(full: FloatArray, truth: Truth) -> list[float | None]:
     """Return the shares of the rectangles (K, 4) that are outside of the picture, None if one is partly behind."""
     size = np.array([truth.camera.width, truth.camera.height])

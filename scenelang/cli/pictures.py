@@ -248,7 +248,11 @@ def run_dataset(arguments: argparse.Namespace) -> int:
         result = (
             running.merge_datasets(words, arguments.output) if verb == "merge" else running.dataset_status(words[0])
         )
-    return print_result(arguments, result.data(), result)
+    report(arguments, result.warnings)
+    failed = result.has_nothing and verb == "make"
+    if failed:
+        print(result.failed[0]["text"], file=sys.stderr)
+    return print_result(arguments, result.data(), result) or int(failed)
 
 
 # Least and most words of each form of `dataset`, and whether it writes.

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.files import replaced_folder
-from scenelang.backends.labels.things import rigid_parts
+from scenelang.backends.labels.things import OTHER, rigid_parts
 from scenelang.datasets.making import decoded, png
 from scenelang.datasets.store import Plan, Store, items_of
 from scenelang.grammar.diagnostics import SceneError
@@ -115,7 +115,7 @@ def _write_json(path: Path, data: Any) -> None:
 
 def _coco(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
     """``annotations/instances_SPLIT.json`` and ``panoptic_SPLIT.json``, pictures in ``SPLIT/``."""
-    categories = [{"id": n, "name": word, "supercategory": "word", "isthing": 1} for word, n in plan.classes.items()]
+    categories = _Categories(plan)
     annotations = _folder(folder, "annotations")
     for split in splits:
         pictures, masks = _folder(folder, split), _folder(annotations, f"panoptic_{split}")
@@ -128,17 +128,37 @@ def _coco(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
                 image = {"id": number, "file_name": f"{item.key}.png", "width": item.size[0], "height": item.size[1]}
                 for document in (instances, panoptic):
                     document.images.append(image)
-                for annotation in _instances(item, number):
+                for annotation in _instances(item, number, categories):
                     instances.add(annotation)
-                segments, mask = _panoptic(item)
+                segments, mask = _panoptic(item, categories)
                 panoptic.add({"image_id": number, "file_name": f"{item.key}.png", "segments_info": segments}, False)
                 (masks / f"{item.key}.png").write_bytes(png(mask))
+
+
+class _Categories:
+    """Categories by word: the classes of the plan, and those of further words as they come."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.numbers = dict(plan.classes)
+        self._last = max(self.numbers.values(), default=0)
+
+    def __getitem__(self, thing: Record) -> int:
+        if thing["class"] != OTHER:
+            return int(thing["class"])
+        if thing["word"] not in self.numbers:
+            self._last += 1
+            self.numbers[thing["word"]] = self._last
+        return self.numbers[thing["word"]]
+
+    def records(self) -> list[Record]:
+        """Return the categories as COCO writes them."""
+        return [{"id": n, "name": word, "supercategory": "word", "isthing": 1} for word, n in self.numbers.items()]
 
 
 class _Document:
     """A COCO file whose annotations are written as they come."""
 
-    def __init__(self, path: Path, categories: Sequence[Record]) -> None:
+    def __init__(self, path: Path, categories: _Categories) -> None:
         self.images: list[Record] = []
         self._path, self._categories, self._count = path, categories, 0
 
@@ -154,11 +174,11 @@ class _Document:
 
     def __exit__(self, *_: object) -> None:
         rest = {"info": {"description": "made with scenelang"}, "licenses": [], "images": self.images}
-        self._file.write("\n],\n" + json.dumps({**rest, "categories": self._categories})[1:])
+        self._file.write("\n],\n" + json.dumps({**rest, "categories": self._categories.records()})[1:])
         self._file.close()
 
 
-def _instances(item: StoredItem, image: int) -> Iterator[Record]:
+def _instances(item: StoredItem, image: int, categories: _Categories) -> Iterator[Record]:
     """Yield an annotation for each visible thing; its mask includes the things that are parts of it."""
     ids = item["instance.png"].astype(np.int64)
     inside = _parts(item.things)
@@ -170,7 +190,7 @@ def _instances(item: StoredItem, image: int) -> Iterator[Record]:
         x, y = int(columns.min()), int(rows.min())
         yield {
             "image_id": image,
-            "category_id": thing["class"],
+            "category_id": categories[thing],
             "bbox": [x, y, int(columns.max()) - x + 1, int(rows.max()) - y + 1],
             "area": int(mask.sum()),
             "iscrowd": 0,
@@ -207,7 +227,7 @@ def run_lengths(mask: npt.NDArray[np.bool_]) -> list[int]:
     return [0, *lengths] if flat[0] else lengths
 
 
-def _panoptic(item: StoredItem) -> tuple[list[Record], npt.NDArray[np.uint8]]:
+def _panoptic(item: StoredItem, categories: _Categories) -> tuple[list[Record], npt.NDArray[np.uint8]]:
     """Return the segments of a picture and its map of ids as colours; what shows nothing is 0."""
     ids = item["instance.png"].astype(np.int64)
     segments = []
@@ -216,7 +236,7 @@ def _panoptic(item: StoredItem) -> tuple[list[Record], npt.NDArray[np.uint8]]:
         if len(rows):
             x, y = int(columns.min()), int(rows.min())
             box = [x, y, int(columns.max()) - x + 1, int(rows.max()) - y + 1]
-            own = {"id": thing["id"], "category_id": thing["class"], "area": len(rows), "bbox": box, "iscrowd": 0}
+            own = {"id": thing["id"], "category_id": categories[thing], "area": len(rows), "bbox": box, "iscrowd": 0}
             segments.append(own)
     return segments, np.stack([ids % 256, ids // 256, np.zeros_like(ids)], axis=2).astype(np.uint8)
 
@@ -287,6 +307,7 @@ def _bop(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
     """``SPLIT/NNNNNN`` with a scene for each sample: pictures, visible masks, cameras, poses, visibility."""
     models = _folder(folder, "models")
     sizes: dict[str, Record] = {}
+    categories = _Categories(plan)
     for split in splits:
         scene: _BopScene | None = None
         number = -1
@@ -296,11 +317,11 @@ def _bop(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
                     scene.close()
                 number += 1
                 scene = _BopScene(_folder(folder, split, f"{number:06d}"), item.record["sample"])
-            scene.add(item, sizes)
+            scene.add(item, sizes, categories)
         if scene is not None:
             scene.close()
     _write_json(models / "models_info.json", sizes)
-    _write_json(folder / "classes.json", {str(number): word for word, number in plan.classes.items()})
+    _write_json(folder / "classes.json", {str(number): word for word, number in categories.numbers.items()})
 
 
 class _BopScene:
@@ -313,7 +334,7 @@ class _BopScene:
         for name in ("rgb", "depth", "mask_visib"):
             _folder(folder, name)
 
-    def add(self, item: StoredItem, sizes: dict[str, Record]) -> None:
+    def add(self, item: StoredItem, sizes: dict[str, Record], categories: _Categories) -> None:
         """Add a picture; ``sizes`` collects the extents of each class."""
         number = len(self._tables["scene_camera"])
         depth, ids = item["depth.npy"], item["instance.png"]
@@ -336,9 +357,9 @@ class _BopScene:
             mask = np.isin(ids, inside[thing["id"]])
             name = f"{number:06d}_{len(poses):06d}.png"
             (self._folder / "mask_visib" / name).write_bytes(png(np.where(mask, 255, 0).astype(np.uint8)))
-            poses.append(_bop_pose(thing, pose))
+            poses.append({**_bop_pose(thing, pose), "obj_id": categories[thing]})
             infos.append(_bop_info(item, thing, mask, depth))
-            _note_size(sizes, thing)
+            _note_size(sizes, thing, str(categories[thing]))
         self._tables["scene_gt"][str(number)] = poses
         self._tables["scene_gt_info"][str(number)] = infos
 
@@ -355,7 +376,6 @@ def _bop_pose(thing: Record, camera: FloatArray) -> Record:
     return {
         "cam_R_m2c": rotation.reshape(-1).tolist(),
         "cam_t_m2c": (place * _MILLIMETRES).tolist(),
-        "obj_id": thing["class"],
     }
 
 
@@ -371,15 +391,15 @@ def _bop_info(item: StoredItem, thing: Record, mask: npt.NDArray[np.bool_], dept
     }
 
 
-def _note_size(sizes: dict[str, Record], thing: Record) -> None:
+def _note_size(sizes: dict[str, Record], thing: Record, number: str) -> None:
     """Keep the largest extents of a class, in millimetres, as BOP describes its models."""
     size = np.array(thing["box3d"]["size"]) * _MILLIMETRES
-    known = sizes.get(str(thing["class"]))
+    known = sizes.get(number)
     if known is not None:
         size = np.maximum(size, [known["size_x"], known["size_y"], known["size_z"]])
     low = dict(zip(("min_x", "min_y", "min_z"), (-size / 2.0).tolist(), strict=True))
     axes = dict(zip(("size_x", "size_y", "size_z"), size.tolist(), strict=True))
-    sizes[str(thing["class"])] = {"diameter": float(np.linalg.norm(size)), **low, **axes}
+    sizes[number] = {"diameter": float(np.linalg.norm(size)), **low, **axes}
 
 
 # --- several views: nerfstudio and COLMAP ----------------------------------------------------------------------------
@@ -390,19 +410,21 @@ def _nerfstudio(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> N
     for sample, views in _samples(read):
         own = _folder(folder, sample)
         _folder(own, "images"), _folder(own, "depths")
-        scale = max(max(_farthest(item["depth.npy"]) for item in views), 1e-9) / _MAX_DEPTH
         frames = []
         for item in views:
             name = f"{item.key}.png"
             depth = item["depth.npy"]
             (own / "images" / name).write_bytes(item.picture)
-            code = np.rint(np.where(np.isfinite(depth), depth, 0.0) / scale).astype(np.uint16)
+            code = np.rint(np.where(np.isfinite(depth), depth, 0.0) * _MILLIMETRES)
+            code = np.where(code <= _MAX_DEPTH, code, 0).astype(np.uint16)  # 0 is unknown
             (own / "depths" / name).write_bytes(png(code))
             pose = np.linalg.inv(item.world_to_camera) @ np.diag([1.0, -1.0, -1.0, 1.0])
             frame: Record = {"file_path": f"images/{name}", "depth_file_path": f"depths/{name}"}
             frames.append(frame | {"transform_matrix": pose.tolist(), **_pinhole(item)})
-        document = {"camera_model": "OPENCV", "depth_unit_scale_factor": scale, "aabb_scale": 16, "frames": frames}
-        _write_json(own / "transforms.json", document | _pinhole(views[0]))
+        document = {"camera_model": "OPENCV", "depth_unit_scale_factor": 1.0 / _MILLIMETRES, "aabb_scale": 16}
+        first = _pinhole(views[0])  # what stands for all frames if it is the same in all
+        shared = first if all(_pinhole(item) == first for item in views) else {}
+        _write_json(own / "transforms.json", document | shared | {"frames": frames})
 
 
 def _pinhole(item: StoredItem) -> Record:
@@ -410,11 +432,6 @@ def _pinhole(item: StoredItem) -> Record:
     width, height = item.size
     found = {"fl_x": k[0, 0], "fl_y": k[1, 1], "cx": k[0, 2], "cy": k[1, 2]}
     return {name: float(value) for name, value in found.items()} | {"w": width, "h": height}
-
-
-def _farthest(depth: FloatArray) -> float:
-    finite = depth[np.isfinite(depth)]
-    return float(finite.max(initial=0.0))
 
 
 def _samples(read: Any) -> Iterator[tuple[str, list[StoredItem]]]:
@@ -551,12 +568,10 @@ def _mot(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
             lines = []
             for frame, item in enumerate(frames, start=1):
                 (own / "img1" / f"{frame:06d}.png").write_bytes(item.picture)
-                for thing in item.things:
-                    if thing["area"] and _is_object(item, thing):
+                for thing in (*item.things, *item.record.get("hidden", ())):
+                    if _is_object(item, thing):
                         number = numbers.setdefault(tuple(thing["path"]), len(numbers) + 1)
-                        box = ",".join(map(str, thing["bbox"]))
-                        share = thing.get("visibility", 1.0)
-                        lines.append(f"{frame},{number},{box},1,1,{share:.4f}")
+                        lines.append(f"{frame},{number},{_mot_columns(thing)}")
                         words[number] = thing["word"]
                 size = item.size
             (own / "gt" / "gt.txt").write_text("".join(f"{line}\n" for line in lines), "utf-8")
@@ -567,6 +582,13 @@ def _mot(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
             (own / "seqinfo.ini").write_text(f"[Sequence]\n{text}", "utf-8")
         seqmaps = _folder(folder, "seqmaps")
         (seqmaps / f"{split}.txt").write_text("".join(f"{name}\n" for name in ["name", *names]), "utf-8")
+
+
+def _mot_columns(thing: Record) -> str:
+    """Return the columns of a thing from its box on: its whole box, counted from 1, and its visibility."""
+    x, y, width, height = thing["bbox_full"] or thing["bbox"]  # partly behind the camera: what is seen
+    share = thing.get("visibility", 1.0) if thing.get("area") else 0.0
+    return f"{x + 1:.2f},{y + 1:.2f},{width:.2f},{height:.2f},1,1,{share:.4f}"
 
 
 def _sequences(found: Iterator[StoredItem]) -> Iterator[tuple[str, Iterator[StoredItem]]]:

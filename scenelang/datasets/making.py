@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import math
@@ -9,7 +10,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,12 +27,13 @@ from scenelang.backends.pictures.appearance import encode
 from scenelang.backends.pictures.camera import Camera, camera_to_json
 from scenelang.backends.pictures.film import Painter, PictureOptions, painters, picture_backend
 from scenelang.backends.pictures.stage import Shot, box_of
-from scenelang.datasets.sampler import Draw, draw_sample, key_of, stream, views_of
+from scenelang.datasets.naming import classes_of, named_program
+from scenelang.datasets.sampler import Draw, draw_sample, key_of, split_of_scene, stream, views_of
 from scenelang.datasets.spec import CODE, PREDICATES, Spec
-from scenelang.grammar.datum import Source
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import count_words, descendants, primitive_count
-from scenelang.interpreter.scene.primitives import geometric_words
+from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.scene import Scene, literal
 from scenelang.session import Options, Session
 
@@ -41,7 +43,7 @@ if TYPE_CHECKING:
 Files = Mapping[str, bytes]
 _MAX_KEPT = 4  # evaluated scenes
 _LARGE = 200_000  # primitives of a scene that is kept alone
-_CALLED = re.compile(r'\(call\s+"((?:[^"\\]|\\.)*)"')
+_LIMIT_OPTION = re.compile(r"--max-(steps|depth|entities|primitives|size|memory|seconds)\b")
 _FIELD = re.compile(r"\{([^{}]*)\}")
 _DEFAULT_CAPTIONS = ("{things}",)
 
@@ -108,52 +110,21 @@ class _Stage:
     draws: bool
     painters: dict[Any, Painter] = field(default_factory=dict)
 
-
-# --- programs --------------------------------------------------------------------------------------------------------
-
-
-@lru_cache(maxsize=256)
-def _program(path: str, bound: tuple[str, ...]) -> tuple[Source, tuple[str, ...], tuple[str, ...]]:
-    """Return a program with further bindings, the names of its params, and the words that its text names."""
-    session = Session()
-    source = session.source(path)
-    if bound:
-        source = Source(source.name, "\n".join([source.text.rstrip("\n"), *bound, ""]))
-    if path.endswith(".json"):
-        result = session.evaluate(source)
-        words = {e.word for e in descendants(*result.scene.frames)} if result.scene is not None else set()
-        return source, (), tuple(sorted(words))
-    program = session.check(source).program
-    if program is None:
-        return source, (), ()
-    called = {match for each in program.sources for match in _CALLED.findall(each.text)}
-    params = tuple(param.name for param in program.params)
-    return source, params, tuple(sorted({*program.all_words, *called}))
+    @cached_property
+    def digest(self) -> str:
+        """What is equal for scenes that look alike, whatever program, seed or params they are made from."""
+        total = hashlib.sha256()
+        for root in self.scene.frames:
+            flat = flatten_entity(root)
+            for array in (flat.index, flat.matrices):
+                total.update(array.tobytes())
+            for entity in flat.primitives:
+                told = repr((entity.word, sorted(primitive_attributes(entity).items())))
+                total.update(told.encode("utf-8", "surrogatepass"))
+        return total.hexdigest()
 
 
-def classes_of(spec: Spec) -> dict[str, int]:
-    """Return the number of each class, from 1: the words of the spec, or else all that its programs name but those of
-    primitives.
-
-    Raises SceneError("dataset") for a param that no program has.
-    """
-    params: set[str] = set()
-    words: set[str] = set()
-    for path in spec.programs:
-        _, own, named = _program(path, ())
-        params.update(own)
-        words.update(named)
-    is_python = any(not path.endswith((".scene", ".json")) for path in spec.programs)
-    for name in spec.params:
-        if name not in params and not is_python:
-            near = suggest(name, params) or f"the params are {', '.join(sorted(params))}" if params else None
-            raise SceneError(CODE, f"no program has the param `{name}`", near)
-    for text in (text for change in spec.words.values() if change.bind is not None for text in change.bind.values):
-        words.update(_CALLED.findall(text))
-    chosen = spec.labels.words or sorted({*words, *spec.words} - {*geometric_words()})
-    if len(chosen) > labels.OTHER - 1:
-        raise SceneError(CODE, f"{len(chosen):,} words are more than the {labels.OTHER - 1:,} classes of a map")
-    return {word: number for number, word in enumerate(chosen, start=1)}
+# --- samples ---------------------------------------------------------------------------------------------------------
 
 
 class Maker:
@@ -191,7 +162,7 @@ class Maker:
             try:
                 found, why = self._make(draw)
             except SceneError as error:
-                raise SampleFailure(error.diagnostic) from error
+                raise SampleFailure(_in_terms_of_specs(error.diagnostic)) from error
             except (RecursionError, MemoryError, ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
                 message = f"the sample cannot be made: {type(error).__name__}: {error}"
                 raise SampleFailure(Diagnostic("sample", message)) from error
@@ -204,32 +175,41 @@ class Maker:
     def _make(self, draw: Draw) -> tuple[Sample | None, str]:
         """Return the sample of a draw, or None and the filter that it does not pass."""
         stage = self._stage(draw)
+        if self.spec.splits is not None and self.spec.splits.by == "scene":
+            draw = replace(draw, split=split_of_scene(self.spec, stage.digest))
         if self.spec.filters.geometry and check_geometry(stage.scene.graph):
             return None, "with findings of the geometry"
         frames = self._frames(stage)
         views = [self._view(stage, draw, view, frames) for view in views_of(self.spec, draw)]
         if self.spec.filters.visible or self._predicates:
-            things = [things_of(view.truth(frames[0]), self.spec.labels.words) for view in views]
-            why = self._filtered(stage, draw, things)
+            why = self._filtered(stage, draw, views, frames)
             if why:
                 return None, why
         items = []
         shown: Counter[str] = Counter()
         for number, view in enumerate(views):
+            film = self._film(view, frames)
             for frame in frames:
                 key = key_of(draw.index) + (f"-v{number:03d}" if len(views) > 1 else "")
                 key += f"-f{frame:04d}" if len(frames) > 1 else ""
-                writer = _ItemWriter(self, stage, draw, view, number, frame, key)
+                writer = _ItemWriter(self, stage, draw, view, number, frame, key, film)
                 items.append(LabelledItem(key, writer.files()))
                 shown.update(writer.seen)
         first = views[0].shots[frames[0]].camera
         return Sample(draw, tuple(items), _placed(first), shown), ""
 
-    def _filtered(self, stage: _Stage, draw: Draw, things: Sequence[Things]) -> str:
-        for word, least in self.spec.filters.visible.items():
-            if any(each.shares([word])[word] < least for each in things):
-                return f'with too little of "{word}"'
-        candidate = Candidate(stage.scene, draw.values, things)
+    def _filtered(self, stage: _Stage, draw: Draw, views: Sequence[LabelledView], frames: Sequence[int]) -> str:
+        least = self.spec.filters.visible
+        first = []
+        for view in views:
+            for frame in frames if least else frames[:1]:
+                things = things_of(view.truth(frame), self.spec.labels.words)
+                first += [things] if frame == frames[0] else []
+                shares = things.shares(list(least))
+                for word in least:
+                    if shares[word] < least[word]:
+                        return f'with too little of "{word}"'
+        candidate = Candidate(stage.scene, draw.values, first)
         for predicate in self._predicates:
             try:
                 accepted = predicate.accepts(candidate)
@@ -239,6 +219,14 @@ class Maker:
             if not accepted:
                 return f"rejected by `{predicate.name}`"
         return ""
+
+    def _film(self, view: LabelledView, frames: Sequence[int]) -> frozenset[int]:
+        """Return the numbers of the paths of the things that any frame shows, none if there is one frame."""
+        if len(frames) < 2 or "boxes" not in self.spec.labels.write:
+            return frozenset()
+        words = self.spec.labels.words
+        shown = (view.paths(frame)[things_of(view.truth(frame), words).shown] for frame in frames)
+        return frozenset(int(number) for numbers in shown for number in numbers)
 
     # --- scenes ---
 
@@ -258,9 +246,8 @@ class Maker:
     def _evaluated(self, draw: Draw) -> _Stage:
         spec = self.spec
         bound = tuple(f"(bind {literal(word)}\n{text})" for word, text in draw.binds.items())
-        source, params, _ = _program(draw.program, bound)
-        is_python = not source.name.endswith((".scene", ".json"))
-        defines = {name: literal(_listed(v)) for name, v in draw.params.items() if name in params or is_python}
+        source, params = named_program(draw.program, bound)[:2]
+        defines = {name: literal(_listed(value)) for name, value in draw.params.items() if name in params}
         options = Options(
             root=spec.root, seed=draw.seed, defines=defines, limits=spec.limits, project=Path(spec.folder),
             allow_outside=not Path(draw.program).is_relative_to(spec.folder),
@@ -319,6 +306,13 @@ def _settings_of(backend: Backend, given: Mapping[str, Any] | None) -> dict[str,
     return {**fast, **{name: value for name, value in (given or {}).items() if name in known}}
 
 
+def _in_terms_of_specs(diagnostic: Diagnostic) -> Diagnostic:
+    """Return a diagnostic whose hint names the keys of [limits] instead of the options of other commands."""
+    if diagnostic.hint is None:
+        return diagnostic
+    return replace(diagnostic, hint=_LIMIT_OPTION.sub(r"`\1` in [limits]", diagnostic.hint))
+
+
 def _listed(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
@@ -337,6 +331,7 @@ class _ItemWriter:
     number: int
     frame: int
     key: str
+    film: frozenset[int]
 
     @cached_property
     def things(self) -> Things:
@@ -369,13 +364,23 @@ class _ItemWriter:
             "camera": _camera_data(self.view.shots[self.frame].camera),
             "counts": {word: n for word, n in count_words(self._root).items() if word in self.maker.classes},
         }  # fmt: skip
+        if spec.splits is not None:
+            record["scene"] = self.stage.digest[:32]
         if "boxes" in wanted or "visibility" in wanted or "instance" in wanted:
             covered = labels.pixels_alone(self.things, *self.view.facts.unit) if "visibility" in wanted else None
             handles = self.view.some_handles(self.frame, self.things.shown.tolist())
             record["things"] = labels.things_data(self.things, handles, self.maker.classes, covered)
+        if "boxes" in wanted and self.film:
+            record["hidden"] = self._hidden()
         if "keypoints" in wanted:
             record["keypoints"] = labels.keypoints_data(self.things, spec.labels.keypoints)
         return record
+
+    def _hidden(self) -> list[dict[str, Any]]:
+        """Return the things inside the picture that only other frames show."""
+        paths, things = self.view.paths(self.frame), self.things
+        others = np.flatnonzero(np.isin(paths, list(self.film)))
+        return labels.hidden_data(things, np.setdiff1d(others, things.shown))
 
     @property
     def _root(self) -> Any:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import math
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from itertools import islice
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -15,12 +19,13 @@ from scenelang.backends.base import require
 from scenelang.backends.files import atomic_write, make_folder
 from scenelang.datasets import store as stores
 from scenelang.datasets.describing import write_card
-from scenelang.datasets.making import Maker, SampleFailure, classes_of, decoded
+from scenelang.datasets.making import Maker, SampleFailure, decoded
+from scenelang.datasets.naming import classes_of, warnings_of
 from scenelang.datasets.sampler import index_of, key_of
 from scenelang.datasets.spec import CODE, SHARD_FORMATS, Spec, read_spec
 from scenelang.datasets.store import Plan, Store
 from scenelang.datasets.working import Pool, RayPool, in_process
-from scenelang.grammar.datum import dataclass, field
+from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, error_of
 from scenelang.grammar.settings import setting, typed, whole
 
@@ -91,7 +96,7 @@ def _clock(seconds: float) -> str:
 @dataclass(frozen=True, slots=True)
 class DatasetReport:
     """A dataset as it is: its folder, samples that it has and is to have, pictures, failures by code, the digest of
-    its files, whether all shards are committed, and the most bytes that a worker has used."""
+    its files, whether all shards are committed, the most bytes that a worker has used, and warnings about the spec."""
 
     out: str
     samples: int
@@ -104,10 +109,16 @@ class DatasetReport:
     seconds: float
     memory: int
     failed: Sequence[Mapping[str, Any]] = field(repr=False, default=())
+    warnings: Sequence[Diagnostic] = field(repr=False, default=())
+
+    @property
+    def has_nothing(self) -> bool:
+        """Whether every sample has failed."""
+        return bool(self.failed) and not self.samples
 
     def data(self) -> dict[str, Any]:
         """Return the report as JSON data."""
-        names = [name for name in self.__dataclass_fields__ if name != "failed"]
+        names = [name for name in self.__dataclass_fields__ if name not in ("failed", "warnings")]
         plain = {name: getattr(self, name) for name in names}
         return plain | {"failures": dict(self.failures), "splits": dict(self.splits), "failed": list(self.failed)}
 
@@ -121,7 +132,18 @@ class DatasetReport:
             f"digest {self.digest}" if self.is_complete else "not complete; --resume goes on",
         ]
         lines += [f"{self.memory / 1e6:,.0f} MB at most in a worker"] if self.memory else []
-        return "\n".join(lines)
+        return "\n".join([*lines, *_told_failures(self.failed)])
+
+
+def _told_failures(failed: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return lines with the first failure of each code, and how to look into it."""
+    first: dict[str, Mapping[str, Any]] = {}
+    for each in failed:
+        first.setdefault(each["code"], each)
+    lines = [f"{code}, first of {each['key']}: {each['message']}" for code, each in sorted(first.items())]
+    if lines:
+        lines.append(f"`scenelang dataset sample SPEC {failed[0]['key']} -o OUT` makes such a sample alone")
+    return lines
 
 
 def progress_text(stream: TextIO) -> Callable[[DatasetProgress], None]:
@@ -205,15 +227,35 @@ def _dataset(
     spec: Spec, out: str, jobs: int, resume: bool, ray: str | None, gpus: float, part: tuple[int, int] | None,
     count: int | None, max_failures: int, progress: Callable[[DatasetProgress], None] | None,
 ) -> DatasetReport:  # fmt: skip
-    _check_numbers(jobs, part, count, max_failures)
+    _check_numbers(jobs, part, count, max_failures, gpus)
     for package in _packages(spec):
         require(package, stores.INSTALL)
     store = Store(out)
+    _check_store(spec.output.formats, store, jobs > 0 or ray is not None)
     plan = stores.plan_of(spec, classes_of(spec), count)
+    is_new = stores.read_plan(store) is None
     kept = _prepared(store, plan, resume)
-    numbers = [n for n in range(plan.shards) if n not in kept and (part is None or n % part[1] == part[0])]
+    first, step = part or (0, 1)
+    numbers = stores.ShardNumbers(range(first, plan.shards, step), frozenset(kept))
     tally = _Tally(plan, numbers, kept, max_failures, progress)
-    run: Callable[[Sequence[int]], Iterator[dict[str, Any]]]
+    try:
+        _make(spec, plan, out, numbers, tally, jobs, ray, gpus)
+    except SceneError:
+        if is_new and not tally.has_made:
+            _forget(store)
+        raise
+    report = replace(dataset_status(out), warnings=warnings_of(spec))
+    if report.is_complete:
+        finish(store, plan)
+    return report
+
+
+def _make(
+    spec: Spec, plan: Plan, out: str, numbers: stores.ShardNumbers, tally: _Tally, jobs: int, ray: str | None,
+    gpus: float,
+) -> None:  # fmt: skip
+    """Make shards with the workers that are asked for."""
+    run: Callable[[Collection[int]], Iterator[dict[str, Any]]]
     if ray is not None:
         run = RayPool(spec, plan, out, ray, gpus, tally.hear).run
     elif jobs == 0:
@@ -222,13 +264,39 @@ def _dataset(
         run = Pool(spec, plan, out, jobs, tally.hear).run
     for _ in run(numbers):
         tally.check()
-    report = dataset_status(out)
-    if report.is_complete:
-        finish(store, plan)
-    return report
 
 
-def _check_numbers(jobs: int, part: tuple[int, int] | None, count: int | None, max_failures: int) -> None:
+def _check_store(formats: Sequence[str], store: Store, has_workers: bool) -> None:
+    """Raise an error if the store cannot keep the formats, or workers cannot see it."""
+    if store.local is not None:
+        return
+    others = [name for name in formats if name not in SHARD_FORMATS]
+    if others:
+        hint = "choose a local folder, or leave them out of `formats`"
+        message = f"{', '.join(others)}: written to local folders only, not to {store.address}"
+        raise SceneError("unsupported", message, hint)
+    if store.address.startswith("memory:") and has_workers:
+        raise SceneError("unsupported", f"workers do not see {store.address}", "use `jobs=0` of the Python API")
+
+
+def _forget(store: Store) -> None:
+    """Remove the plan of a dataset that has no shards, so that nothing is left of a failed start."""
+    if stores.names_of_records(store):
+        return
+    store.delete(stores.PLAN)
+    if store.local is not None:
+        with suppress(OSError):
+            store.local.rmdir()
+
+
+def _check_numbers(
+    jobs: int, part: tuple[int, int] | None, count: int | None, max_failures: int, gpus: float
+) -> None:  # fmt: skip
+    if not 0 <= gpus < math.inf:
+        raise UsageError("value", f"`gpus`: expected a number of at least 0, got {gpus:g}")
+    is_pair = isinstance(part, tuple | list) and len(part) == 2 and all(type(each) is int for each in part)
+    if part is not None and not is_pair:
+        raise UsageError("value", f"`part`: expected two whole numbers (k, n), got {str(part)[:60]!r}")
     if not 0 <= jobs <= _MAX_JOBS:
         raise UsageError("value", f"`jobs`: expected 0 to {_MAX_JOBS:,}, got {jobs}")
     if count is not None and count < 1:
@@ -265,11 +333,11 @@ class _Tally:
     """Counts what workers report, tells the progress, and stops a run of too many failures."""
 
     def __init__(
-        self, plan: Plan, numbers: Sequence[int], kept: Mapping[int, Mapping[str, Any]], max_failures: int,
+        self, plan: Plan, numbers: stores.ShardNumbers, kept: Mapping[int, Mapping[str, Any]], max_failures: int,
         progress: Callable[[DatasetProgress], None] | None,
     ) -> None:  # fmt: skip
         self._kept = sum(len(plan.samples(number)) for number in kept)
-        self._total = self._kept + sum(len(plan.samples(number)) for number in numbers)
+        self._total = self._kept + plan.samples_in(numbers)
         self._failures = Counter(each["code"] for record in kept.values() for each in record["failures"])
         self._most, self._progress = max_failures, progress
         self._seen: dict[int, str | None] = {}  # samples of this run, each once although shards may be made again
@@ -293,6 +361,11 @@ class _Tally:
         done = self._kept + len(self._seen)
         eta = (self._total - done) / rate if rate else None
         return DatasetProgress(done, self._total, self._kept, self.failures, rate, eta, self._memory)
+
+    @property
+    def has_made(self) -> bool:
+        """Whether any sample of this run has been made or has failed."""
+        return bool(self._seen)
 
     @property
     def failures(self) -> Counter[str]:
@@ -412,10 +485,11 @@ def verify_dataset(out: str | Path, progress: Callable[[float], None] | None = N
     plan = stores.require_plan(store)
     records = list(stores.records_of(store, plan))
     found: list[Diagnostic] = []
-    missing = sorted(set(range(plan.shards)) - {record["shard"] for record in records})
-    if missing:
-        shown = ", ".join(map(str, missing[:8])) + (" ..." if len(missing) > 8 else "")
+    missing = stores.ShardNumbers(range(plan.shards), frozenset(record["shard"] for record in records))
+    if len(missing):
+        shown = ", ".join(map(str, islice(missing, 8))) + (" ..." if len(missing) > 8 else "")
         found.append(_finding(f"{len(missing):,} of {plan.shards:,} shards are missing: {shown}"))
+    found += _folder_findings(store, plan, records)
     keys: set[str] = set()
     pictures: dict[bytes, str] = {}
     for done, record in enumerate(records):
@@ -426,6 +500,18 @@ def verify_dataset(out: str | Path, progress: Callable[[float], None] | None = N
         if progress is not None:
             progress((done + 1) / len(records))
     return found
+
+
+def _folder_findings(store: Store, plan: Plan, records: Sequence[Mapping[str, Any]]) -> Iterator[Diagnostic]:
+    """Yield a finding for each file of a shard that no record has, and each format that is not there."""
+    known = {file["name"] for record in records for file in record["files"]}
+    for name in store.names():
+        if stores.SHARD_NAME.fullmatch(name) and name not in known:
+            yield Diagnostic("dataset", f"`{name}` belongs to no shard", None, "delete it, or make its shard again")
+    others = [name for name in plan.formats if name not in SHARD_FORMATS] if len(records) == plan.shards else []
+    for name in others:
+        if not store.exists(name):
+            yield _finding(f"the folder `{name}` is missing")
 
 
 def _finding(message: str) -> Diagnostic:
@@ -460,12 +546,20 @@ def _file_findings(
 
 
 def _duplicates(key: str, files: Mapping[str, bytes], pictures: dict[bytes, str]) -> Iterator[Diagnostic]:
-    """Yield a finding if another sample has the same scene and camera, unless nothing is seen."""
-    import hashlib
-
+    """Yield a finding if another sample has the same scene and camera, or one of another split has the same scene or
+    picture, unless nothing is seen."""
     record = json.loads(files["json"])
     if not record.get("things"):
         return
+    marks = {"picture": hashlib.blake2b(files["color.png"], digest_size=12).digest()}
+    marks |= {"scene": b"scene " + record["scene"].encode()} if "scene" in record else {}
+    for what, mark in marks.items():
+        other, split = pictures.setdefault(mark, f"{key} {record['split']}").split()
+        if split != record["split"]:
+            hint = "split by scene, or vary what the programs show"
+            message = f"{key} of `{record['split']}` has the {what} of {other} of `{split}`, which leaks"
+            yield Diagnostic("dataset", message, None, hint)
+            return
     told = [record["values"], record["camera"], record["frame"]]
     mark = hashlib.blake2b(json.dumps(told, sort_keys=True).encode(), digest_size=12).digest()
     other = pictures.setdefault(mark, key)
@@ -534,6 +628,7 @@ def merge_datasets(parts: Sequence[str | Path], out: str | Path) -> DatasetRepor
         if not plan.fits(plans[0]) or plan.count != plans[0].count:
             raise SceneError(CODE, f"{part} is a part of another dataset than {parts[0]}")
     target = Store(out)
+    _check_store(plans[0].formats, target, False)
     _prepared(target, plans[0], resume=True)
     merged = {each["shard"]: each for each in stores.records_of(target, plans[0])}
     for source in sources:

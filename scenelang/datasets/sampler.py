@@ -85,7 +85,10 @@ def index_of(key: str) -> int:
 
 
 def draw_sample(spec: Spec, index: int, attempt: int = 0) -> Draw | None:
-    """Return the sample of a number, or None if it is in no split."""
+    """Return the sample of a number, or None if it is in no split.
+
+    A split by scene is decided by what is drawn here, and again by the evaluated scene when the sample is made.
+    """
 
     def random(*names: object) -> np.random.Generator:
         return stream(spec.seed, index, attempt, *names)
@@ -129,11 +132,16 @@ def _split(spec: Spec, program: str, params: Mapping[str, Any], values: Mapping[
         return "train"
     if plan.by == "program":
         return split_of_program(spec, program)
-    if plan.by == "scene":  # what makes the scene decides, so that equal scenes are in one split
+    if plan.by == "scene":
         scene = {name: value for name, value in values.items() if name not in _NOT_OF_THE_SCENE}
-        key = json.dumps([spec.texts[program], scene], sort_keys=True, default=list)
-        return _by_share(plan.rules, float(stream(spec.seed, "split", key).random()))
+        return split_of_scene(spec, json.dumps([spec.texts[program], scene], sort_keys=True, default=list))
     return _by_value(plan.rules, params[plan.by])
+
+
+def split_of_scene(spec: Spec, scene: str) -> str:
+    """Return the split of all samples of one scene; ``scene`` is what is equal for equal scenes."""
+    assert spec.splits is not None
+    return _by_share(spec.splits.rules, float(stream(spec.seed, "split", scene).random()))
 
 
 def _by_share(rules: Mapping[str, float], place: float) -> str:

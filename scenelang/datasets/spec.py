@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from fnmatch import fnmatchcase
@@ -19,7 +21,8 @@ import numpy as np
 from scenelang.backends.files import program_files, read_regular
 from scenelang.datasets.toml_places import TomlTable, parsed, shown
 from scenelang.grammar.datum import Source
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.reader import read
 from scenelang.interpreter.loading import entry_points_of
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.session import IMPORT_FORM
@@ -33,6 +36,10 @@ MAX_SHARD = 100_000
 _MAX_CHOICES = 100_000
 _MAX_SIDE = 8_192
 _MAX_IMPORTS = 1_000
+_LARGEST = 1e300  # bound of a range, whose width is a number then
+_PROGRAMS = (".scene", ".json", ".py", ".txt", ".ipynb")
+_FIELD = re.compile(r"\{([^{}]*)\}")
+_FIELDS = ("things", "seen", "word", "environment")
 
 LABELS = (
     "instance", "semantic", "levels", "depth", "normals", "albedo", "flow", "tracks", "boxes", "visibility",
@@ -47,6 +54,7 @@ NEEDS: Mapping[str, tuple[str, ...]] = {
     "bop": ("instance", "depth", "boxes", "visibility"),
     "nerfstudio": ("depth",), "colmap": ("depth",), "mot": ("boxes",), "tap": ("tracks",),
 }  # fmt: skip
+PERSPECTIVE = ("nerfstudio", "colmap", "bop", "kitti")  # formats that cannot describe orthographic cameras
 LOOKS = ("color", "roughness", "metallic", "opacity", "emission", "ior")
 CAMERAS = ("hemisphere", "orbit", "trajectory", "file")
 PREDICATES = "scenelang.filters"  # the group of entry points
@@ -160,10 +168,14 @@ def _is_plain(value: Any) -> bool:
     return isinstance(value, bool | int | str) or (isinstance(value, float) and math.isfinite(value))
 
 
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float) and math.isfinite(value)
+
+
 def _weights(table: TomlTable, count: int) -> tuple[float, ...]:
     weights = table.take("weights", [])
-    if not isinstance(weights, list) or not all(isinstance(w, int | float) and w >= 0 for w in weights):
-        table.fail("weights", f"`weights`: expected numbers of at least 0, got {shown(weights)}")
+    if not isinstance(weights, list) or not all(_is_number(w) and 0 <= w <= _LARGEST for w in weights):
+        table.fail("weights", f"`weights`: expected finite numbers of at least 0, got {shown(weights)}")
     if weights and (len(weights) != count or not sum(weights) > 0):
         table.fail("weights", f"`weights`: expected {count} numbers with a positive sum, got {len(weights)}")
     return tuple(float(weight) for weight in weights)
@@ -176,6 +188,8 @@ def _range(table: TomlTable, kind: str) -> Distribution:
         what = "two whole numbers" if kind == "integer" else "two numbers"
         table.fail(kind, f"`{kind}`: expected {what}, got {shown(pair)}")
     first, second = pair
+    if max(abs(first), abs(second)) > _LARGEST:
+        table.fail(kind, f"`{kind}`: expected numbers of at most {_LARGEST:g}, got [{first:g}, {second:g}]")
     if kind == "normal":
         if second < 0:
             table.fail(kind, f"`normal`: expected a deviation of at least 0, got {second:g}")
@@ -312,16 +326,24 @@ class Spec:
         """Return what identifies the samples: all that can change a byte of one, but not how many there are."""
         plan = {
             "version": VERSION, "seed": self.seed, "seeds": self.seeds, "root": self.root, "params": self.params,
-            "words": self.words, "cameras": self.cameras, "pictures": self.pictures, "labels": self.labels,
+            "words": self.words, "cameras": replace(self.cameras, files=self._camera_digests),
+            "pictures": self.pictures, "labels": self.labels,
             "splits": self.splits, "filters": self.filters,
             "programs": [(self.program_name(path), self.texts[path]) for path in self.programs],
         }  # fmt: skip
         data = json.dumps(plan, sort_keys=True, default=_plain)
         return hashlib.sha256(data.encode("utf-8", "surrogatepass")).hexdigest()
 
+    @property
+    def _camera_digests(self) -> tuple[str, ...]:
+        return tuple(_digest_of(Path(path)) for path in self.cameras.files)
+
     def program_name(self, path: str) -> str:
         """Return a program's path relative to the spec's folder, as samples record it."""
-        return Path(path).relative_to(self.folder).as_posix() if Path(path).is_relative_to(self.folder) else path
+        try:
+            return Path(os.path.relpath(path, Path(self.folder).resolve())).as_posix()
+        except ValueError:  # another drive of Windows
+            return Path(path).name
 
 
 def _plain(value: Any) -> Any:
@@ -409,10 +431,14 @@ def _programs(table: TomlTable, folder: Path) -> tuple[str, ...]:
     given = table.texts("programs")
     if not given:
         table.fail("programs" if "programs" in table else None, "`programs`: name at least one program")
-    for pattern in given:
-        matches = _matches(folder, pattern)
+    for number, pattern in enumerate(given):
+        matches = _matches(folder, pattern) if pattern else []
+        if not matches and pattern and (folder / pattern).exists():
+            message = f"`programs`: `{pattern[:80]}` {'has' if (folder / pattern).is_dir() else 'is'} no program"
+            table.document.fail(("programs", str(number)), message, f"programs end in {', '.join(_PROGRAMS)}")
         if not matches:
-            table.fail("programs", f"`programs`: nothing matches `{pattern[:80]}`", f"paths are relative to {folder}")
+            message = f"`programs`: no program matches `{pattern[:80]}`"
+            table.document.fail(("programs", str(number)), message, f"paths are relative to {folder}")
         found |= dict.fromkeys(matches)
         if len(found) > MAX_PROGRAMS:
             table.fail("programs", f"`programs`: more than {MAX_PROGRAMS:,} files")
@@ -430,7 +456,7 @@ def _matches(folder: Path, pattern: str) -> list[str]:
             files += [str(best)] if best.is_file() else sorted(program_files([str(target)]))
         else:
             files.append(str(target))
-    return [str(Path(file).resolve()) for file in files]
+    return [str(Path(file).resolve()) for file in files if Path(file).is_file() and file.endswith(_PROGRAMS)]
 
 
 def _params(table: TomlTable) -> Mapping[str, Distribution]:
@@ -442,11 +468,15 @@ def _words(table: TomlTable) -> Mapping[str, WordChange]:
     for word in table:
         own = table.table(word)
         looks = {name: _distribution(own, name) for name in LOOKS if name in own}
+        for name, look in looks.items():
+            _check_look(own, name, look)
         bind = _distribution(own, "bind") if "bind" in own else None
         if bind is not None and not all(isinstance(text, str) and text.strip() for text in bind.values):
             own.fail(
                 "bind", "`bind`: expected the text of an expression", 'write bind = ["(lambda () (call \\"cube\\"))"]'
             )
+        for text in bind.values if bind is not None else ():
+            _check_expression(own, text)
         for name in (*LOOKS, "bind"):
             own.take(name)
         own.finish()
@@ -454,6 +484,33 @@ def _words(table: TomlTable) -> Mapping[str, WordChange]:
             table.fail(word, f"`{word}`: nothing varies", f"give {', '.join((*LOOKS, 'bind'))}")
         found[word] = WordChange(looks, bind)
     return found
+
+
+def _check_look(table: TomlTable, name: str, look: Distribution) -> None:
+    """Raise an error for a value that the attribute of a material cannot have."""
+    from scenelang.stdlib.colors import color_of
+
+    for value in look.values:
+        is_vector = isinstance(value, tuple) and len(value) == 3 and all(map(_is_number, value))
+        if name == "color" and isinstance(value, str):
+            try:
+                color_of(value)
+            except SceneError as error:
+                table.fail(name, f"`{name}`: {error.message}", error.hint)
+        elif name == "color" and not is_vector:
+            table.fail(name, f"`{name}`: expected colours, got {shown(value)}", 'write "red", "#3f5c45" or [r, g, b]')
+        elif not (_is_number(value) or (is_vector and name in ("color", "emission"))):
+            table.fail(name, f"`{name}`: expected numbers, got {shown(value)}")
+
+
+def _check_expression(table: TomlTable, text: str) -> None:
+    """Raise an error for a text of ``bind`` that is not one expression."""
+    found = read(Source("bind", text))
+    problem = next((each for each in found.diagnostics if each.is_error), None)
+    if problem is not None:
+        table.fail("bind", f"`bind`: {problem.message}", problem.hint)
+    if len(found.forms) != 1:
+        table.fail("bind", f"`bind`: expected one expression, got {len(found.forms)}")
 
 
 def _cameras(table: TomlTable, folder: Path) -> CameraPlan:
@@ -493,8 +550,8 @@ def _angles(table: TomlTable, key: str, default: Distribution, low: float, high:
 
 def _point(table: TomlTable, key: str) -> tuple[float, float, float]:
     value = table.take(key)
-    if not isinstance(value, list) or len(value) != 3 or not all(type(x) in (int, float) for x in value):
-        table.fail(key, f"`{key}`: expected three numbers, got {shown(value)}")
+    if not isinstance(value, list) or len(value) != 3 or not all(map(_is_number, value)):
+        table.fail(key, f"`{key}`: expected three finite numbers, got {shown(value)}")
     x, y, z = (float(item) for item in value)
     return x, y, z
 
@@ -508,12 +565,19 @@ def _points(table: TomlTable, key: str) -> tuple[tuple[float, float, float], ...
 
 
 def _camera_files(table: TomlTable, folder: Path) -> tuple[str, ...]:
+    from scenelang.backends.pictures.camera import read_camera
+
     found: list[str] = []
     for pattern in table.texts("files"):
         matches = sorted(glob(pattern, root_dir=folder, recursive=True))
         if not matches:
             table.fail("files", f"`files`: nothing matches `{pattern[:80]}`", f"paths are relative to {folder}")
         found += [str((folder / path).resolve()) for path in matches]
+    for path in found:
+        try:
+            read_camera(path)
+        except SceneError as error:
+            table.fail("files", f"`files`: {Path(path).name}: {error.message}", error.hint)
     return tuple(found)
 
 
@@ -615,7 +679,8 @@ def _rule(table: TomlTable, name: str) -> Any:
     if isinstance(value, dict):
         own = table.table(name)
         pair = own.take("range")
-        if not isinstance(pair, list) or len(pair) != 2 or not all(type(x) in (int, float) for x in pair):
+        is_pair = isinstance(pair, list) and len(pair) == 2 and all(type(x) in (int, float) and x == x for x in pair)
+        if not is_pair:
             own.fail("range" if "range" in own else None, f"`{name}`: expected {{ range = [low, high] }}")
         if pair[0] >= pair[1]:
             own.fail("range", f"`range`: the range [{pair[0]:g}, {pair[1]:g}) is empty")
@@ -689,6 +754,10 @@ def _limits(table: TomlTable) -> Limits:
 def _check_together(table: TomlTable, spec: Spec) -> None:
     """Raise an error for parts that do not fit each other."""
     _check_needs(table, spec)
+    _check_projection(table, spec)
+    _check_captions(table, spec)
+    if "keypoints" in spec.labels.write and not spec.labels.keypoints:
+        table.table("labels").fail("write", "`write`: keypoints of no words", 'name them: keypoints = ["eye"]')
     if spec.splits is not None and spec.splits.by not in ("scene", "program", *spec.params):
         hint = f"split by scene, program or one of {', '.join(spec.params) or 'the params that vary'}"
         table.table("splits").fail("by", f"`by`: `{spec.splits.by[:60]}` does not vary", hint)
@@ -709,6 +778,33 @@ def _check_patterns(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> N
         for name in names:
             if not any(fnmatchcase(name, pattern) for mine in patterns.values() for pattern in mine):
                 table.table("splits").fail(None, f"`splits`: `{name}` is in no split", 'name one split "rest"')
+
+
+def _check_projection(table: TomlTable, spec: Spec) -> None:
+    """Raise an error for a format that cannot describe orthographic cameras."""
+    from scenelang.backends.pictures.camera import read_camera
+
+    cameras = spec.cameras
+    given = map(read_camera, cameras.files if cameras.kind == "file" else ())
+    wrong = [name for name in spec.output.formats if name in PERSPECTIVE]
+    if wrong and (
+        (cameras.orthographic and cameras.kind not in ("file", "trajectory")) or any(c.is_parallel for c in given)
+    ):
+        message = f"`formats`: {wrong[0]} has no orthographic cameras"
+        table.table("output").fail("formats", message, f"leave out {', '.join(wrong)}, or use perspective cameras")
+
+
+def _check_captions(table: TomlTable, spec: Spec) -> None:
+    """Raise an error for an unknown field of a template."""
+    known = [*_FIELDS, *(f"param:{name}" for name in spec.params)]
+    for number, template in enumerate(spec.labels.captions):
+        for name in _FIELD.findall(template):
+            if name not in known and not (name.startswith("count:") and name[6:]):
+                hint = suggest(name, known) or (
+                    "known are {things}, {seen}, {word}, {environment}, {count:WORD} and {param:NAME}"
+                )
+                path = ("captions", "templates", str(number))
+                table.document.fail(path, f"a caption has the unknown field `{{{name[:60]}}}`", hint)
 
 
 def _check_needs(table: TomlTable, spec: Spec) -> None:

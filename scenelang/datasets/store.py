@@ -11,6 +11,7 @@ import hashlib
 import io
 import json
 import os
+import re
 import shutil
 import tarfile
 import tempfile
@@ -30,6 +31,7 @@ FORMAT, VERSION = "scenelang-dataset", 1
 PLAN = "dataset.json"
 RECORDS = "shards"
 INSTALL = "'scenelang[datasets]'"
+SHARD_NAME = re.compile(r"\w+-\d{6,}\.(?:tar|parquet)")
 _ROWS = 32  # rows of a group in Parquet files
 _CHUNK = 1 << 20
 
@@ -188,6 +190,12 @@ class Plan:
         """Return the numbers of a shard's samples."""
         return range(number * self.shard, min(self.count, (number + 1) * self.shard))
 
+    def samples_in(self, numbers: ShardNumbers) -> int:
+        """Return the number of samples of some shards."""
+        last = self.shards - 1
+        lacking = self.shard - len(self.samples(last)) if last in numbers else 0
+        return len(numbers) * self.shard - lacking
+
     def data(self) -> dict[str, Any]:
         """Return the plan as JSON data."""
         return {
@@ -195,6 +203,23 @@ class Plan:
             "shards": self.format, "classes": dict(self.classes), "columns": list(self.columns),
             "formats": list(self.formats), "licence": self.licence, "text": self.text,
         }  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class ShardNumbers:
+    """Numbers of the shards to make: those of ``wanted`` that are not ``kept``; there may be very many."""
+
+    wanted: range
+    kept: frozenset[int] = frozenset()
+
+    def __iter__(self) -> Iterator[int]:
+        return (number for number in self.wanted if number not in self.kept)
+
+    def __contains__(self, number: object) -> bool:
+        return number in self.wanted and number not in self.kept
+
+    def __len__(self) -> int:
+        return len(self.wanted) - sum(number in self.wanted for number in self.kept)
 
 
 def plan_of(spec: Spec, classes: Mapping[str, int], count: int | None = None) -> Plan:
@@ -245,6 +270,10 @@ def require_plan(store: Store) -> Plan:
 
 def write_plan(store: Store, plan: Plan) -> None:
     store.write(PLAN, json.dumps(plan.data(), indent=1, sort_keys=True).encode())
+
+
+def names_of_records(store: Store) -> list[str]:
+    return store.names(RECORDS)
 
 
 def record_name(number: int) -> str:

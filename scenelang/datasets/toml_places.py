@@ -20,6 +20,8 @@ _KEY = re.compile(r'[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'')
 _STRING = re.compile(r'"""(?:[^\\]|\\.)*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'', re.DOTALL)
 _PLAIN = re.compile(r"[^,\]}#\n]+")
 _AT_LINE = re.compile(r"\s*\(at line (\d+), column (\d+)\)")
+_DIGITS = re.compile(r"[0-9_]{2000,}")
+_INTEGERS = "integers have 64 bits: from -2^63 to 2^63 - 1"
 _MAX_SIZE = 1_000_000  # characters of a file
 
 
@@ -132,11 +134,31 @@ def parsed(source: Source, code: str) -> TomlTable:
         raise _syntax_error(source, code, str(error)) from None
     except RecursionError:
         raise SceneError(code, f"{source.name} is nested too deeply", span=Span(source, 0, 1)) from None
+    except ValueError:  # Python reads no integers of thousands of digits
+        digits = _DIGITS.search(source.text)
+        span = Span(source, *digits.span()) if digits is not None else Span(source, 0, 1)
+        raise SceneError(code, "an integer has thousands of digits", _INTEGERS, span) from None
     try:
         found = _places(source.text)
     except (ValueError, IndexError, RecursionError):  # a rare spelling: mistakes are reported without their place
         found = {}
-    return TomlTable(data, (), TomlDocument(source, code, found))
+    document = TomlDocument(source, code, found)
+    _check_integers(document, data)
+    return TomlTable(data, (), document)
+
+
+def _check_integers(document: TomlDocument, data: Any) -> None:
+    """Raise an error for an integer of more than 64 bits, at any depth of the data."""
+    waiting: list[tuple[KeyPath, Any]] = [((), data)]
+    while waiting:
+        path, value = waiting.pop()
+        if isinstance(value, dict):
+            waiting += [((*path, key), item) for key, item in value.items()]
+        elif isinstance(value, list):
+            waiting += [((*path, str(i)), item) for i, item in enumerate(value)]
+        elif isinstance(value, int) and not -(1 << 63) <= value < 1 << 63:
+            name = next((key for key in reversed(path) if not key.isdecimal()), path[-1])
+            document.fail(path, f"`{name[:60]}`: the integer is too large", _INTEGERS)
 
 
 def _syntax_error(source: Source, code: str, message: str) -> SceneError:

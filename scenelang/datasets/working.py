@@ -15,7 +15,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -173,6 +173,26 @@ class _Task:
     deaths: Counter[int] = field(default_factory=Counter)
 
 
+class _Queue:
+    """Shards to make: those that are handed back, and then ``numbers``, which are not listed at once."""
+
+    def __init__(self, numbers: Collection[int]) -> None:
+        self._numbers, self._left = iter(numbers), len(numbers)
+        self._back: list[_Task] = []
+
+    def __len__(self) -> int:
+        return self._left + len(self._back)
+
+    def pop(self) -> _Task:
+        if self._back:
+            return self._back.pop()
+        self._left -= 1
+        return _Task(next(self._numbers))
+
+    def append(self, task: _Task) -> None:
+        self._back.append(task)
+
+
 class _Worker:
     """A worker process as the pool sees it."""
 
@@ -228,11 +248,11 @@ class Pool:
         data = {name: getattr(plan, name) for name in plan.__dataclass_fields__}
         self._request = {"text": spec.text, "name": spec.name, "folder": spec.folder, "out": out, "plan": data}
         self._workers: list[_Worker] = []
-        self._waiting: list[_Task] = []
+        self._waiting = _Queue(())
 
-    def run(self, numbers: Sequence[int]) -> Iterator[dict[str, Any]]:
+    def run(self, numbers: Collection[int]) -> Iterator[dict[str, Any]]:
         """Make the shards ``numbers``; raises SceneError if the file system fails or a worker cannot start."""
-        self._waiting = [_Task(number) for number in reversed(numbers)]
+        self._waiting = _Queue(numbers)
         with selectors.DefaultSelector() as selector:
             try:
                 for _ in range(min(self._jobs, len(numbers))):
@@ -340,11 +360,13 @@ class Pool:
         self._workers.clear()
 
 
-def in_process(spec: Spec, plan: Plan, out: str, report: Report) -> Callable[[Sequence[int]], Iterator[dict[str, Any]]]:
+def in_process(
+    spec: Spec, plan: Plan, out: str, report: Report
+) -> Callable[[Collection[int]], Iterator[dict[str, Any]]]:
     """Return what makes shards in this process: for stores that no other process sees, and without hard limits."""
     maker, store = Maker(spec, plan.classes), Store(out)
 
-    def run(numbers: Sequence[int]) -> Iterator[dict[str, Any]]:
+    def run(numbers: Collection[int]) -> Iterator[dict[str, Any]]:
         for number in numbers:
             yield write_shard(maker, store, plan, number, {}, report)
 
@@ -403,9 +425,9 @@ class RayPool:
         self._false_starts = 0
         self._running: dict[Any, tuple[Any, _Task]] = {}
 
-    def run(self, numbers: Sequence[int]) -> Iterator[dict[str, Any]]:
+    def run(self, numbers: Collection[int]) -> Iterator[dict[str, Any]]:
         """Make the shards ``numbers``; raises SceneError if the file system fails or shards cannot be made."""
-        waiting = [_Task(number) for number in reversed(numbers)]
+        waiting = _Queue(numbers)
         self._report({"begin": None})
         try:
             while waiting or self._running:
@@ -445,7 +467,7 @@ class RayPool:
         else:
             self._actors[actor] = 0
 
-    def _hand_out(self, waiting: list[_Task]) -> None:
+    def _hand_out(self, waiting: _Queue) -> None:
         """Give shards to the actors that have the fewest, up to the most that one may have."""
         while waiting and (free := [actor for actor, count in self._actors.items() if count < _IN_FLIGHT]):
             actor = min(free, key=lambda each: self._actors[each])
@@ -454,7 +476,7 @@ class RayPool:
             self._running[actor.make.remote(task.number, skip)] = actor, task
             self._actors[actor] += 1
 
-    def _take(self, reference: Any, waiting: list[_Task]) -> Iterator[dict[str, Any]]:
+    def _take(self, reference: Any, waiting: _Queue) -> Iterator[dict[str, Any]]:
         actor, task = self._running.pop(reference)
         try:
             record = self._ray.get(reference)

@@ -94,6 +94,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("moving.toml", MOVING),
     ):  # fmt: skip
         (found / name).write_text(text)
+    (found / "empty").mkdir()
     return found
 
 

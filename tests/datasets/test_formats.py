@@ -330,3 +330,78 @@ def test_tap_tracks_stay_on_their_things(films: Path) -> None:
     ids = decoded("instance.png", own["instance.png"])
     assert np.abs(flow[moving & (ids == wheel)]).mean() > 2.0
     assert np.abs(flow[moving & (ids != wheel)]).mean() < 1.0
+
+
+# --- what a format cannot say by itself ------------------------------------------------------------------------------
+
+COMPUTED = (
+    '(bind "room" (lambda () (union (call "ball") (transform (call (string-append "o" "dd")) (translate [2 0 0])))))\n'
+    '(bind "ball" (lambda () (call "sphere")))\n(bind (string-append "o" "dd") (lambda () (call "cube")))'
+)
+PASSING = (
+    '(bind "wall" (lambda () (transform (call "cube" :scale [2 2 .1]) (translate [0 0 1]))))\n'
+    '(bind "ball" (lambda () (call "sphere" :radius .3)))\n'
+    '(bind "film" (lambda () (frames (for/list ((x [-2 0 2])) (union (call "wall") (transform (call "ball") (translate [x 0 0])))))))'
+)
+
+
+def _made(tmp_path: Path, program: str, spec: str) -> Path:
+    from scenelang.datasets.running import dataset
+
+    (tmp_path / "a.scene").write_text(program)
+    (tmp_path / "spec.toml").write_text(f"programs = 'a.scene'\n{spec}")
+    dataset(tmp_path / "spec.toml", tmp_path / "out", jobs=0)
+    return tmp_path / "out"
+
+
+def test_words_outside_of_the_classes_have_categories(tmp_path: Path) -> None:
+    spec = "count = 1\nroot = 'room'\n[pictures]\nsize = 32\n[cameras]\nazimuth = 0\nelevation = 20\n"
+    spec += "[labels]\nwrite = ['instance', 'depth', 'boxes', 'visibility']\n[output]\nformats = ['coco', 'bop']"
+    out = _made(tmp_path, COMPUTED, spec)
+    for name in ("instances_train", "panoptic_train"):
+        document = json.loads((out / "coco" / "annotations" / f"{name}.json").read_text())
+        numbers = {each["name"]: each["id"] for each in document["categories"]}
+        assert numbers["odd"] == max(numbers.values()) < 100
+        used = {
+            each["category_id"] for one in document["annotations"] for each in one.get("segments_info", [one])
+        }  # fmt: skip
+        assert numbers["odd"] in used <= set(numbers.values())
+    classes = json.loads((out / "bop" / "classes.json").read_text())
+    truth = json.loads((out / "bop" / "train" / "000000" / "scene_gt.json").read_text())
+    assert {classes[str(each["obj_id"])] for each in truth["0"]} == {"ball", "odd"}
+    assert set(json.loads((out / "bop" / "models" / "models_info.json").read_text())) <= set(classes)
+
+
+def test_hidden_things_stay_in_their_films(tmp_path: Path) -> None:
+    spec = "count = 1\nroot = 'film'\n[pictures]\nsize = 64\n[cameras]\nazimuth = 0\nelevation = 0\ndistance = 9\ntarget = [0, 0, 0]\n"
+    spec += (
+        "[labels]\nwrite = ['instance', 'boxes', 'visibility']\nwords = ['ball', 'wall']\n[output]\nformats = ['mot']"
+    )
+    own = _made(tmp_path, PASSING, spec) / "mot" / "train" / "000000000" / "gt"
+    words = json.loads((own / "words.json").read_text())
+    (ball,) = (int(number) for number, word in words.items() if word == "ball")
+    rows = np.array([[float(x) for x in line.split(",")] for line in (own / "gt.txt").read_text().splitlines()])
+    balls = rows[rows[:, 1] == ball]
+    assert balls[:, 0].tolist() == [1, 2, 3]
+    assert balls[:, 8].tolist() == [1.0, 0.0, 1.0]
+    x, _, width, height = balls[1, 2:6]
+    assert x - 1 + width / 2 == pytest.approx(32, abs=0.02)  # of the middle, counted from 0
+    assert np.allclose(balls[:, 4:6], [width, height], rtol=0.2)
+
+
+def test_nerfstudio_has_millimetres_and_shared_intrinsics_only(layouts: Path, tmp_path: Path) -> None:
+    from scenelang.datasets.making import decoded
+
+    own = layouts / "nerfstudio" / "000000000"
+    document = json.loads((own / "transforms.json").read_text())
+    assert document["depth_unit_scale_factor"] == 0.001
+    assert document["fl_x"] == document["frames"][0]["fl_x"]
+    assert (
+        1_000 < int(decoded("depth.png", (own / document["frames"][0]["depth_file_path"]).read_bytes()).max()) < 60_000
+    )
+    spec = "count = 1\n[pictures]\nsize = 16\n[cameras]\nviews = 2\nazimuth = { uniform = [0, 9] }\nfov = { uniform = [20, 60] }\n"
+    spec += "[output]\nformats = ['nerfstudio']"
+    out = _made(tmp_path, '(bind "a" (lambda () (call "cube")))', spec)
+    varied = json.loads((out / "nerfstudio" / "000000000" / "transforms.json").read_text())
+    assert not {"fl_x", "fl_y", "cx", "cy"} & set(varied)
+    assert varied["frames"][0]["fl_x"] != varied["frames"][1]["fl_x"]

@@ -228,7 +228,7 @@ def test_semantic_primitives_are_things_without_drawn_words(tmp_path: Path) -> N
 
 def test_an_empty_view_is_a_sample_without_things(tmp_path: Path) -> None:
     text = '(bind "a" (lambda () (call "ball-word")))'
-    spec = "[pictures]\nsize = 16\n[cameras]\nkind = 'trajectory'\neyes = [[0, 0, 9], [1, 0, 9]]\ntarget = [0, 0, 20]\n[labels]\nwrite = ['instance', 'semantic', 'levels', 'depth', 'normals', 'boxes', 'visibility', 'keypoints', 'graph', 'captions']"
+    spec = "[pictures]\nsize = 16\n[cameras]\nkind = 'trajectory'\neyes = [[0, 0, 9], [1, 0, 9]]\ntarget = [0, 0, 20]\n[labels]\nwrite = ['instance', 'semantic', 'levels', 'depth', 'normals', 'boxes', 'visibility', 'keypoints', 'graph', 'captions']\nkeypoints = 'ball-word'"
     files = made(tmp_path, text, spec).items[0].files
     record = json.loads(files["json"])
     assert record["things"] == []

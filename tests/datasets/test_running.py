@@ -252,6 +252,70 @@ def test_failures_are_recorded_and_counted(tmp_path: Path) -> None:
     assert dataset(spec, tmp_path / "strict", jobs=1, resume=True).digest == report.digest
 
 
+def test_a_run_whose_every_sample_fails_exits_with_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec = _failing(tmp_path, SOME_FAIL, "[params]\nn = 5")
+    assert main(["dataset", str(spec), "-o", str(tmp_path / "out"), "-q"]) == 1
+    told = capsys.readouterr()
+    assert "error[E" in told.err
+    assert "a.scene:2" in told.err
+    assert ", first of 000000000: " in told.out
+    assert "`scenelang dataset sample SPEC 000000000 -o OUT` makes such a sample alone" in told.out
+
+
+def test_a_huge_count_lists_no_shards(tmp_path: Path) -> None:
+    spec = _failing(tmp_path, SOME_FAIL, "[params]\nn = 5\n[output]\nshard = 1")
+    for jobs in (0, 1):
+        with pytest.raises(SceneError, match="more than 2"):
+            dataset(spec, tmp_path / f"out{jobs}", jobs=jobs, count=1_000_000_000, max_failures=2)
+
+
+def test_wrong_numbers_of_the_api_are_usage_errors(folder: Path, tmp_path: Path) -> None:
+    from scenelang.grammar.diagnostics import UsageError
+
+    wrong: list[dict[str, Any]] = [{"gpus": -1.0}, {"part": "0/2"}, {"part": (0, 2, 3)}]
+    for settings in wrong:
+        with pytest.raises((UsageError, SceneError, TypeError)) as caught:
+            dataset(folder / "spec.toml", tmp_path / "out", **settings)
+        assert not isinstance(caught.value, TypeError)
+    assert not (tmp_path / "out").exists()
+
+
+def test_remote_stores_are_checked_before_anything_is_made(folder: Path, layouts: Path) -> None:
+    with pytest.raises(SceneError, match="workers do not see memory://none"):
+        dataset(folder / "spec.toml", "memory://none", jobs=1)
+    with pytest.raises(SceneError, match=r"coco, kitti, .* written to local folders only"):
+        dataset(folder / "everything.toml", "memory://none", jobs=0)
+    with pytest.raises(SceneError, match=r"coco, kitti, .* written to local folders only"):
+        merge_datasets([layouts], "memory://none")
+    with pytest.raises(SceneError, match="is not a dataset"):
+        dataset_status("memory://none")
+
+
+def test_a_failed_start_leaves_nothing(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from scenelang.datasets import working
+
+    monkeypatch.setattr(working, "_CODE", "import os; os._exit(9)")
+    with pytest.raises(SceneError, match="workers end before they begin"):
+        dataset(folder / "spec.toml", tmp_path / "out")
+    assert not (tmp_path / "out" / "dataset.json").exists()
+
+
+def test_stray_shards_missing_formats_and_leaks_are_found(copy: Path, layouts: Path, tmp_path: Path) -> None:
+    first = sorted(copy.glob("t*.tar"))[0]
+    shutil.copy(first, copy / "train-000099.tar")
+    assert [each.message for each in verify_dataset(copy)] == ["`train-000099.tar` belongs to no shard"]
+    shutil.copytree(layouts, tmp_path / "layouts")
+    shutil.rmtree(tmp_path / "layouts" / "bop")
+    assert [each.message for each in verify_dataset(tmp_path / "layouts")] == ["the folder `bop` is missing"]
+    (tmp_path / "a.scene").write_text('(param n 1)\n(bind "a" (lambda () (call "cube")))')
+    spec = tmp_path / "leak.toml"
+    spec.write_text(
+        "programs = 'a.scene'\ncount = 8\n[params]\nn = [1, 2]\n[pictures]\nsize = 8\n[splits]\nby = 'n'\ntrain = [1]\ntest = [2]"
+    )
+    dataset(spec, tmp_path / "leak", jobs=0)
+    assert any("which leaks" in each.message for each in verify_dataset(tmp_path / "leak"))
+
+
 def test_programs_that_never_end_are_ended(tmp_path: Path) -> None:
     spec = _failing(tmp_path, HOSTILE, "[params]\nn = [0, 1]\n[limits]\nseconds = 0.5\nsteps = 1000000000")
     report = dataset(spec, tmp_path / "out", jobs=2)

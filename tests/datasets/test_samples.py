@@ -46,6 +46,54 @@ def test_splits_by_scene_hold_equal_scenes_together(read: Read) -> None:
     assert {split for splits in where.values() for split in splits} == {"train", "test"}
 
 
+def test_splits_by_scene_ignore_what_changes_no_scene(tmp_path: Path) -> None:
+    from scenelang.datasets.spec import spec_of
+
+    (tmp_path / "a.scene").write_text('(param n 1)\n(bind "a" (lambda () (call "cube" :scale n)))')
+    (tmp_path / "b.scene").write_text('(param other 1)\n(bind "b" (lambda () (call "cube" :color [1 0 0])))')
+    text = (
+        "programs = ['a.scene', 'b.scene']\n[params]\nn = [1, 2]\nother = { uniform = [0, 1] }\n[pictures]\nsize = 8\n"
+    )
+    text += "[words.b]\nroughness = { uniform = [0, 1] }\n[splits]\ntrain = 0.5\ntest = 0.5\n"
+    maker = Maker(spec_of(text, "s", tmp_path))
+    where: dict[object, set[str]] = {}
+    for index in range(30):
+        draw = maker.make(index).draw
+        scene = (draw.program, draw.params["n"]) if draw.program.endswith("a.scene") else index
+        where.setdefault(scene, set()).add(draw.split)
+    assert len(where) > 4
+    assert all(len(splits) == 1 for splits in where.values())
+
+
+def test_a_param_applies_to_the_programs_that_have_it(tmp_path: Path) -> None:
+    from scenelang.datasets.spec import spec_of
+
+    (tmp_path / "a.scene").write_text('(param n 1)\n(bind "a" (lambda () (call "cube" :scale n)))')
+    (tmp_path / "b.py").write_text('@register()\ndef box():\n    return primitive_call("cube")\n')
+    maker = Maker(spec_of("programs = ['a.scene', 'b.py']\n[params]\nn = [1, 2]\n[pictures]\nsize = 8", "s", tmp_path))
+    assert {Path(maker.make(index).draw.program).name for index in range(8)} == {"a.scene", "b.py"}
+
+
+def test_visible_filters_judge_every_picture(tmp_path: Path) -> None:
+    from scenelang.datasets.spec import spec_of
+
+    (tmp_path / "a.scene").write_text(
+        '(bind "ball" (lambda () (call "sphere")))\n(bind "a" (lambda () (frames (list (call "ball") (call "cube")))))'
+    )
+    text = "programs = 'a.scene'\nroot = 'a'\n[pictures]\nsize = 16\n[filters]\nattempts = 2\n[filters.visible]\nball = 0.01"
+    with pytest.raises(SampleFailure, match='2 with too little of "ball"'):
+        Maker(spec_of(text, "s", tmp_path)).make(0)
+
+
+def test_limits_are_named_as_the_spec_does(tmp_path: Path) -> None:
+    from scenelang.datasets.spec import spec_of
+
+    (tmp_path / "a.scene").write_text('(bind "a" (lambda () (let loop ((i 0)) (loop (+ i 1)))))')
+    with pytest.raises(SampleFailure) as caught:
+        Maker(spec_of("programs = 'a.scene'\n[pictures]\nsize = 8\n[limits]\nsteps = 5000", "s", tmp_path)).make(0)
+    assert str(caught.value.diagnostic.hint).endswith("raise the limit with `steps` in [limits]")
+
+
 def test_splits_by_program_hold_equal_texts_together(tmp_path: Path) -> None:
     from scenelang.datasets.spec import spec_of
 
@@ -190,7 +238,7 @@ def test_captions_are_made_of_words(read: Read) -> None:
     assert caption("'{count:ball} in a {word}'") == "2 in a room"
     assert sorted(caption("'{things}'").replace(" and ", ", ").split(", ")) == ["1 stool", "2 balls", "2 legs"]
     assert caption("'{count:leg} legs, {param:balls}'") == "2 legs, 2"
-    with pytest.raises(SampleFailure, match=r"unknown field `\{thing\}`"):
+    with pytest.raises(SceneError, match=r"unknown field `\{thing\}`"):
         caption("'{thing}'")
 
 

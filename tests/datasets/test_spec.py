@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from scenelang.datasets.making import classes_of
+from scenelang.datasets.naming import classes_of
 from scenelang.datasets.spec import Distribution, Spec, varied
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
 
 Read = Callable[..., Spec]
 HEAD = 'programs = "room.scene"\n'
+ORTHOGRAPHIC = (
+    HEAD
+    + "[cameras]\northographic = true\n[labels]\nwrite = ['instance', 'depth', 'boxes', 'visibility']\n"
+    + "[output]\nformats = ['{}']"
+)
 
 
 @pytest.mark.parametrize(
@@ -24,7 +30,30 @@ HEAD = 'programs = "room.scene"\n'
         ("programs = 'room.scene'\ncount = 'x'", 2, 1, "`count`: expected a whole number, got 'x'", None),
         ("programs = 'room.scene'\ncount = 0", 2, 1, "`count`: expected 1 to", None),
         ("count = 3", 1, 1, "name at least one program", None),
-        ("programs = ['no-*.scene']", 1, 1, "nothing matches `no-*.scene`", "paths are relative"),
+        ("programs = ['no-*.scene']", 1, 13, "no program matches `no-*.scene`", "paths are relative"),
+        ("programs = ['room.scene', 'spec.toml']", 1, 27, "`spec.toml` is no program", "programs end in .scene"),
+        ("programs = ['']", 1, 13, "no program matches ``", None),
+        ("programs = ['room.scene', 'empty']", 1, 27, "`empty` has no program", None),
+        ("programs = ['*.toml']", 1, 13, "no program matches `*.toml`", None),
+        (HEAD + "seed = 1" + "0" * 5000, 2, 8, "an integer has thousands of digits", "64 bits"),
+        (HEAD + "seed = 0x1" + "0" * 5000, 2, 1, "`seed`: the integer is too large", "64 bits"),
+        (HEAD + "[params]\nballs = { integer = [0, 9223372036854775808] }", 3, 25, "`integer`: the integer is too large", None),
+        (HEAD + "[params]\nballs = { uniform = [-1.7e308, 1.7e308] }", 3, 11, "at most 1e+300", None),
+        (HEAD + "[params]\nballs = { normal = [0, 1e308] }", 3, 11, "at most 1e+300", None),
+        (HEAD + "[params]\nballs = { choice = [1, 2], weights = [inf, 1] }", 3, 28, "expected finite numbers", None),
+        (HEAD + "[params]\nballs = { choice = [1, 2], weights = [nan, 1] }", 3, 28, "expected finite numbers", None),
+        (HEAD + "[cameras]\ntarget = [0, nan, 0]", 3, 1, "expected three finite numbers", None),
+        (HEAD + "[cameras]\nkind = 'file'\nfiles = 'spec.toml'", 4, 1, "is not a camera file", None),
+        (HEAD + "[words.ball]\ncolor = ['redd']", 3, 1, "unknown colour", "did you mean"),
+        (HEAD + "[words.ball]\nroughness = ['rough']", 3, 1, "`roughness`: expected numbers", None),
+        (HEAD + "[words.ball]\nbind = ['(lambda (']", 3, 1, "`bind`: ", None),
+        (HEAD + "[words.ball]\nbind = ['1 2']", 3, 1, "expected one expression, got 2", None),
+        (HEAD + "[captions]\ntemplates = ['{things}', '{thing}']", 3, 26, "unknown field `{thing}`", "`things`"),
+        (HEAD + "[labels]\nwrite = ['keypoints']", 3, 1, "keypoints of no words", None),
+        (ORTHOGRAPHIC.format("nerfstudio"), 7, 1, "nerfstudio has no orthographic cameras", None),
+        (ORTHOGRAPHIC.format("colmap"), 7, 1, "colmap has no orthographic cameras", None),
+        (ORTHOGRAPHIC.format("bop"), 7, 1, "bop has no orthographic cameras", None),
+        (ORTHOGRAPHIC.format("kitti"), 7, 1, "kitti has no orthographic cameras", None),
         ("programs = ['room.scene'\ncount = 3", 2, 1, "this is not TOML", None),
         (HEAD + "[params]\nballs = { uniform = [3, 1] }", 3, 11, "the range [3, 1] is empty", "write [1, 3]"),
         (HEAD + "[params]\nballs = { unifrom = [1, 3] }", 3, 11, "unknown `unifrom`", "did you mean `uniform`?"),
@@ -73,6 +102,69 @@ def test_ranges_of_splits_may_not_overlap(read: Read) -> None:
     with pytest.raises(SceneError, match="is also in `train`"):
         read(text + "train = [1, 2]\ntest = [2, 3]")
     assert read(text + "train = { range = [1, 4] }\ntest = 'rest'").splits is not None
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "told", "hint"),
+    [
+        ("root = 'rom'", 2, "no program has the word `rom`", "did you mean `room`?"),
+        ("[words.bal]\nroughness = 1", 2, "no program has the word `bal`", "did you mean `ball`?"),
+        ("[labels]\nwords = ['bal']", 3, "no program has the word `bal`", "did you mean `ball`?"),
+        ("[labels]\nkeypoints = ['lg']", 3, "no program has the word `lg`", "did you mean `leg`?"),
+        ("[filters.visible]\nbal = 0.1", 3, "no program has the word `bal`", "did you mean `ball`?"),
+        ("[params]\nbals = 1", 3, "no program has the param `bals`", "did you mean `balls`?"),
+    ],
+)
+def test_unknown_names_are_told_with_their_place(read: Read, text: str, line: int, told: str, hint: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        classes_of(read(HEAD + text))
+    assert (caught.value.diagnostic.code, caught.value.message, caught.value.hint) == ("E921", told, hint)
+    assert isinstance(caught.value.span, Span)
+    assert caught.value.span.source.position(caught.value.span.start)[0] == line
+
+
+def test_unknown_words_of_programs_that_compute_words_are_warnings(tmp_path: Path) -> None:
+    from scenelang.datasets.naming import warnings_of
+    from scenelang.datasets.spec import spec_of
+
+    (tmp_path / "a.scene").write_text(
+        '(define w "thing")\n(bind "a" (lambda () (call w)))\n(bind w (lambda () (call "cube")))'
+    )
+    spec = spec_of("programs = 'a.scene'\n[labels]\nwords = ['thing', 'thingg']", "s", tmp_path)
+    assert set(classes_of(spec)) == {"thing", "thingg"}
+    assert "no program has the word `thingg`" in [each.message for each in warnings_of(spec)]
+
+
+def test_params_of_a_dataset_of_python_must_be_known(tmp_path: Path) -> None:
+    from scenelang.datasets.spec import spec_of
+
+    (tmp_path / "a.py").write_text('@register()\ndef box():\n    return primitive_call("cube")\n')
+    with pytest.raises(SceneError, match="no program has the param `n`"):
+        classes_of(spec_of("programs = 'a.py'\n[params]\nn = 3", "s", tmp_path))
+
+
+def test_the_digest_has_the_content_of_cameras_and_no_folders(tmp_path: Path) -> None:
+    from scenelang.backends.pictures.camera import Camera, camera_to_json
+    from scenelang.datasets.spec import read_spec
+
+    text = "programs = ['a.scene', '../b.scene']\n[cameras]\nkind = 'file'\nfiles = 'camera.json'"
+    inner = np.array([[9.0, 0, 4], [0, 9, 4], [0, 0, 1]])
+    camera = Camera(8, 8, inner, np.eye(4), "perspective")
+    for name in ("one", "two"):
+        own = tmp_path / name / "specs"
+        own.mkdir(parents=True)
+        (own / "spec.toml").write_text(text)
+        for program in (own / "a.scene", own.parent / "b.scene"):
+            program.write_text('(bind "a" (lambda () (call "cube")))')
+        (own / "camera.json").write_text(json.dumps(camera_to_json(camera)))
+    one, two = (read_spec(tmp_path / name / "specs" / "spec.toml") for name in ("one", "two"))
+    assert [one.program_name(path) for path in one.programs] == ["a.scene", "../b.scene"]
+    assert one.digest == two.digest
+    moved = np.eye(4)
+    moved[2, 3] = 1.0
+    other = tmp_path / "two" / "specs" / "camera.json"
+    other.write_text(json.dumps(camera_to_json(Camera(8, 8, inner, moved, "perspective"))))
+    assert read_spec(tmp_path / "two" / "specs" / "spec.toml").digest != one.digest
 
 
 def test_a_param_that_no_program_has(read: Read) -> None:
