@@ -38,6 +38,7 @@ SHOWN: dict[str, tuple[str, str, int | None]] = {
     "combinators": ("combinators", "azimuth=20,elevation=28", None),
     "materials": ("materials", "azimuth=14,elevation=32", None),
     "toys": ("toys", "azimuth=20,elevation=18", None),
+    "datasets-clevr": ("datasets/clevr", "azimuth=25,elevation=30", None),
     "water-mill": ("water-mill", "azimuth=35,elevation=25", None),
 }
 QUALITIES = {"final": "", "draft": "-draft"}

@@ -97,11 +97,14 @@ def with_evaluated_parts(
     with_text: bool = True,
     finish: Finish | None = None,
 ) -> Translation:
-    """Translate again, with the parts evaluated in which the checker has found errors."""
+    """Translate again, with the parts evaluated in which the checker, or a run, has found errors.
+
+    Loops are written out: what remains of a loop would fail as the translation has.
+    """
     text = parse_python(source)
     analysed = analyse(text)
     found = [*_translation(text, analysed, False, None).diagnostics, *errors]
-    return _with_evaluated_parts(text, analysed, translation, found, with_text, finish)
+    return _with_evaluated_parts(text, analysed, translation, found, with_text, finish, ("unrolled", "drawn"))
 
 
 def _with_evaluated_parts(
@@ -111,6 +114,7 @@ def _with_evaluated_parts(
     found: Sequence[Diagnostic],
     with_text: bool,
     finish: Finish | None,
+    ways: Sequence[str] = ("loops", "unrolled", "drawn"),
 ) -> Translation:
     from scenelang.interpreter.transpile.evaluation.folding import fold
 
@@ -119,10 +123,10 @@ def _with_evaluated_parts(
     for _ in range(_MAX_ROUNDS):  # what remains may have errors in other parts
         more: list[Diagnostic] = []
         best: Translation | None = None
-        for way in ("loops", "unrolled", "drawn"):
+        for way in ways:
             remaining = fold(text, root, errors, way)
             folded = remaining.text
-            if isinstance(folded, Diagnostic) and way == "loops":
+            if isinstance(folded, Diagnostic) and way == ways[0]:
                 return _refused(folded, found, translation)
             if not isinstance(folded, PythonText):
                 continue
@@ -132,7 +136,7 @@ def _with_evaluated_parts(
             is_short = best is not None and len(best.text) <= len(text.source.text)
             if best is not None and (is_short or not remaining.has_loops or way == "unrolled"):
                 return best
-            more += [d for d in second.diagnostics if d.is_error] if way == "loops" else []
+            more += [d for d in second.diagnostics if d.is_error] if way == ways[0] else []
         if best is not None:
             return best
         if not more:

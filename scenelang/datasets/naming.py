@@ -22,7 +22,7 @@ _MOST_LISTED = 12
 
 
 @dataclass(frozen=True, slots=True)
-class Names:
+class SpecNames:
     """Params and words of all programs of a spec; ``is_sure`` tells whether there can be no further words."""
 
     params: frozenset[str]
@@ -51,7 +51,7 @@ def named_program(path: str, bound: tuple[str, ...]) -> tuple[Source, tuple[str,
     return source, params, tuple(sorted({*program.all_words, *called})), is_sure
 
 
-def names_of(spec: Spec) -> Names:
+def names_of(spec: Spec) -> SpecNames:
     """Return what the programs of a spec name, with the words of its own expressions."""
     found = [named_program(path, ()) for path in spec.programs]
     params = {name for _, own, _, _ in found for name in own}
@@ -59,7 +59,7 @@ def names_of(spec: Spec) -> Names:
     texts = [text for change in spec.words.values() if change.bind is not None for text in change.bind.values]
     words.update(word for text in texts for word in _CALLED.findall(text))
     is_sure = all(sure for *_, sure in found) and not any(map(_COMPUTED.search, texts))
-    return Names(frozenset(params), frozenset(words), is_sure)
+    return SpecNames(frozenset(params), frozenset(words), is_sure)
 
 
 def classes_of(spec: Spec) -> dict[str, int]:
@@ -86,13 +86,13 @@ def warnings_of(spec: Spec) -> list[Diagnostic]:
     return [Diagnostic("near-word", each.message, each.span, each.hint) for each in found]
 
 
-def _check_params(spec: Spec, names: Names) -> None:
+def _check_params(spec: Spec, names: SpecNames) -> None:
     for name in spec.params:
         if name not in names.params:
             raise _error(spec, ("params", name), f"no program has the param `{name[:60]}`", _near(name, names.params))
 
 
-def _unknown_words(spec: Spec, names: Names) -> Iterable[tuple[KeyPath, str, str | None]]:
+def _unknown_words(spec: Spec, names: SpecNames) -> Iterable[tuple[KeyPath, str, str | None]]:
     """Yield the place, a message and a hint for each word of the spec that no program names."""
     labelled = spec.labels
     given: list[tuple[KeyPath, Sequence[str]]] = [(("root",), [spec.root] if spec.root is not None else [])]

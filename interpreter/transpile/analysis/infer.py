@@ -437,9 +437,16 @@ class Departures:
         body = walk_tree(*node.body)
         stored = {n.id for n in body if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
         own = {n.id for n in inside if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)} | parameters
-        shared = {*looks} - own | given
+        modules = {
+            (alias.asname or alias.name).partition(".")[0]
+            for each in walk_tree(self._tree)
+            if isinstance(each, (ast.Import, ast.ImportFrom))
+            for alias in each.names
+        }
+        modules |= {"math", "np", "numpy", "random"}  # which the helper API brings
+        shared = ({*looks} - own | given) - modules
         changed = (_changed_names(body) | stored) & shared
-        seen = {n.id for n in body if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)} & changes - stored
+        seen = {n.id for n in body if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)} & (changes - modules) - stored
         return [(node.iter, "a generator that looks at what the loop over it changes")] if changed or seen else []
 
     # --- places ------------------------------------------------------------------------------------------------
