@@ -326,7 +326,11 @@ class _TarFile:
     ending = "tar"
 
     def __init__(self, path: Path, plan: Plan) -> None:
-        self._tar = tarfile.open(path, "w", format=tarfile.USTAR_FORMAT)  # noqa: SIM115 - closed by `close`
+        self._raw = io.FileIO(path, "wb")
+        self._file = io.BufferedWriter(self._raw)
+        self._tar = tarfile.open(  # noqa: SIM115 - closed by `close` or `discard`
+            fileobj=self._file, mode="w", format=tarfile.USTAR_FORMAT
+        )
 
     def add(self, key: str, files: Files) -> None:
         for name in sorted(files):
@@ -336,6 +340,13 @@ class _TarFile:
 
     def close(self) -> None:
         self._tar.close()
+        self._file.close()
+
+    def discard(self) -> None:
+        """Close the file without its content: what is buffered must not fail again when the object is collected."""
+        self._raw.seek(0)
+        self._raw.truncate(0)
+        self._file.close()
 
 
 class _ParquetFile:
@@ -368,6 +379,11 @@ class _ParquetFile:
 
     def close(self) -> None:
         self._flush()
+        self._writer.close()
+
+    def discard(self) -> None:
+        """Close the file without the rows that are not written yet."""
+        self._rows.clear()
         self._writer.close()
 
 
@@ -443,7 +459,9 @@ class ShardFiles:
 
     def abandon(self) -> None:
         """Remove what has not been committed."""
-        for _, _, context in self._open.values():
+        for writer, _, context in self._open.values():
+            with suppress(Exception):
+                writer.discard()
             with suppress(Exception):
                 context.__exit__(SceneError, SceneError("file", "abandoned"), None)
         self._open.clear()

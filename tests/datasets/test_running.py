@@ -176,6 +176,24 @@ def test_a_full_disk_leaves_a_state_that_resumes(made: Path, folder: Path, tmp_p
     assert contents(out) == contents(made)
 
 
+def test_what_is_buffered_does_not_fail_again(made: Path, folder: Path, tmp_path: Path) -> None:
+    import gc
+    import warnings
+
+    from scenelang.datasets.store import Store, _TarFile, read_plan
+
+    plan = read_plan(Store(made))
+    assert plan is not None
+    written = _TarFile(tmp_path / "x.tar", plan)
+    written.add("000000000", {"json": b"{}"})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # a file that is left open warns when it is collected
+        written.discard()
+        assert (tmp_path / "x.tar").stat().st_size <= 16_384
+        del written
+        gc.collect()
+
+
 def test_parts_are_merged(made: Path, folder: Path, tmp_path: Path) -> None:
     for k in range(2):
         report = dataset(folder / "spec.toml", tmp_path / str(k), jobs=0, part=(k, 2))
