@@ -46,13 +46,15 @@ def walk_tree(*nodes: ast.AST) -> list[ast.AST]:
     """Return nodes and all nodes in them, without contexts; outer nodes come first."""
     found = [*nodes]
     for node in found:  # which grows
-        for name in _NODE_FIELDS[node.__class__]:
-            value = getattr(node, name, None)
-            if value.__class__ is list:
-                found += [each for each in value if isinstance(each, ast.AST)]
-            elif isinstance(value, ast.AST):
-                found.append(value)
+        found += child_nodes(node)
     return found
+
+
+def variable_of(node: ast.AST) -> ast.Name | None:
+    """Return the variable before all dots and indices of an expression, None if there is none."""
+    while isinstance(node, (ast.Attribute, ast.Subscript)):
+        node = node.value
+    return node if isinstance(node, ast.Name) else None
 
 
 # The helper API that a language model's Python uses (the paper's macros as Python functions, section 5).

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
@@ -57,7 +58,7 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     PythonVariable,
     is_annotation,
 )
-from scenelang.interpreter.transpile.python_text import child_nodes, walk_tree
+from scenelang.interpreter.transpile.python_text import child_nodes, variable_of, walk_tree
 
 # Inference of a whole program.
 
@@ -380,12 +381,9 @@ def _changed_names(nodes: Iterable[ast.AST]) -> set[str]:
     found: set[str] = set()
     for node in nodes:
         is_method = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
-        target: ast.AST = node.func if is_method and isinstance(node, ast.Call) else node
-        is_stored = isinstance(target, (ast.Attribute, ast.Subscript)) and not isinstance(target.ctx, ast.Load)
-        while (is_method or is_stored) and isinstance(target, (ast.Attribute, ast.Subscript)):
-            target = target.value
-        if (is_method or is_stored) and isinstance(target, ast.Name):
-            found.add(target.id)
+        is_stored = isinstance(node, (ast.Attribute, ast.Subscript)) and not isinstance(node.ctx, ast.Load)
+        variable = variable_of(node.func if isinstance(node, ast.Call) else node) if is_method or is_stored else None
+        found |= {variable.id} if variable is not None else set()
     return found
 
 
@@ -437,17 +435,17 @@ class Departures:
         body = walk_tree(*node.body)
         stored = {n.id for n in body if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
         own = {n.id for n in inside if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)} | parameters
-        modules = {
-            (alias.asname or alias.name).partition(".")[0]
-            for each in walk_tree(self._tree)
-            if isinstance(each, (ast.Import, ast.ImportFrom))
-            for alias in each.names
-        }
-        modules |= {"math", "np", "numpy", "random"}  # which the helper API brings
-        shared = ({*looks} - own | given) - modules
-        changed = (_changed_names(body) | stored) & shared
-        seen = {n.id for n in body if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)} & (changes - modules) - stored
+        read = {n.id for n in body if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
+        changed = (_changed_names(body) | stored) & (looks - own | given) - self._modules
+        seen = read & changes - self._modules - stored
         return [(node.iter, "a generator that looks at what the loop over it changes")] if changed or seen else []
+
+    @cached_property
+    def _modules(self) -> set[str]:
+        """Names of modules, which change nothing: imported ones, and those of the helper API."""
+        imports = (each for each in walk_tree(self._tree) if isinstance(each, (ast.Import, ast.ImportFrom)))
+        named = {(alias.asname or alias.name).partition(".")[0] for each in imports for alias in each.names}
+        return named | {"math", "np", "numpy", "random"}
 
     # --- places ------------------------------------------------------------------------------------------------
 

@@ -52,7 +52,7 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     node_of,
     place,
 )
-from scenelang.interpreter.transpile.python_text import PythonText
+from scenelang.interpreter.transpile.python_text import PythonText, variable_of
 
 MAX_NODES = 60_000  # of a residual function
 _DRAWS = words(
@@ -144,13 +144,9 @@ def _changed(node: ast.AST) -> set[str]:
     """Return the variables whose values a statement may change: those before a dot or an index."""
     found: set[str] = set()
     for each in ast.walk(node):
-        if isinstance(each, (ast.Attribute, ast.Subscript)):
-            target: ast.expr = each
-            while isinstance(target, (ast.Attribute, ast.Subscript)):
-                target = target.value
-            is_call = isinstance(each, ast.Attribute) and isinstance(each.ctx, ast.Load)
-            if isinstance(target, ast.Name) and (is_call or not isinstance(each.ctx, ast.Load)):
-                found.add(target.id)
+        if isinstance(each, ast.Attribute) or (isinstance(each, ast.Subscript) and not isinstance(each.ctx, ast.Load)):
+            variable = variable_of(each)
+            found |= {variable.id} if variable is not None else set()
     return found
 
 
@@ -662,7 +658,7 @@ class Folding:
         if isinstance(value.node, ast.Name):
             return value
         if isinstance(value.node, ast.Subscript) and isinstance(value.node.slice, ast.Constant):
-            if isinstance(value.node.value, ast.Name) and value.node.value.id in self._root().parameters:
+            if isinstance(value.node.value, ast.Name) and value.node.value.id in self.parts[-1].root.parameters:
                 return Residual(copy.deepcopy(value.node), value.kind, self)  # an item of a parameter
         current = self.parts[-1]
         home = self._names.parts.get(value.name)
@@ -679,13 +675,6 @@ class Folding:
         if node is not value.node:
             part.values[value.name].node = value.node = node
         return Residual(ast.Name(value.name, ast.Load()), value.kind, self)
-
-    def _root(self) -> Part:
-        """Return the part of the function that is being written."""
-        part = self.parts[-1]
-        while part.outer is not None:
-            part = part.outer
-        return part
 
     def _brought(self, node: ast.expr, part: Part) -> ast.expr:
         """Return an expression with values of other functions, or of loops that have ended, written out."""
@@ -746,8 +735,8 @@ class Folding:
             for key, value in given.items()
             if is_general(value)
         }
-        specialised = {1: ("int",)}.get(self.loops.level_of(function.node), ())
-        return {key for key, kind in kinds.items() if kind not in specialised}
+        are_integers_specialised = self.loops.level_of(function.node) > 0
+        return {key for key, kind in kinds.items() if kind != "int" or not are_integers_specialised}
 
     def _parameter(self, name: str, function: Any, key: str, value: Any) -> Any:
         """Return the residual value of a parameter: one, or a tuple of them for a tuple."""

@@ -158,16 +158,11 @@ class Loops:
             names += [n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
             self._reserved |= {*names} if not isinstance(node, (ast.FunctionDef, ast.ClassDef)) else {names[0]}
 
-    @property
-    def is_inside(self) -> bool:
-        """Whether the body of a loop that remains is being evaluated."""
-        return bool(self._around)
-
     def failure(self) -> Unroll:
         """Return the exception that unrolls the innermost loop."""
         if not self._around:
             self._plan.is_off = True
-            return Unroll(None, ())
+            return Unroll()
         return Unroll(self._around[-1], tuple(self._around[:-1]))
 
     @contextmanager
@@ -189,11 +184,9 @@ class Loops:
         """Raise an exception if the body of a loop takes an item of an iterator from before the loop."""
         if not self._around or not isinstance(value, (PythonGenerator, Iterator)):
             return
-        part: Part | None = self._folding.parts[-1]
-        while part is not None:
-            if part.loop is not None and id(value) in part.loop.reached:
-                raise self.failure()
-            part = part.outer
+        loops = (part.loop for part in self._folding.parts[-1].around())
+        if any(loop is not None and id(value) in loop.reached for loop in loops):
+            raise self.failure()
 
     def may_keep(self, node: ast.AST) -> bool:
         """Return whether a loop or a function is tried."""
@@ -292,7 +285,7 @@ class Loops:
 
     def _unknown(self) -> list[Residual]:
         self._plan.is_off = True
-        raise Unroll(None, ())
+        raise Unroll()
 
     def comprehension(self, node: Any, items: Any, frame: Frame) -> tuple[Residual | None, Any]:
         """Evaluate a comprehension of shapes once for all items; returns None and the items if it is to be unrolled."""
@@ -323,6 +316,10 @@ class Loops:
             made = self._made(loop, node_of(shape))
         return made
 
+    def _heap(self, frame: Frame) -> Heap | None:
+        """Return all that a part of the program can change, None if that is too much."""
+        return Heap.of((frame, self._evaluator.module, *self._folding.streams))
+
     def _refusal(self, node: ast.AST) -> Unroll:
         return Unroll(node, tuple(self._around))
 
@@ -350,7 +347,7 @@ class Loops:
         self, node: ast.AST, items: Any, frame: Frame, changing: Set[str] = frozenset()
     ) -> tuple[Any, Heap | None]:
         """Return the items of a loop, and what its body may not change; None if the loop is to be unrolled."""
-        heap = Heap.of((frame, self._evaluator.module, *self._folding.streams))
+        heap = self._heap(frame)
         self._walked += _MOST_WALKED // 10 if heap is None else len(heap.held)
         if self._walked > _MOST_WALKED_IN_ALL:
             self._plan.is_off = True
@@ -370,13 +367,12 @@ class Loops:
 
     def _listed(self, node: ast.AST, items: Any, heap: Heap, frame: Frame) -> list[Any]:
         """Return the items of an iterator; what it does must not depend on when it does it."""
-        part = self._folding.parts[-1]
-        count = len(part.statements)
         found: list[Any] = []
-        for item in self._evaluator.iterate(items):
-            found.append(item)
-            if len(found) > _MOST:
-                raise self._refusal(node)
+        with self._quiet(lambda: self._refusal(node)):
+            for item in self._evaluator.iterate(items):
+                found.append(item)
+                if len(found) > _MOST:
+                    raise self._refusal(node)
         if isinstance(items, (PythonGenerator, Iterator)) and type(items) is not PythonObject:
             heap.drop(items)
         held = {id(each) for each in heap.held}
@@ -384,8 +380,6 @@ class Loops:
         if isinstance(items, (PythonGenerator, PythonObject)) and (is_mutable and len({*map(id, found)}) < len(found)):
             raise self._refusal(node)  # it may have changed since
         heap.check(frame, set(), [], lambda: self._refusal(node))
-        if len(part.statements) > count:
-            raise self._refusal(node)
         return found
 
     @contextmanager
@@ -429,8 +423,7 @@ class Loops:
     def kind_of_parameter(self, name: str, key: str, value: Any, function: ast.AST | None) -> str:
         """Return the kind of a parameter, or of its items; all calls of a function have to agree."""
         items = value if isinstance(value, (tuple, list)) else [value]
-        kinds = {each.kind if type(each) is Residual else _kind(each) for each in items}
-        kind = kinds.pop() if len(kinds) == 1 else "number" if kinds <= {"int", "float", "number"} else "any"
+        kind = _common_kind(items)
         length = len(value) if isinstance(value, (tuple, list)) else -1
         if self._plan.is_off:
             return kind
@@ -441,9 +434,8 @@ class Loops:
                 raise Unroll(function, tuple(self._around))
             raise self.failure()
         if before not in (kind, "any", *(["number"] if kind in ("int", "float") else [])):
-            both = {kind, before}
-            known[key] = ("number" if both <= {"int", "float", "number"} else "any"), length
-            raise Unroll(None, (), is_again=True)
+            known[key] = _merged({kind, before}), length
+            raise Unroll(is_again=True)
         return before
 
     # --- branches ----------------------------------------------------------------------------------------------
@@ -453,7 +445,7 @@ class Loops:
         usage = self._usage(frame)
         if usage is None or not self.may_keep(node) or any(map(leaves, (*node.body, *node.orelse))):
             return False
-        heap = Heap.of((frame, self._evaluator.module, *self._folding.streams))
+        heap = self._heap(frame)
         if heap is None:
             return False
         inner = [each for part in (*node.body, *node.orelse) for each in ast.walk(part)]
@@ -466,16 +458,10 @@ class Loops:
         with self.inside(node):
             outcomes = []
             for body in (node.body, node.orelse):
-                count = len(self._folding.parts[-1].statements)
-                self._branches.append(heap)
-                try:
+                with self._branch(heap):
                     for _ in self._evaluator.execute(body, frame):
                         raise self.failure()
-                finally:
-                    self._branches.pop()
                 heap.check(frame, names, list(lists.values()), self.failure)
-                if len(self._folding.parts[-1].statements) > count:
-                    raise self.failure()
                 assigned = {name: frame.names.get(name, MISSING) for name in names}
                 outcomes.append((assigned, {name: each[sizes[name] :] for name, each in lists.items()}))
                 for name, value in before.items():
@@ -487,38 +473,46 @@ class Loops:
 
     def choose(self, node: ast.IfExp, test: Residual, frame: Frame) -> Any:
         """Evaluate both values of a conditional expression; returns MISSING if that is not possible."""
-        heap = Heap.of((frame, self._evaluator.module, *self._folding.streams)) if self.may_keep(node) else None
+        heap = self._heap(frame) if self.may_keep(node) else None
         if heap is None or self._usage(frame) is None:
             return MISSING
-        part = self._folding.parts[-1]
-        count = len(part.statements)
         with self.inside(node):
-            self._branches.append(heap)
-            try:
+            with self._branch(heap):
                 values = [self._evaluator.eval(each, frame) for each in (node.body, node.orelse)]
-            finally:
-                self._branches.pop()
             heap.check(frame, set(), [], self.failure)
-            if len(part.statements) > count:
-                raise self.failure()
             return self._choice(test, *values)
 
     def quietly(self, node: ast.expr, frame: Frame) -> Any:
         """Evaluate an expression that Python evaluates in some turns only: it may not draw or print."""
-        part = self._folding.parts[-1]
-        count = len(part.statements)
-        value = self._evaluator.eval(node, frame)
-        if len(part.statements) > count:
-            raise self.failure()
-        return value
+        with self._quiet(self.failure):
+            return self._evaluator.eval(node, frame)
+
+    @contextmanager
+    def _branch(self, heap: Heap) -> Iterator[None]:
+        """Evaluate what Python evaluates in some turns only."""
+        self._branches.append(heap)
+        try:
+            with self._quiet(self.failure):
+                yield
+        finally:
+            self._branches.pop()
+
+    @contextmanager
+    def _quiet(self, failure: Callable[[], Unroll]) -> Iterator[None]:
+        """Raise an exception if something is drawn or printed."""
+        statements = self._folding.parts[-1].statements
+        count = len(statements)
+        yield
+        if len(statements) > count:
+            raise failure()
 
     def _merge(self, test: Residual, outcomes: Sequence[Any], frame: Frame, lists: dict[str, list[Any]]) -> None:
         (first, grown), (second, also_grown) = outcomes
         for name in first:
             values = first[name], second[name]
-            if values[0] is not MISSING or values[1] is not MISSING:
-                is_partial = MISSING in (type(values[0]), type(values[1])) or any(v is MISSING for v in values)
-                frame.names[name] = Poison() if is_partial else self._choice(test, *values)
+            is_missing = [each is MISSING for each in values]
+            if not all(is_missing):
+                frame.names[name] = Poison() if any(is_missing) else self._choice(test, *values)
         for name, items in lists.items():
             if grown[name] or also_grown[name]:
                 shapes = [self._folding.union(each) for each in (grown[name], also_grown[name])]
@@ -532,12 +526,9 @@ class Loops:
             return type(first)(self._choice(test, *pair) for pair in zip(first, second))
         if not all(isinstance(each, (*_SCALARS, Residual, type(None))) for each in (first, second)):
             raise self.failure()
-        kinds = {each.kind if type(each) is Residual else _kind(each) for each in (first, second)}
-        if len(kinds) > 1 and not kinds <= {"int", "float", "number"}:
-            kinds = {"any"} if "shape" not in kinds else set()
-        if not kinds:
+        kind = _common_kind((first, second))
+        if kind != "shape" and (is_shape(first) or is_shape(second)):
             raise self.failure()
-        kind = kinds.pop() if len(kinds) == 1 else "number"
         known = known_result(lambda is_true, a, b: a if is_true else b, (test, first, second))
         node = ast.IfExp(node_of(test), node_of(first), node_of(second))
         found = Residual(node, kind, self._folding, known=known)
@@ -597,28 +588,21 @@ class Loops:
 
     def column(self, loop: KeptLoop, values: Sequence[Any], hint: str) -> Residual:
         """Return a residual value that is another in every turn."""
-        kinds = {_kind(each) for each in values}
-        kind = kinds.pop() if len(kinds) == 1 else "number" if kinds <= {"int", "float", "number"} else "any"
         text = [(type(each), repr(each)) for each in values]
-        for name, known in loop.columns.items():
-            if [(type(each), repr(each)) for each in known] == text:
-                return Residual(ast.Name(name, ast.Load()), kind, self._folding, known=Known(loop, values.__getitem__))
-        name = self._name(loop, hint, kind)
-        loop.columns[name] = list(values)
-        loop.part.names.columns.add(name)
+        same = (n for n, each in loop.columns.items() if [(type(one), repr(one)) for one in each] == text)
+        kind = _common_kind(values)
+        name = next(same, None)
+        if name is None:
+            name = self._name(loop, hint, kind)
+            loop.columns[name] = list(values)
+            loop.part.names.columns.add(name)
         return Residual(ast.Name(name, ast.Load()), kind, self._folding, known=Known(loop, values.__getitem__))
 
     def _name(self, loop: KeptLoop, hint: str, kind: str) -> str:
         """Return a name for a column that is free in the function; loops one after the other may share one."""
         stem = hint.strip("_") if hint.strip("_").isidentifier() else "value"
-        root = loop.part
-        while root.outer is not None:
-            root = root.outer
+        root = loop.part.root
         loops = [loop, *(part.loop for part in self._folding.parts if part.loop is not None)]
-        outer = loop.part.outer
-        while outer is not None:
-            loops += [outer.loop] if outer.loop is not None else []
-            outer = outer.outer
         active = {name for each in loops for name in (*each.columns, *each.carried)}
         number = 1
         name = stem
@@ -630,26 +614,23 @@ class Loops:
 
     def looked_up(self, container: Any, index: Any) -> Any:
         """Return an item of a container by an index that differs from turn to turn, MISSING if it is left to run."""
-        known = known_result(container.__getitem__, (index,)) if self._around else None
-        if known is None:
-            return MISSING
         hint = getattr(getattr(index, "node", None), "id", "value")
-        return self.general(known.loop, known.values(), f"{hint}_item")
+        return self.computed(container.__getitem__, (index,), f"{hint}_item") if self._around else MISSING
 
-    def computed(self, function: Callable[..., Any], operands: Sequence[Any]) -> Any:
+    def computed(self, function: Callable[..., Any], operands: Sequence[Any], hint: str = "value") -> Any:
         """Return the result of a function without effects for values that are known in the turns of a loop.
 
         Returns MISSING if they are not known.
         """
         known = known_result(function, tuple(operands))
-        return MISSING if known is None else self.general(known.loop, known.values(), "value")
+        return MISSING if known is None else self.general(known.loop, known.values(), hint)
 
     def texts(self, parts: Sequence[Any], joined: Callable[[list[Any]], str]) -> Any:
         """Return a text that differs from turn to turn."""
-        known = known_result(lambda *row: joined(list(row)), tuple(parts))
-        if known is None:
+        found = self.computed(lambda *row: joined(list(row)), parts, "text")
+        if found is MISSING:
             raise self.failure()
-        return self.general(known.loop, known.values(), "text")
+        return found
 
     def _usage(self, frame: Frame) -> ListUsage | None:
         while frame.is_comprehension and frame.outer is not None:
@@ -697,6 +678,17 @@ def _carried_row(first: Any, final: list[Any], failure: Callable[[], Unroll]) ->
         return last.known.row(number - 1)
 
     return row
+
+
+def _common_kind(values: Iterable[Any]) -> str:
+    """Return the kind of a residual value that is one of some values."""
+    return _merged({each.kind if type(each) is Residual else _kind(each) for each in values})
+
+
+def _merged(kinds: set[str]) -> str:
+    if len(kinds) == 1:
+        return next(iter(kinds))
+    return "number" if kinds <= {"int", "float", "number"} else "any"
 
 
 def _kind(value: Any) -> str:
@@ -764,20 +756,8 @@ class Heap:
 
 
 _LEAVES = (
-    int,
-    float,
-    complex,
-    str,
-    bytes,
-    type(None),
-    range,
-    type,
-    np.generic,
-    np.dtype,
-    Module,
-    IntMember,
-    TextMember,
-)
+    int, float, complex, str, bytes, type(None), range, type, np.generic, np.dtype, Module, IntMember, TextMember,
+)  # fmt: skip
 
 
 def _contents(value: Any) -> list[Any] | None:

@@ -100,10 +100,9 @@ class Residual:
     def __bool__(self) -> bool:
         if self.kind == "shape":
             return self.primitives is None or bool(self.primitives())
-        found = {bool(each) for each in self.known.values()} if self.known is not None else {True, False}
-        if len(found) > 1:
+        if self.known is None or not is_decided(self):
             raise undecided(self)
-        return found.pop()
+        return bool(self.known.row(0))
 
     def __getitem__(self, index: Any) -> Residual:
         return self.parts()[index] if self.kind == "shape" else residual(self.holder, "item", (self, index))
@@ -393,7 +392,7 @@ _ALIASES = {"np": "numpy_module", "math": "math_module", "random": "random_modul
 
 @dataclass(eq=False, slots=True)
 class PartNames:
-    """PartNames of the values of all functions, with the parts that they are in, and those of the loops."""
+    """Names of the values of all functions, with the parts that they are in, and those of the loops."""
 
     parts: dict[str, Part] = field(default_factory=dict)
     columns: set[str] = field(default_factory=set)
@@ -422,12 +421,22 @@ class Part:
         self.names.parts[name] = self
         return name
 
+    def around(self) -> Iterator[Part]:
+        """Iterate over the part, and the parts around it, from inside out."""
+        part: Part | None = self
+        while part is not None:
+            yield part
+            part = part.outer
+
+    @property
+    def root(self) -> Part:
+        """The part of the function."""
+        *_, root = self.around()
+        return root
+
     def reaches(self, other: Part) -> bool:
         """Return whether the values of another part can be used in this one."""
-        part: Part | None = self
-        while part is not None and part is not other:
-            part = part.outer
-        return part is not None
+        return any(part is other for part in self.around())
 
     def known(self) -> set[str]:
         """Return the names that may be used in this part."""
@@ -438,7 +447,7 @@ class Part:
 
 @dataclass(eq=False, slots=True)
 class KeptLoop:
-    """KeptLoop that remains: what its body is, and the values that differ from turn to turn, by name."""
+    """Loop that remains: what its body is, and the values that differ from turn to turn, by name."""
 
     part: Part
     range: range | None
@@ -528,9 +537,7 @@ def _count_uses(nodes: list[ast.expr], part: Part, uses: dict[str, int]) -> None
             inner = [each for _, each in node.loop.part.statements]
             _count_uses([*inner, *([node.result] if node.result is not None else [])], node.loop.part, uses)
         elif isinstance(node, ast.Name):
-            home: Part | None = part
-            while home is not None and node.id not in home.values:
-                home = home.outer
+            home = next((each for each in part.around() if node.id in each.values), None)
             if home is None:
                 names.add(node.id)
                 continue
@@ -586,12 +593,9 @@ class _Writer(ast.NodeTransformer):
 
     def _parameter(self, node: ast.Tuple | ast.List) -> ast.expr:
         """Return a parameter in place of a tuple of all its items."""
-        part = self._part
-        while part.outer is not None:
-            part = part.outer
         first = node.elts[0] if node.elts else None
         name = first.value.id if isinstance(first, ast.Subscript) and isinstance(first.value, ast.Name) else ""
-        if part.parameters.get(name) == len(node.elts):
+        if self._part.root.parameters.get(name) == len(node.elts):
             whole = [
                 ast.dump(ast.Subscript(ast.Name(name, ast.Load()), ast.Constant(i), ast.Load()))
                 for i in range(len(node.elts))
