@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.exports.gltf import quaternions
 from scenelang.backends.files import replaced_folder
 from scenelang.backends.labels.things import OTHER, rigid_parts
 from scenelang.datasets.making import decoded, png
@@ -532,21 +533,8 @@ def _seen(item: StoredItem, points: FloatArray) -> tuple[FloatArray, npt.NDArray
 
 def _quaternion(rotation: FloatArray) -> list[float]:
     """Return the unit quaternion (w, x, y, z) of a rotation (3, 3), w not negative."""
-    r = rigid_parts(rotation[None])[0]
-    square = np.array([
-        1 + r[0, 0] + r[1, 1] + r[2, 2], 1 + r[0, 0] - r[1, 1] - r[2, 2], 1 - r[0, 0] + r[1, 1] - r[2, 2],
-        1 - r[0, 0] - r[1, 1] + r[2, 2],
-    ])  # fmt: skip
-    k = int(np.argmax(square))
-    rows = np.array([
-        [square[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
-        [r[2, 1] - r[1, 2], square[1], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]],
-        [r[0, 2] - r[2, 0], r[0, 1] + r[1, 0], square[2], r[1, 2] + r[2, 1]],
-        [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], square[3]],
-    ])  # fmt: skip
-    found = rows[k] / np.linalg.norm(rows[k])
-    turned: list[float] = (found if found[0] >= 0 else -found).tolist()
-    return turned
+    x, y, z, w = quaternions(rigid_parts(rotation[None]))[0].tolist()
+    return [w, x, y, z]
 
 
 # --- films: MOT and TAP ----------------------------------------------------------------------------------------------
