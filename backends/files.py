@@ -215,25 +215,9 @@ def atomic_write_all(folder: Path) -> Iterator[Path]:
     On any error, Ctrl-C included, ``folder`` is unchanged: files that were already replaced are restored. Raises
     SceneError("file") if the directory or a file cannot be written.
     """
-    try:
-        _sweep(folder)
-        import tempfile
-
-        temporary = Path(tempfile.mkdtemp(prefix=_temporary_prefix(), dir=folder))
-    except OSError as error:
-        raise SceneError("file", f"cannot write to `{folder}`: {error.strerror or error}") from error
-    try:
-        made = temporary / "made"
-        made.mkdir()
+    with _temporary_folder(folder) as (made, replaced):
         yield made
-        _move_all(made, folder, temporary / "replaced")
-    except OSError as error:
-        name = Path(error.filename).name if error.filename else folder
-        raise SceneError("file", f"cannot write `{name}`: {error.strerror or error}") from error
-    finally:
-        import shutil
-
-        shutil.rmtree(temporary, ignore_errors=True)
+        _move_all(made, folder, replaced)
 
 
 @contextmanager
@@ -242,24 +226,39 @@ def replaced_folder(path: Path) -> Iterator[Path]:
 
     On any error, Ctrl-C included, ``path`` is unchanged. Raises SceneError("file") if it cannot be written.
     """
+    make_folder(path.parent)
+    with _temporary_folder(path.parent) as (made, replaced):
+        yield made
+        try:
+            if path.exists():
+                path.rename(replaced)
+            made.rename(path)
+        except BaseException as error:
+            if replaced.exists() and not path.exists():
+                replaced.rename(path)
+            if isinstance(error, OSError):
+                error.filename = str(path)  # not the temporary one
+            raise
+
+
+@contextmanager
+def _temporary_folder(folder: Path) -> Iterator[tuple[Path, Path]]:
+    """Yield an empty folder in ``folder``, and a path beside it for what it replaces; both are removed afterwards."""
     import shutil
     import tempfile
 
-    make_folder(path.parent)
     try:
-        _sweep(path.parent)
-        temporary = Path(tempfile.mkdtemp(prefix=_temporary_prefix(), dir=path.parent))
+        _sweep(folder)
+        temporary = Path(tempfile.mkdtemp(prefix=_temporary_prefix(), dir=folder))
     except OSError as error:
-        raise SceneError("file", f"cannot write to {path.parent}: {error.strerror or error}") from error
+        raise SceneError("file", f"cannot write to `{folder}`: {error.strerror or error}") from error
     try:
         made = temporary / "made"
         made.mkdir()
-        yield made
-        if path.exists():
-            path.rename(temporary / "replaced")
-        made.rename(path)
+        yield made, temporary / "replaced"
     except OSError as error:
-        raise SceneError("file", f"cannot write `{path}`: {error.strerror or error}") from error
+        name = Path(error.filename).name if error.filename else folder
+        raise SceneError("file", f"cannot write `{name}`: {error.strerror or error}") from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
 

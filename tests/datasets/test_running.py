@@ -194,6 +194,26 @@ def test_what_is_buffered_does_not_fail_again(made: Path, folder: Path, tmp_path
         gc.collect()
 
 
+def test_a_folder_that_cannot_be_replaced_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from scenelang.backends.files import replaced_folder
+
+    path = tmp_path / "coco"
+    path.mkdir()
+    (path / "old.json").write_text("{}")
+    rename = Path.rename
+
+    def fail(self: Path, target: Path) -> Path:
+        if self.name == "made":
+            raise OSError(28, "No space left on device", str(self))
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", fail)
+    with pytest.raises(SceneError, match="cannot write `coco`: No space"), replaced_folder(path) as folder:
+        (folder / "new.json").write_text("{}")
+    assert [each.name for each in path.iterdir()] == ["old.json"]
+    assert [each.name for each in tmp_path.iterdir()] == ["coco"]
+
+
 def test_parts_are_merged(made: Path, folder: Path, tmp_path: Path) -> None:
     for k in range(2):
         report = dataset(folder / "spec.toml", tmp_path / str(k), jobs=0, part=(k, 2))
