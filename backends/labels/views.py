@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy.typing as npt
 from scenelang.backends.base import Progress
 from scenelang.backends.labels import ground_truth
 from scenelang.backends.labels.ground_truth import Expanded, Flow, Tracks, Truth, expanded, truth_in
+from scenelang.backends.labels.things import Things, things_of
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_at
 from scenelang.backends.pictures.film import Image, Painter, PictureBackend, PictureOptions, painters
 from scenelang.backends.pictures.stage import Shot, still, unit_size
@@ -22,6 +23,8 @@ from scenelang.interpreter.scene.numbering import frame_numbers, instance_handle
 FloatArray = npt.NDArray[np.float64]
 View = Viewpoint | Camera
 MAX_VIEWS = 10_000
+_KEPT_BYTES = 200_000_000  # of ground truth of a view
+_INSTANCE_BYTES = 500  # of the poses, ancestors and solids of an instance
 
 
 # --- where cameras are -----------------------------------------------------------------------------------------------
@@ -151,6 +154,7 @@ class LabelledView:
         self._tracked = tracked
         self._make_painter = make_painter
         self._recent: dict[int, Truth] = {}
+        self._things: dict[tuple[int, tuple[str, ...]], Things] = {}
 
     @cached_property
     def _painter(self) -> Painter:
@@ -161,12 +165,26 @@ class LabelledView:
         return self._painter.paint(self.shots[frame], progress)
 
     def truth(self, frame: int) -> Truth:
-        """Return the ground truth of a frame; the last two are kept because each frame is compared with the next."""
+        """Return the ground truth of a frame.
+
+        Those of the last frames are kept, at least two because each frame is compared with the next, and as many as
+        fit ``_KEPT_BYTES`` because filters and boxes look at all frames first.
+        """
         if frame not in self._recent:
-            for old in list(self._recent)[: len(self._recent) - 1]:
+            made = truth_in(self.facts.expanded(frame, self._options.limit), self.shots[frame])
+            keep = max(2, _KEPT_BYTES // _bytes_of(made))
+            for old in list(self._recent)[: max(0, len(self._recent) - keep + 1)]:
                 del self._recent[old]
-            self._recent[frame] = truth_in(self.facts.expanded(frame, self._options.limit), self.shots[frame])
+                self._things = {key: things for key, things in self._things.items() if key[0] != old}
+            self._recent[frame] = made
         return self._recent[frame]
+
+    def things(self, frame: int, words: Collection[str] = ()) -> Things:
+        """Return the things of a frame, kept with its ground truth; see ``things_of``."""
+        truth, key = self.truth(frame), (frame, tuple(words))
+        if key not in self._things:
+            self._things[key] = things_of(truth, words)
+        return self._things[key]
 
     def paths(self, frame: int) -> npt.NDArray[np.int64]:
         """Return the path number (M,) of every instance of a frame."""
@@ -200,6 +218,12 @@ class LabelledView:
                 places = ground_truth.sample_places(truth, paths, self._tracked, self._options.seed)
             found.append(ground_truth.found_in(places, truth, paths))
         return ground_truth.tracks_of(found)
+
+
+def _bytes_of(truth: Truth) -> int:
+    """Return about how much memory a ground truth takes."""
+    maps = (truth.instance, truth.depth, truth.normal, truth.albedo, truth.position)
+    return sum(each.nbytes for each in maps) + _INSTANCE_BYTES * len(truth.ancestry)
 
 
 def labelled_view(

@@ -10,7 +10,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ import numpy.typing as npt
 from scenelang.backends.base import Backend, PluginRegistry, require
 from scenelang.backends.geometry.lint import check_geometry
 from scenelang.backends.labels import things as labels
-from scenelang.backends.labels.things import Things, things_of
+from scenelang.backends.labels.things import Things
 from scenelang.backends.labels.views import LabelledView, SceneFacts, View
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.pictures.appearance import encode
@@ -38,14 +38,34 @@ from scenelang.scene import Scene, literal
 from scenelang.session import Options, Session
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
 Files = Mapping[str, bytes]
+Part = bytes | partial[bytes]  # the contents of a file, or what encodes them
 _MAX_KEPT = 4  # evaluated scenes
 _LARGE = 200_000  # primitives of a scene that is kept alone
 _LIMIT_OPTION = re.compile(r"--max-(steps|depth|entities|primitives|size|memory|seconds)\b")
 _FIELD = re.compile(r"\{([^{}]*)\}")
 _DEFAULT_CAPTIONS = ("{things}",)
+
+
+class EncodedFiles(Files):
+    """Contents by ending; each is encoded when it is first read, so that another thread can do it."""
+
+    def __init__(self, parts: Mapping[str, Part]) -> None:
+        self._parts = dict(parts)
+
+    def __getitem__(self, ending: str) -> bytes:
+        part = self._parts[ending]
+        if not isinstance(part, bytes):
+            part = self._parts[ending] = part()
+        return part
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._parts)
+
+    def __len__(self) -> int:
+        return len(self._parts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,7 +223,7 @@ class Maker:
         first = []
         for view in views:
             for frame in frames if least else frames[:1]:
-                things = things_of(view.truth(frame), self.spec.labels.words)
+                things = view.things(frame, self.spec.labels.words)
                 first += [things] if frame == frames[0] else []
                 shares = things.shares(list(least))
                 for word in least:
@@ -225,7 +245,7 @@ class Maker:
         if len(frames) < 2 or "boxes" not in self.spec.labels.write:
             return frozenset()
         words = self.spec.labels.words
-        shown = (view.paths(frame)[things_of(view.truth(frame), words).shown] for frame in frames)
+        shown = (view.paths(frame)[view.things(frame, words).shown] for frame in frames)
         return frozenset(int(number) for numbers in shown for number in numbers)
 
     # --- scenes ---
@@ -335,14 +355,14 @@ class _ItemWriter:
 
     @cached_property
     def things(self) -> Things:
-        return things_of(self.view.truth(self.frame), self.maker.spec.labels.words)
+        return self.view.things(self.frame, self.maker.spec.labels.words)
 
     def files(self) -> Files:
-        """Return the files by ending."""
+        """Return the files by ending, encoded when they are read."""
         spec = self.maker.spec
         wanted = set(spec.labels.write)
         record = self._record(wanted)
-        files = {"color.png": png(self.view.image(self.frame).picture)}
+        files: dict[str, Part] = {"color.png": partial(png, self.view.image(self.frame).picture)}
         files |= self._maps(wanted, record) | self._motion(wanted)
         if "captions" in wanted:
             record["caption"] = self._caption()
@@ -353,7 +373,7 @@ class _ItemWriter:
             files["graph.json"] = _json(graph)
         if "program" in wanted:
             files["program.scene"] = self.stage.text.encode("utf-8", "surrogatepass")
-        return {"json": _json(record), **files}
+        return EncodedFiles({"json": _json(record), **files})
 
     def _record(self, wanted: set[str]) -> dict[str, Any]:
         draw, spec = self.draw, self.maker.spec
@@ -386,30 +406,30 @@ class _ItemWriter:
     def _root(self) -> Any:
         return self.stage.scene.graph.frames[self.frame]
 
-    def _maps(self, wanted: set[str], record: dict[str, Any]) -> dict[str, bytes]:
-        truth, files = self.things.truth, {}
+    def _maps(self, wanted: set[str], record: dict[str, Any]) -> dict[str, Part]:
+        truth, files = self.things.truth, dict[str, Part]()
         if "instance" in wanted:
-            files["instance.png"] = png(self.things.ids)
+            files["instance.png"] = partial(png, self.things.ids)
         if "semantic" in wanted:
-            files["semantic.png"] = png(self.things.classes(self.maker.classes))
+            files["semantic.png"] = partial(png, self.things.classes(self.maker.classes))
         if "levels" in wanted:
             levels = labels.levels_data(self.things, self.maker.spec.labels.levels)
             record["levels"] = [records for _, records in levels]
-            files |= {f"level{depth}.png": png(ids) for depth, (ids, _) in enumerate(levels, start=1)}
+            files |= {f"level{depth}.png": partial(png, ids) for depth, (ids, _) in enumerate(levels, start=1)}
         if "depth" in wanted:
-            files["depth.npy"] = npy(truth.depth.astype(np.float32))
+            files["depth.npy"] = partial(npy, truth.depth.astype(np.float32))
         if "normals" in wanted:
             code = np.where(truth.seen[:, :, None], np.rint(127.5 * (truth.normal + 1.0)), 0.0).astype(np.uint8)
-            files["normals.png"] = png(code)
+            files["normals.png"] = partial(png, code)
         if "albedo" in wanted:
-            files["albedo.png"] = png(encode(truth.albedo))
+            files["albedo.png"] = partial(png, encode(truth.albedo))
         return files
 
-    def _motion(self, wanted: set[str]) -> dict[str, bytes]:
-        files: dict[str, bytes] = {}
+    def _motion(self, wanted: set[str]) -> dict[str, Part]:
+        files: dict[str, Part] = {}
         flow = self.view.flow(self.frame) if "flow" in wanted else None
         if flow is not None:
-            files |= {"flow.npy": npy(flow.motion), "flow_state.png": png(flow.state)}
+            files |= {"flow.npy": partial(npy, flow.motion), "flow_state.png": partial(png, flow.state)}
         is_first = self.frame == next(iter(self.view.shots))
         if "tracks" in wanted and is_first and self.view.tracks is not None:
             tracks = self.view.tracks

@@ -16,13 +16,14 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
 from scenelang.backends.base import require
-from scenelang.datasets.making import Maker, SampleFailure
+from scenelang.datasets.making import Maker, Sample, SampleFailure
 from scenelang.datasets.sampler import key_of
 from scenelang.datasets.spec import CODE, Spec, spec_of
 from scenelang.datasets.store import Plan, ShardFiles, Store, record_name
@@ -62,6 +63,7 @@ def write_shard(
     started = time.monotonic()
     files, failures, values, shown = ShardFiles(store, plan, number), [], list[dict[str, Any]](), Counter[str]()
     samples = pictures = 0
+    encoder = Encoder(files)
     try:
         for index in plan.samples(number):
             report({"begin": index})
@@ -69,7 +71,7 @@ def write_shard(
             if failure is None:
                 try:
                     sample = maker.make(index)
-                    files.add(sample)
+                    encoder.add(sample)
                     samples, pictures = samples + 1, pictures + len(sample.items)
                     values.append({**sample.draw.values, **sample.camera, "split": sample.draw.split})
                     shown.update(sample.shown)
@@ -78,8 +80,10 @@ def write_shard(
             if failure is not None:
                 failures.append(dict(failure))
             report({"end": index, "code": failure["code"] if failure is not None else None, "memory": peak_memory()})
+        encoder.finish()
         written = files.commit()
     except BaseException:
+        encoder.cancel()
         files.abandon()
         raise
     record = {
@@ -90,6 +94,31 @@ def write_shard(
     }  # fmt: skip
     store.write(record_name(number), json.dumps(record, sort_keys=True).encode())
     return record
+
+
+class Encoder:
+    """Encodes and writes the samples of a shard in a thread, each while the next one is made."""
+
+    def __init__(self, files: ShardFiles) -> None:
+        self._files = files
+        self._thread = ThreadPoolExecutor(1, "encoder")
+        self._last: Future[None] | None = None
+
+    def add(self, sample: Sample) -> None:
+        """Begin to write a sample after waiting for the one before, so that two are held; raises what that raised."""
+        if self._last is not None:
+            self._last.result()
+        self._last = self._thread.submit(self._files.add, sample)
+
+    def finish(self) -> None:
+        """Wait for the last sample; raises what it raised."""
+        if self._last is not None:
+            self._last.result()
+        self._thread.shutdown()
+
+    def cancel(self) -> None:
+        """Wait until nothing is written any more; the errors of samples are dropped."""
+        self._thread.shutdown()
 
 
 def failure_record(index: int, diagnostic: Diagnostic) -> dict[str, Any]:

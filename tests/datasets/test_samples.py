@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
+import threading
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from scenelang.datasets.making import Candidate, Maker, Predicate, SampleFailure, decoded
-from scenelang.datasets.running import dataset_sample
+from scenelang.datasets.running import dataset, dataset_sample
 from scenelang.datasets.sampler import draw_sample, key_of, views_of
-from scenelang.datasets.spec import Spec
+from scenelang.datasets.spec import Spec, spec_of
 from scenelang.grammar.diagnostics import SceneError
 
 Read = Callable[..., Spec]
@@ -47,8 +49,6 @@ def test_splits_by_scene_hold_equal_scenes_together(read: Read) -> None:
 
 
 def test_splits_by_scene_ignore_what_changes_no_scene(tmp_path: Path) -> None:
-    from scenelang.datasets.spec import spec_of
-
     (tmp_path / "a.scene").write_text('(param n 1)\n(bind "a" (lambda () (call "cube" :scale n)))')
     (tmp_path / "b.scene").write_text('(param other 1)\n(bind "b" (lambda () (call "cube" :color [1 0 0])))')
     text = (
@@ -66,8 +66,6 @@ def test_splits_by_scene_ignore_what_changes_no_scene(tmp_path: Path) -> None:
 
 
 def test_a_param_applies_to_the_programs_that_have_it(tmp_path: Path) -> None:
-    from scenelang.datasets.spec import spec_of
-
     (tmp_path / "a.scene").write_text('(param n 1)\n(bind "a" (lambda () (call "cube" :scale n)))')
     (tmp_path / "b.py").write_text('@register()\ndef box():\n    return primitive_call("cube")\n')
     maker = Maker(spec_of("programs = ['a.scene', 'b.py']\n[params]\nn = [1, 2]\n[pictures]\nsize = 8", "s", tmp_path))
@@ -75,8 +73,6 @@ def test_a_param_applies_to_the_programs_that_have_it(tmp_path: Path) -> None:
 
 
 def test_visible_filters_judge_every_picture(tmp_path: Path) -> None:
-    from scenelang.datasets.spec import spec_of
-
     (tmp_path / "a.scene").write_text(
         '(bind "ball" (lambda () (call "sphere")))\n(bind "a" (lambda () (frames (list (call "ball") (call "cube")))))'
     )
@@ -86,8 +82,6 @@ def test_visible_filters_judge_every_picture(tmp_path: Path) -> None:
 
 
 def test_limits_are_named_as_the_spec_does(tmp_path: Path) -> None:
-    from scenelang.datasets.spec import spec_of
-
     (tmp_path / "a.scene").write_text('(bind "a" (lambda () (let loop ((i 0)) (loop (+ i 1)))))')
     with pytest.raises(SampleFailure) as caught:
         Maker(spec_of("programs = 'a.scene'\n[pictures]\nsize = 8\n[limits]\nsteps = 5000", "s", tmp_path)).make(0)
@@ -95,8 +89,6 @@ def test_limits_are_named_as_the_spec_does(tmp_path: Path) -> None:
 
 
 def test_splits_by_program_hold_equal_texts_together(tmp_path: Path) -> None:
-    from scenelang.datasets.spec import spec_of
-
     for i in range(10):
         (tmp_path / f"{i}.scene").write_text(f'(bind "a" (lambda () (call "cube" :scale {i % 5 + 1})))')
     spec = spec_of("programs = '*.scene'\n[splits]\nby = 'program'\ntrain = 0.6\ntest = 0.4", "s", tmp_path)
@@ -157,8 +149,6 @@ def test_reused_scenes_change_no_byte(read: Read, folder: Path) -> None:
 
 
 def test_programs_that_draw_nothing_are_evaluated_once(tmp_path: Path) -> None:
-    from scenelang.datasets.spec import spec_of
-
     (tmp_path / "still.scene").write_text('(bind "a" (lambda () (call "cube")))')
     (tmp_path / "top.scene").write_text('(define size (uniform 1 2))\n(bind "a" (lambda () (call "cube" :scale size)))')
     for name, evaluations in (("still", 1), ("top", 4)):
@@ -259,8 +249,6 @@ def test_filters_draw_again(read: Read) -> None:
 
 
 def test_geometry_is_a_filter(tmp_path: Path) -> None:
-    from scenelang.datasets.spec import spec_of
-
     (tmp_path / "a.scene").write_text(
         '(param apart 2)\n(bind "a" (lambda () (union (call "cube" :color [1 0 0]) (transform (call "cube" :color [0 1 0]) (translate [apart 0 0])))))'
     )
@@ -290,8 +278,6 @@ def test_predicates_of_packages_filter(read: Read, monkeypatch: pytest.MonkeyPat
 
 
 def test_a_program_that_fails_says_why(tmp_path: Path) -> None:
-    from scenelang.datasets.spec import spec_of
-
     (tmp_path / "a.scene").write_text('(param n 1)\n(bind "a" (lambda () (call "cube" :scale (/ 1 n))))')
     spec = spec_of("programs = 'a.scene'\n[params]\nn = 0\n[pictures]\nsize = 8", "s", tmp_path)
     with pytest.raises(SampleFailure) as caught:
@@ -306,3 +292,37 @@ def test_the_quality_varies(read: Read) -> None:
     drawn = [draw_sample(spec, index, 0) for index in range(6)]
     assert {each.quality for each in drawn if each is not None} == {"draft", "final"}
     assert len({item.files["color.png"] for item in made}) == 6
+
+
+def test_each_frame_of_a_film_is_cast_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from scenelang.backends.labels import views
+
+    text = (
+        'programs = "cart.scene"\ncount = 1\n[pictures]\nsize = 24\n'
+        '[labels]\nwrite = ["instance", "boxes", "flow", "tracks"]\n[filters]\nvisible = { cart = 0.01 }\n'
+    )
+    cast: list[int] = []
+    truth_in = views.truth_in
+    monkeypatch.setattr(views, "truth_in", lambda frame, shot: cast.append(shot.frame) or truth_in(frame, shot))
+    everything = [dict(item.files) for item in Maker(spec_of(text, "spec", folder)).make(0).items]
+    assert sorted(cast) == [0, 1, 2, 3]
+    monkeypatch.setattr(views, "_KEPT_BYTES", 0)  # two at a time, as for large pictures
+    assert [dict(item.files) for item in Maker(spec_of(text, "spec", folder)).make(0).items] == everything
+    assert len(cast) > 8
+
+
+def test_pictures_are_encoded_while_the_next_is_made(
+    read: Read, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from scenelang.datasets import making
+
+    threads = set()
+    png = making.png
+
+    def encoded(values: Any) -> bytes:
+        threads.add(threading.current_thread().name.partition("_")[0])
+        return png(values)
+
+    monkeypatch.setattr(making, "png", encoded)
+    dataset(folder / "spec.toml", tmp_path / "out", jobs=0, count=3)
+    assert threads == {"encoder"}
