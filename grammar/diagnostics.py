@@ -96,6 +96,9 @@ CODES: dict[str, DiagnosticCode] = {
     "endless": DiagnosticCode("E608", "The operation requires a finite list of handles, but the root's is infinite."),
     "word": DiagnosticCode("E609", "A word is not a string."),
     "blocks": DiagnosticCode("E610", "The pose or size of Minecraft blocks is not aligned to the block grid."),
+    "solid": DiagnosticCode(
+        "E611", "A solid cannot be computed: an operand is open, flat, semantic or made of blocks, or nothing is left."
+    ),
     # E7xx: files
     "file": DiagnosticCode("E701", "A file cannot be read or written."),
     "import-cycle": DiagnosticCode("E702", "Files import each other in a cycle."),
@@ -648,6 +651,7 @@ _SCENES = {
     "parts": "Return entities, the results of `transform`, or lists of these; return `(union)` for an empty shape.",
     "pose": "Build the matrix with `translate`, `rotate`, `scale`, `reflect` and `@` from finite numbers.",
     "attribute": "Pass a value of the type named in the message.",
+    "solid": "Use closed solids as operands: cubes, spheres and other primitives, closed mesh files, or other solids.",
     "embedding": "Pass an attribute by keyword, such as `:height 3`, or a text, a handle or `(embedding ...)`.",
     "frames": "Return `(frames list)` directly from the root, with at least one frame.",
     "root": "Name a word that the program binds, and make sure its function returns parts.",

@@ -18,6 +18,7 @@ from scenelang.stdlib import (
     python,
     random,
     sequences,
+    solids,
     strings,
 )
 from scenelang.stdlib.numbers import CONSTANTS
@@ -25,6 +26,7 @@ from scenelang.stdlib.numbers import CONSTANTS
 TOPICS: tuple[Registry, ...] = (
     entities.registry,
     entities.poses,
+    solids.registry,
     numbers.registry,
     predicates.registry,
     lists.registry,

@@ -520,6 +520,7 @@ def slow_call(rt: Runtime, builtin: Builtin, span: Span) -> Callable[[list[Any]]
     """Return a function that calls ``builtin`` with evaluated arguments and sets the span of errors."""
 
     def run(values: list[Any]) -> Any:
+        rt.site = span
         try:
             return call_builtin(rt, builtin, values)
         except SceneError as error:

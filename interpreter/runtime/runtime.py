@@ -49,6 +49,8 @@ from scenelang.interpreter.runtime.values import (
 )
 from scenelang.interpreter.scene import parts
 from scenelang.interpreter.scene.entity import Entity, Frames
+from scenelang.interpreter.scene.modelling.expressions import Expression
+from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.primitives import class_of
 from scenelang.interpreter.scene.primitives.asset import Asset
 
@@ -230,6 +232,7 @@ class Runtime:
         self.bindings = 0  # the epoch of words
         self.binds = 0  # how often words were bound
         self.place: Callable[[Span], Span] = lambda span: span  # where a span is in the text that the user sees
+        self.site: Span | None = None  # of the last call of a builtin with keywords
         self.version = 0  # of the program, counted by ``restart``
         self.output = 0  # printed lines, warnings, and primitives that cannot outlive a version
         self.made: list[Entity] = []  # primitives of this version
@@ -674,6 +677,25 @@ class Runtime:
         if self.trace is not None:
             self.made.append(entity)
         return entity
+
+    def solid(self, word: str, z: Embedding, expression: Expression) -> Entity:
+        """Return the entity of a computed solid, made at ``expression.site``; equal ones are shared."""
+        key: Any = embedding_key(z, self.charge)
+        found = None if key is False else self._primitives.get((expression, key))
+        if found is None:
+            self._count_entity()
+            shape = SolidShape.of(expression, parts.geometric_attributes(self, z))
+            sites = () if expression.site is None else (expression.site,)
+            found = Entity(word, z, (), shape, key is False, sites)
+            if key is not False:
+                self._primitives[expression, key] = found
+            if self.trace is not None:
+                self.made.append(found)
+        elif expression.site is not None:
+            _record_call_site(found, expression.site)
+        if self.trace is not None:
+            self.trace.append((found, expression.site))
+        return found
 
     def _count_entity(self) -> None:
         self.entities += 1

@@ -1,0 +1,391 @@
+"""Computes solids with Manifold (Lalish, https://github.com/elalish/manifold): expressions become triangle meshes.
+
+Every node is computed once and kept while there is room. Manifold numbers the surfaces that enter an operation and says
+for each triangle of a result where it comes from, which gives colours and words. Normals are smooth within a surface.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Mapping, Sequence
+from threading import Lock
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from scenelang.grammar.datum import dataclass
+from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.interpreter.loading import np
+from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, REPLACING, SEGMENTS, Expression, nodes_of
+from scenelang.interpreter.scene.primitives.base import Point, Primitive, mesh_of
+from scenelang.interpreter.scene.primitives.mesh import Mesh, posed
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    from manifold3d import CrossSection, Manifold, Mesh64
+
+    FloatArray = npt.NDArray[np.float64]
+    IntArray = npt.NDArray[np.int64]
+
+MAX_TRIANGLES = 2_000_000  # of a solid, operands included
+MAX_PAIRS = 4_000_000  # of faces of a Minkowski sum, which takes time in proportion
+_KEPT_TRIANGLES = 8_000_000  # of computed nodes
+_SHARP = 40.0  # degrees between faces from which an edge is drawn sharp
+
+
+class FaceSource(NamedTuple):
+    """Where faces come from: their colour, and the word of the part that they were made as."""
+
+    color: Point
+    word: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ComputedSolid:
+    """Surface of a solid.
+
+    Attributes
+    ----------
+    mesh
+        Closed mesh with normals and the colours of its faces.
+    source : (F,)
+        Position in ``sources`` of each face.
+    hull : (K, 3)
+        Vertices of the convex hull, which determine every bounding box.
+    volume, area
+        In scene units.
+    """
+
+    mesh: Mesh
+    source: IntArray
+    sources: tuple[FaceSource, ...]
+    hull: FloatArray
+    volume: float
+    area: float
+
+
+class _Made(NamedTuple):
+    """A computed node: its manifold, and the sources of the surfaces in it by Manifold's number."""
+
+    manifold: Manifold
+    sources: Mapping[int, FaceSource]
+
+
+class _Kept:
+    """Computed values by digest; those used longest ago go first when there are too many triangles."""
+
+    def __init__(self, most: int) -> None:
+        self._most, self._total = most, 0
+        self._values: OrderedDict[str, tuple[Any, int]] = OrderedDict()
+        self._lock = Lock()
+
+    def get(self, key: str) -> Any:
+        with self._lock:
+            found = self._values.get(key)
+            if found is None:
+                return None
+            self._values.move_to_end(key)
+            return found[0]
+
+    def put(self, key: str, value: Any, size: int) -> None:
+        with self._lock:
+            if key in self._values:
+                return
+            self._values[key] = value, size
+            self._total += size
+            while self._total > self._most and len(self._values) > 1:
+                _, (_, old) = self._values.popitem(last=False)
+                self._total -= old
+
+
+_manifolds, _surfaces = _Kept(_KEPT_TRIANGLES), _Kept(_KEPT_TRIANGLES)
+
+
+def computed(expression: Expression) -> ComputedSolid:
+    """Return the surface of an expression.
+
+    Raises
+    ------
+    SceneError
+        "solid" if an operand is open, flat or otherwise no solid.
+    LimitError
+        "size" if there would be too many triangles.
+    """
+    found: ComputedSolid | None = _surfaces.get(expression.digest)
+    if found is None:
+        made = manifold_of(expression)
+        if made.manifold.is_empty():
+            hint = "where this may happen, test it: `(> (volume x) 0)`"
+            raise SceneError("solid", f"`{expression.operation}` leaves nothing", hint, expression.site)
+        found = _surface(made)
+        _surfaces.put(expression.digest, found, len(found.mesh.faces))
+    return found
+
+
+def manifold_of(expression: Expression) -> _Made:
+    """Return the manifold of an expression, computing the nodes that are not kept, operands first."""
+    local: dict[str, _Made] = {}
+    for node in nodes_of(expression):
+        made: _Made | None = _manifolds.get(node.digest)
+        if made is None:
+            operands = [local[operand.expression.digest] for operand in node.operands]
+            try:
+                made = _made(node, operands)
+            except SceneError as error:
+                error.span = error.span or node.site
+                raise
+            triangles = made.manifold.num_tri()
+            if triangles > MAX_TRIANGLES:
+                raise too_large(node.operation, triangles)
+            _manifolds.put(node.digest, made, triangles)
+        local[node.digest] = made
+    return local[expression.digest]
+
+
+def too_large(operation: str, triangles: int) -> LimitError:
+    """Return the error for a solid of too many triangles."""
+    message = f"`{operation}` would make a solid of {triangles:,} triangles, more than the limit of {MAX_TRIANGLES:,}"
+    return LimitError("size", message, hint="use fewer :segments, or fewer operands")
+
+
+def _made(node: Expression, operands: Sequence[_Made]) -> _Made:
+    placed = [_placed(made, operand.pose, operand.color) for made, operand in zip(operands, node.operands, strict=True)]
+    if node.operation == PRIMITIVE:
+        assert node.shape is not None
+        manifold = manifold_of_mesh(leaf_mesh(node.shape, int(node.parameters.get("segments", SEGMENTS))), node.word)
+    else:
+        manifold = OPERATIONS[node.operation](node.parameters, [made.manifold for made in placed])
+    check_status(manifold, node.operation)
+    if not placed or node.operation in REPLACING:
+        manifold = manifold.as_original()
+        return _Made(manifold, {manifold.original_id(): FaceSource(node.color, node.word)})
+    sources: dict[int, FaceSource] = {}
+    for made in placed:
+        sources |= made.sources
+    return _Made(manifold, sources)
+
+
+def _placed(made: _Made, pose: Sequence[float], color: Point | None) -> _Made:
+    """Return a computed operand under its pose, with one colour for all of its faces if ``color`` is given."""
+    manifold, sources = made.manifold, made.sources
+    if color is not None and any(source.color != color for source in sources.values()):
+        sources, manifold = _recolored(manifold, sources, color)
+    return _Made(manifold.transform(np.array(pose, np.float64).reshape(3, 4)), sources)
+
+
+def _recolored(
+    manifold: Manifold, sources: Mapping[int, FaceSource], color: Point
+) -> tuple[dict[int, FaceSource], Manifold]:  # fmt: skip
+    """Give the surfaces of a manifold new numbers, because its own ones stand for other colours."""
+    import manifold3d
+
+    mesh = manifold.to_mesh64()
+    old = list(mesh.run_original_id)
+    first = manifold3d.Manifold.reserve_ids(len(old))
+    numbers = list(range(first, first + len(old)))
+    renumbered = manifold3d.Mesh64(
+        vert_properties=mesh.vert_properties, tri_verts=mesh.tri_verts, merge_from_vert=mesh.merge_from_vert,
+        merge_to_vert=mesh.merge_to_vert, run_index=mesh.run_index, run_original_id=numbers, face_id=mesh.face_id,
+    )  # fmt: skip
+    return (
+        {number: FaceSource(color, sources[before].word) for number, before in zip(numbers, old, strict=True)},
+        manifold3d.Manifold(renumbered),
+    )
+
+
+# --- leaves ----------------------------------------------------------------------------------------------------------
+
+
+def leaf_mesh(shape: Primitive, segments: int) -> Mesh:
+    """Return the mesh of a primitive, with so many sides of full circles."""
+    placed = shape.placed()
+    if placed is not None:
+        return posed(placed.form.mesh(segments, placed.ratios), placed.matrix[None])
+    return shape.triangulate(0.0) if shape.is_file else mesh_of(shape)
+
+
+def manifold_of_mesh(mesh: Mesh, word: str) -> Manifold:
+    """Return the manifold of a closed mesh whose vertices may be split; raises SceneError("solid") for others."""
+    import manifold3d
+
+    vertices, faces = welded(mesh.vertices, mesh.faces)
+    made = manifold3d.Manifold(manifold3d.Mesh64(vertices, faces.astype(np.uint64)))
+    if made.status() != manifold3d.Error.NoError:
+        raise SceneError("solid", f'"{word}" is no closed solid: {open_edges(vertices, faces)}')
+    if made.is_empty() or abs(made.volume()) <= 0.0:
+        raise SceneError("solid", f'"{word}" has no volume')
+    if made.volume() < 0.0:  # faces turned inwards
+        made = manifold3d.Manifold(manifold3d.Mesh64(vertices, np.ascontiguousarray(faces[:, ::-1]).astype(np.uint64)))
+    return made
+
+
+def welded(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+    """Join vertices that are at the same place up to rounding, and drop the faces that vanish."""
+    size = float(np.ptp(vertices, axis=0).max(initial=0.0)) if len(vertices) else 0.0
+    grid = np.rint((vertices - vertices.min(axis=0, initial=0.0)) / (max(size, 1e-300) * 1e-9))
+    _, first, place = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+    found = np.asarray(place.reshape(-1)[faces], np.int64)
+    a, b, c = found.T
+    return vertices[first], found[(a != b) & (b != c) & (c != a)]
+
+
+def open_edges(vertices: FloatArray, faces: IntArray) -> str:
+    """Return what is wrong with a mesh that is no closed solid, with a place."""
+    if not len(faces):
+        return "it has no faces"
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    key = edges[:, 0] * (len(vertices) + 1) + edges[:, 1]
+    back = edges[:, 1] * (len(vertices) + 1) + edges[:, 0]
+    unique, counts = np.unique(key, return_counts=True)
+    twice = edges[np.isin(key, unique[counts > 1])]
+    if len(twice):
+        return f"two faces use an edge in the same direction, at {_at(vertices, twice[0])}"
+    alone = edges[~np.isin(key, back)]
+    if len(alone):
+        return f"{len(alone):,} edges belong to one face only, one at {_at(vertices, alone[0])}"
+    return "its surface touches itself"
+
+
+def _at(vertices: FloatArray, edge: IntArray) -> str:
+    x, y, z = vertices[edge].mean(axis=0).tolist()
+    return f"[{x:.4g} {y:.4g} {z:.4g}]"
+
+
+def check_status(manifold: Manifold, operation: str) -> None:
+    """Raise SceneError("solid") if Manifold could not carry out an operation."""
+    import manifold3d
+
+    status = manifold.status()
+    if status != manifold3d.Error.NoError:
+        raise SceneError("solid", f"`{operation}` cannot be computed: {status.name}")
+
+
+# --- operations ------------------------------------------------------------------------------------------------------
+
+
+Parameters = Mapping[str, Any]
+Operation = Callable[[Parameters, Sequence["Manifold"]], "Manifold"]
+
+
+def _boolean(name: str) -> Operation:
+    def run(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+        import manifold3d
+
+        kind = getattr(manifold3d.OpType, name)
+        return operands[0] if len(operands) == 1 else manifold3d.Manifold.batch_boolean(list(operands), kind)
+
+    return run
+
+
+def _hull(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+    import manifold3d
+
+    return manifold3d.Manifold.batch_hull(list(operands))
+
+
+def _minkowski(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+    base, tool = operands
+    _check_pairs("minkowski", base, tool)
+    return base.minkowski_sum(tool)
+
+
+def _check_pairs(name: str, base: Manifold, tool: Manifold) -> None:
+    pairs = base.num_tri() * tool.num_tri()
+    if pairs > MAX_PAIRS:
+        message = f"`{name}` of {base.num_tri():,} and {tool.num_tri():,} triangles has {pairs:,} pairs of faces"
+        raise LimitError("size", f"{message}, more than {MAX_PAIRS:,}", hint="use fewer :segments in both operands")
+
+
+def _ball(parameters: Parameters, radius: float) -> Manifold:
+    import manifold3d
+
+    return manifold3d.Manifold.sphere(radius, int(parameters["segments"]))
+
+
+def _rounded(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+    """Morphological opening: what a ball inside of the solid can reach."""
+    base, ball = operands[0], _ball(parameters, parameters["radius"])
+    _check_pairs("rounded", base, ball)
+    inner = base.minkowski_difference(ball)
+    if inner.is_empty():
+        raise SceneError("solid", f"`rounded` leaves nothing: no ball of radius {parameters['radius']:g} fits inside")
+    return inner.minkowski_sum(ball)
+
+
+def _shell(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+    base, ball = operands[0], _ball(parameters, parameters["thickness"])
+    _check_pairs("shell", base, ball)
+    return base - base.minkowski_difference(ball)
+
+
+def _offset(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+    base, distance = operands[0], parameters["distance"]
+    ball = _ball(parameters, abs(distance))
+    _check_pairs("offset-solid", base, ball)
+    return base.minkowski_sum(ball) if distance > 0.0 else base.minkowski_difference(ball)
+
+
+def _cut(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+    normal = np.asarray(parameters["normal"], np.float64)
+    length = float(np.linalg.norm(normal))
+    return operands[0].trim_by_plane((normal / length).tolist(), float(parameters["offset"]) / length)
+
+
+def _mesh(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+    return manifold_of_mesh(Mesh(parameters["vertices"], None, parameters["faces"].astype(np.int64)), "mesh")
+
+
+def section_of(contours: Sequence[FloatArray]) -> CrossSection:
+    """Return the cross-section bounded by contours (K, 2): what they wind around a positive number of times."""
+    import manifold3d
+
+    return manifold3d.CrossSection([np.asarray(each, np.float64) for each in contours], manifold3d.FillRule.Positive)
+
+
+def _extrude(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+    height, twist = float(parameters["height"]), float(parameters["twist"])
+    taper = tuple(float(factor) for factor in parameters["taper"])
+    made = section_of(parameters["profile"]).extrude(height, int(parameters["slices"]), twist, (taper[0], taper[1]))
+    return made.translate((0.0, 0.0, -height / 2.0)) if parameters["center"] else made
+
+
+def _lathe(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+    made = section_of(parameters["profile"]).revolve(int(parameters["segments"]), float(parameters["angle"]))
+    turn = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0]])  # Manifold revolves around z
+    return made.transform(turn)
+
+
+OPERATIONS: dict[str, Operation] = {
+    "difference": _boolean("Subtract"),
+    "intersection": _boolean("Intersect"),
+    "union-solid": _boolean("Add"),
+    "hull": _hull,
+    "minkowski": _minkowski,
+    "rounded": _rounded,
+    "shell": _shell,
+    "offset-solid": _offset,
+    "cut-plane": _cut,
+    "mesh": _mesh,
+    "extrude": _extrude,
+    "lathe": _lathe,
+}
+
+
+# --- surfaces --------------------------------------------------------------------------------------------------------
+
+
+def _surface(made: _Made) -> ComputedSolid:
+    manifold = made.manifold
+    hull = np.array(manifold.hull().to_mesh64().vert_properties[:, :3], np.float64)
+    mesh = manifold.calculate_normals(0, _SHARP).to_mesh64(0)
+    sources = tuple(dict.fromkeys(made.sources[number] for number in mesh.run_original_id))
+    source = _face_sources(mesh, [sources.index(made.sources[number]) for number in mesh.run_original_id])
+    properties = np.array(mesh.vert_properties, np.float64)
+    colors = np.array([each.color for each in sources], np.float64)[source]
+    faces = np.array(mesh.tri_verts, np.int64)
+    surface = Mesh(properties[:, :3], properties[:, 3:6], faces, colors)
+    return ComputedSolid(surface, source, sources, hull, manifold.volume(), manifold.surface_area())
+
+
+def _face_sources(mesh: Mesh64, numbers: Sequence[int]) -> IntArray:
+    """Return the number (F,) of each face's run; runs are given by their first corners."""
+    edges = np.asarray(mesh.run_index, np.int64) // 3
+    return np.repeat(np.asarray(numbers, np.int64), np.diff(edges))

@@ -1,0 +1,404 @@
+"""Solid modelling: booleans, hulls, sums, cuts, and solids from profiles (docs/solids.md)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar.diagnostics import Note, SceneError
+from scenelang.interpreter.loading import np
+from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.types import Registry
+from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Matrix, Vector, make_list
+from scenelang.interpreter.scene import parts, pose
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, SEGMENTS, Expression, Operand, check_size
+from scenelang.interpreter.scene.modelling.solid import SolidShape
+from scenelang.interpreter.scene.primitives.base import MATERIALS, color_of
+from scenelang.stdlib.operands import items, to_numpy
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
+
+registry = Registry("solids")
+define = registry.define
+
+LOOK = "[:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior]"
+_MATERIAL_NAMES = tuple(attribute.name for attribute in MATERIALS)
+_ORIGIN = Vector((0.0, 0.0, 0.0))
+_MAX_SEGMENTS = 1024
+_MAX_POINTS = 100_000  # of a profile or path
+
+
+# --- operands --------------------------------------------------------------------------------------------------------
+
+
+def solid_operand(rt: Runtime, name: str, value: Any, segments: int = SEGMENTS) -> Operand:
+    """Return an entity or parts as one operand: their union if there are several primitives.
+
+    Raises SceneError("solid") for primitives that have no solid.
+    """
+    found = _leaves(rt, name, value, segments)
+    if not found:
+        raise SceneError("solid", f"`{name}` has an operand without primitives")
+    if len(found) == 1:
+        return found[0]
+    return Operand(Expression("union-solid", operands=tuple(found)), IDENTITY)
+
+
+def _leaves(rt: Runtime, name: str, value: Any, segments: int) -> list[Operand]:
+    """Return the primitives of parts as operands, each with the word of the entity that it is part of."""
+    found: list[Operand] = []
+    stack = [(part.car, part.cdr, "") for part in reversed(parts.parts_of(rt, value))]
+    while stack:
+        entity, matrix, word = stack.pop()
+        rt.charge(1)
+        if entity.is_primitive:
+            found.append(_leaf(name, entity, matrix, word or entity.word, segments))
+            rt.meter.check_growth(len(found), "a list of operands")
+            continue
+        for part in reversed(entity.children):
+            stack.append((part.car, pose.compose(matrix, part.cdr), entity.word))
+    return found
+
+
+def _leaf(name: str, entity: Entity, matrix: Matrix, word: str, segments: int) -> Operand:
+    shape = entity.shape
+    assert shape is not None
+    if isinstance(shape, SolidShape):
+        color = entity.embedding.attributes.get("color")
+        return Operand(shape.expression, tuple(matrix), None if color is None else shape.color)
+    what = None
+    if shape.is_semantic:
+        what = "a semantic primitive, which has no shape before a model draws it"
+    elif shape.is_block:
+        what = "made of Minecraft blocks"
+    elif shape.is_flat or not shape.has_geometry:
+        what = "flat, so it has no volume"
+    if what is not None:
+        raise _no_solid(name, entity, what)
+    parameters = {"segments": segments} if segments != SEGMENTS else {}
+    return Operand(Expression(PRIMITIVE, parameters, (), shape, word, shape.color, _site(entity)), tuple(matrix))
+
+
+def _no_solid(name: str, entity: Entity, what: str) -> SceneError:
+    notes = tuple(Note(f'"{entity.word}" is made here', span) for span in entity.call_sites[:1])
+    hint = "give it a `bind` that makes solids, or leave it out" if entity.shape and entity.shape.is_semantic else None
+    return SceneError("solid", f'`{name}` cannot use "{entity.word}": it is {what}', hint, notes=notes)
+
+
+def _site(entity: Entity) -> Any:
+    return entity.call_sites[0] if entity.call_sites else None
+
+
+# --- results ---------------------------------------------------------------------------------------------------------
+
+
+def solid_entity(
+    rt: Runtime, name: str, parameters: Mapping[str, Any], operands: Sequence[Operand], look: Mapping[str, Any],
+    like: Any = None,
+) -> Entity:  # fmt: skip
+    """Return the entity of an operation.
+
+    ``look`` are the attributes that the program gives. The material is otherwise that of the first primitive in
+    ``like``, and the colour that of the operands.
+    """
+    attributes = _material_like(rt, like)
+    attributes |= {key: value for key, value in look.items() if value is not None}
+    color = color_of(name, attributes["color"]) if "color" in attributes else None
+    if color is None and operands:
+        color = _first_color(operands[0])
+    expression = Expression(name, parameters, tuple(operands), None, name, color or (1.0, 1.0, 1.0), rt.site)
+    check_size(expression)
+    colors = expression.colors
+    if "color" not in attributes and len(colors) == 1 and operands:
+        attributes["color"] = Vector(next(iter(colors)))
+    rt.charge(64 + 8 * len(operands))
+    return rt.solid(name, parts.with_attributes(rt, Embedding(), attributes), expression)
+
+
+def _first_color(operand: Operand) -> tuple[float, float, float]:
+    while operand.color is None and operand.expression.operands:
+        operand = operand.expression.operands[0]
+    return operand.expression.color if operand.color is None else operand.color
+
+
+def _material_like(rt: Runtime, like: Any) -> dict[str, Any]:
+    """Return the material, without the colour, of the first primitive of an operand."""
+    members = parts.parts_of(rt, like) if like is not None else ()
+    while members:
+        entity = members[0].car
+        if entity.is_primitive:
+            given = entity.embedding.attributes
+            return {name: given[name] for name in _MATERIAL_NAMES if given.get(name) is not None}
+        members = entity.children
+    return {}
+
+
+def _segments(name: str, value: int) -> int:
+    if not 3 <= value <= _MAX_SEGMENTS:
+        raise SceneError("value", f"`{name}` expects 3 to {_MAX_SEGMENTS:,} :segments, got {value}")
+    return value
+
+
+def _positive(name: str, what: str, value: Any) -> float:
+    if not 0.0 < value < 1e12:
+        raise SceneError("value", f"`{name}` expects a positive number for {what}, got {show(value, 40)}")
+    return float(value)
+
+
+def _pair(rt: Runtime, name: str, what: str, value: Any) -> tuple[float, float]:
+    """Return one number or two as two."""
+    if type(value) in (int, float):
+        return float(value), float(value)
+    numbers = to_numpy(rt, value, name)
+    if numbers.shape != (2,):
+        raise SceneError("value", f"`{name}` expects a number or two for {what}, got {show(value, 40)}")
+    return float(numbers[0]), float(numbers[1])
+
+
+# --- booleans --------------------------------------------------------------------------------------------------------
+
+
+def _boolean(rt: Runtime, name: str, values: Sequence[Any], segments: int, look: Mapping[str, Any]) -> Entity:
+    sides = _segments(name, segments)
+    operands = [solid_operand(rt, name, value, sides) for value in values]
+    return solid_entity(rt, name, {}, operands, look, values[0])
+
+
+@define(
+    "difference", f"base::Parts tools::Parts ... [:segments::Integer] {LOOK}", "Entity",
+    "Return the solid that remains of `base` without `tools`. Faces keep the colours and words of their operands.",
+    ('(volume (difference (call "cube") (call "cube" :scale [.5 .5 2])))', "0.75"),
+)  # fmt: skip
+def difference(rt: Runtime, base: Any, *tools: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
+    return _boolean(rt, "difference", (base, *tools), segments, look)
+
+
+@define(
+    "intersection", f"first::Parts others::Parts ... [:segments::Integer] {LOOK}", "Entity",
+    "Return the solid of what is inside of all operands.",
+    ('(volume (intersection (call "cube") (transform (call "cube") (translate [.5 0 0]))))', "0.5"),
+)  # fmt: skip
+def intersection(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
+    return _boolean(rt, "intersection", (first, *others), segments, look)
+
+
+@define(
+    "union-solid", f"first::Parts others::Parts ... [:segments::Integer] {LOOK}", "Entity",
+    "Return one watertight solid of all operands. `union` keeps them as separate parts, which costs nothing.",
+    ('(volume (union-solid (call "cube") (transform (call "cube") (translate [.5 0 0]))))', "1.5"),
+)  # fmt: skip
+def union_solid(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
+    return _boolean(rt, "union-solid", (first, *others), segments, look)
+
+
+@define(
+    "hull", f"first::Parts others::Parts ... [:segments::Integer] {LOOK}", "Entity",
+    "Return the convex hull of all operands.",
+    ('(volume (hull (call "cube") (transform (call "cube") (translate [1 0 0]))))', "2.0"),
+)  # fmt: skip
+def hull(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
+    return _boolean(rt, "hull", (first, *others), segments, look)
+
+
+# --- sums ------------------------------------------------------------------------------------------------------------
+
+
+@define(
+    "minkowski", f"base::Parts tool::Parts [:segments::Integer] {LOOK}", "Entity",
+    "Return the Minkowski sum: what a convex `tool`, moved by its origin over all of `base`, covers. The time grows "
+    "with the product of the numbers of faces; curved operands have `:segments` sides, 12 by default.",
+    ('(compute-shape-sizes (minkowski (call "cube") (call "cube" :scale .5)))', "[1.5 1.5 1.5]"),
+)  # fmt: skip
+def minkowski(rt: Runtime, base: Any, tool: Any, segments: int = 12, **look: Any) -> Entity:
+    sides = _segments("minkowski", segments)
+    operands = [solid_operand(rt, "minkowski", value, sides) for value in (base, tool)]
+    return solid_entity(rt, "minkowski", {}, operands, look, base)
+
+
+def _with_ball(rt: Runtime, name: str, base: Any, key: str, size: float, sides: int, look: Mapping[str, Any]) -> Entity:
+    operand = solid_operand(rt, name, base, _segments(name, sides))
+    return solid_entity(rt, name, {key: size, "segments": sides}, [operand], look, base)
+
+
+@define(
+    "rounded", f"solid::Parts radius::Number [:segments::Integer] {LOOK}", "Entity",
+    "Return a solid with its outer edges rounded by a ball of `radius`, by Minkowski sums with a ball of `:segments` "
+    "sides, 12 by default; the size stays.",
+    ('(round (compute-shape-sizes (rounded (call "cube") .1)) 3)', "[1.0 1.0 1.0]"),
+)  # fmt: skip
+def rounded(rt: Runtime, solid: Any, radius: Any, segments: int = 12, **look: Any) -> Entity:
+    return _with_ball(rt, "rounded", solid, "radius", _positive("rounded", "the radius", radius), segments, look)
+
+
+@define(
+    "shell", f"solid::Parts thickness::Number [:segments::Integer] {LOOK}", "Entity",
+    "Return a solid hollowed out, with walls of `thickness`; cut it to see inside.",
+    ('(round (volume (shell (call "cube") .25 :segments 4)) 3)', "0.875"),
+)  # fmt: skip
+def shell(rt: Runtime, solid: Any, thickness: Any, segments: int = 12, **look: Any) -> Entity:
+    return _with_ball(rt, "shell", solid, "thickness", _positive("shell", "the thickness", thickness), segments, look)
+
+
+@define(
+    "offset-solid", f"solid::Parts distance::Number [:segments::Integer] {LOOK}", "Entity",
+    "Return a solid that is larger by `distance` on all sides, with rounded edges; smaller if it is negative.",
+    ('(round (compute-shape-sizes (offset-solid (call "cube") .5)) 3)', "[2.0 2.0 2.0]"),
+)  # fmt: skip
+def offset_solid(rt: Runtime, solid: Any, distance: Any, segments: int = 12, **look: Any) -> Entity:
+    _positive("offset-solid", "the distance", abs(distance))
+    return _with_ball(rt, "offset-solid", solid, "distance", float(distance), segments, look)
+
+
+# --- cuts ------------------------------------------------------------------------------------------------------------
+
+
+def _plane(name: str, normal: Vector, point: Vector) -> dict[str, Any]:
+    if len(normal) != 3 or len(point) != 3:
+        raise SceneError("value", f"`{name}` expects three numbers for the normal and for the point")
+    if not any(normal):
+        raise SceneError("value", f"the normal of `{name}` is zero")
+    offset = sum(a * b for a, b in zip(normal, point, strict=True))
+    return {"normal": np.array(normal, np.float64), "offset": float(offset)}
+
+
+@define(
+    "cut-plane", f"solid::Parts normal::Vector [point::Vector] [:segments::Integer] {LOOK}", "Entity",
+    "Return the part of a solid on the side of a plane that its `normal` points to; the plane goes through `point`, by "
+    "default the origin.",
+    ('(compute-shape-min (cut-plane (call "cube") [0 1 0]))', "[-0.5 0.0 -0.5]"),
+)  # fmt: skip
+def cut_plane(
+    rt: Runtime, solid: Any, normal: Vector, point: Vector = _ORIGIN, segments: int = SEGMENTS, **look: Any
+) -> Entity:  # fmt: skip
+    operand = solid_operand(rt, "cut-plane", solid, _segments("cut-plane", segments))
+    return solid_entity(rt, "cut-plane", _plane("cut-plane", normal, point), [operand], look, solid)
+
+
+@define(
+    "split", f"solid::Parts tool::Parts [:segments::Integer] {LOOK}", "List[Entity]",
+    "Return two solids: the part of a solid inside of `tool`, and the part outside.",
+    ('(map volume (split (call "cube") (transform (call "cube") (translate [.75 0 0]))))', "(0.25 0.75)"),
+)  # fmt: skip
+def split(rt: Runtime, solid: Any, tool: Any, segments: int = SEGMENTS, **look: Any) -> Any:
+    return make_list([_boolean(rt, name, (solid, tool), segments, look) for name in ("intersection", "difference")])
+
+
+# --- profiles --------------------------------------------------------------------------------------------------------
+
+
+def profile_of(rt: Runtime, name: str, value: Any) -> tuple[Any, ...]:
+    """Return a profile as contours (K, 2): one array of points, or a list of them."""
+    flat = value
+    if isinstance(value, (Vector, tuple)) or not hasattr(value, "data"):
+        members = items(rt, value, name) if not hasattr(value, "data") else [value]
+        is_list = bool(members) and all(_is_contour(rt, name, member) for member in members)
+        found = tuple(_contour(rt, name, member) for member in (members if is_list else [flat]))
+    else:
+        found = (_contour(rt, name, value),)
+    rt.charge(sum(len(contour) for contour in found) >> 4)
+    return found
+
+
+def _is_contour(rt: Runtime, name: str, member: Any) -> bool:
+    try:
+        return bool(to_numpy(rt, member, name).ndim == 2)
+    except SceneError:
+        return False
+
+
+def _contour(rt: Runtime, name: str, value: Any) -> Any:
+    points = np.asarray(to_numpy(rt, value, name), np.float64)
+    if points.ndim != 2 or points.shape[1] != 2 or len(points) < 3:
+        raise SceneError(
+            "value", f"`{name}` expects a profile: at least three points [x y], or a list of such contours"
+        )
+    if len(points) > _MAX_POINTS or not np.isfinite(points).all():
+        raise SceneError("value", f"`{name}` expects at most {_MAX_POINTS:,} finite points in a contour")
+    return points
+
+
+@define(
+    "extrude", f"profile height::Number [:twist::Number] [:taper] [:slices::Integer] [:center::Boolean] {LOOK}",
+    "Entity",
+    "Return a profile in the plane of x and y, extruded along +z by `height`. The top is turned by `:twist` radians "
+    "and scaled by `:taper`, one factor or two; `:slices` are layers of a twist; `:center` puts the middle at z = 0.",
+    ("(volume (extrude [[0 0] [2 0] [2 1] [0 1]] 3))", "6.0"),
+)  # fmt: skip
+def extrude(
+    rt: Runtime, profile: Any, height: Any, twist: Any = 0, taper: Any = 1, slices: int = 0, center: bool = False,
+    **look: Any,
+) -> Entity:  # fmt: skip
+    if slices < 0 or slices > 10_000:
+        raise SceneError("value", f"`extrude` expects at most 10,000 :slices, got {slices}")
+    contours = profile_of(rt, "extrude", profile)
+    layers = slices or (max(1, math.ceil(abs(float(twist)) / math.tau * SEGMENTS)) if twist else 1)
+    scale = _pair(rt, "extrude", ":taper", taper)
+    if min(scale) < 0.0:
+        raise SceneError("value", "`extrude` expects a :taper of at least 0")
+    parameters = {
+        "profile": contours, "height": _positive("extrude", "the height", height), "twist": math.degrees(float(twist)),
+        "taper": np.array(scale), "slices": layers - 1, "center": bool(center),
+    }  # fmt: skip
+    return solid_entity(rt, "extrude", parameters, (), look)
+
+
+@define(
+    "lathe", f"profile [:angle::Number] [:segments::Integer] {LOOK}", "Entity",
+    "Return a profile turned around the y axis: x is the distance from the axis, and what is at x < 0 is left out. "
+    "`:angle` in radians is less than a full turn.",
+    ("(round (volume (lathe [[0 0] [1 0] [1 1] [0 1]] :segments 1024)) 3)", "3.142"),
+)  # fmt: skip
+def lathe(rt: Runtime, profile: Any, angle: Any = math.tau, segments: int = SEGMENTS, **look: Any) -> Entity:
+    if not 0.0 < angle <= math.tau + 1e-9:
+        raise SceneError("value", f"`lathe` expects an :angle above 0 up to a full turn, got {show(angle, 40)}")
+    parameters = {
+        "profile": profile_of(rt, "lathe", profile), "angle": min(360.0, math.degrees(float(angle))),
+        "segments": _segments("lathe", segments),
+    }  # fmt: skip
+    return solid_entity(rt, "lathe", parameters, (), look)
+
+
+@define(
+    "mesh", f"vertices::ArrayLike faces {LOOK}", "Entity",
+    "Return the solid with these corners [x y z] and faces, lists of the indices of corners, counter-clockwise seen "
+    "from outside. It must be closed.",
+    ("(volume (mesh [[0 0 0] [1 0 0] [0 1 0] [0 0 1]] [[0 2 1] [0 1 3] [1 2 3] [0 3 2]]))", "0.16666666666666666"),
+)  # fmt: skip
+def mesh(rt: Runtime, vertices: Any, faces: Any, **look: Any) -> Entity:
+    points = np.asarray(to_numpy(rt, vertices, "mesh"), np.float64)
+    if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+        raise SceneError("value", "`mesh` expects a list of finite points [x y z]")
+    triangles = []
+    for face in items(rt, faces, "mesh"):
+        corners = [int(i) for i in np.asarray(to_numpy(rt, face, "mesh")).reshape(-1)]
+        if len(corners) < 3 or not all(0 <= i < len(points) for i in corners):
+            raise SceneError("value", f"`mesh` expects faces of at least three indices below {len(points)}")
+        triangles += [(corners[0], b, c) for b, c in pairwise(corners[1:])]
+    parameters = {"vertices": points, "faces": np.array(triangles, np.float64).reshape(-1, 3)}
+    entity = solid_entity(rt, "mesh", parameters, (), look)
+    assert isinstance(entity.shape, SolidShape)
+    _ = entity.shape.computed  # a mesh that is not closed is an error where it is written
+    return entity
+
+
+# --- measures --------------------------------------------------------------------------------------------------------
+
+
+def _measured(rt: Runtime, name: str, x: Any) -> Any:
+    from scenelang.interpreter.scene.modelling.computing import manifold_of
+
+    operand = solid_operand(rt, name, x)
+    rt.charge(64)
+    return manifold_of(operand.expression).manifold.transform(np.array(operand.pose).reshape(3, 4))
+
+
+@define(
+    "volume", "x::Parts", "Float", "Return the volume of an entity or parts as one solid, in cubic scene units.",
+    ('(volume (call "cube" :scale [1 2 3]))', "6.0"),
+)  # fmt: skip
+def volume(rt: Runtime, x: Any) -> float:
+    return float(_measured(rt, "volume", x).volume())
