@@ -85,6 +85,12 @@ TOPICS: dict[str, tuple[str, str]] = {
         "copies also accept a function of the copy's index. Every combinator returns parts, which can be used in a "
         "`union`. Boxes are the exact bounding boxes of `compute-shape-min` and related functions.",
     ),
+    "solids": (
+        "Solid modelling",
+        "Solids are entities, computed when they are drawn or measured. Operands are entities, pairs or parts: cubes, "
+        "spheres and other primitives, closed mesh files and solids. A profile is an array of points [x y], or a list "
+        "of such contours: outer ones counter-clockwise, holes clockwise. [Solids](../solids.md) has more.",
+    ),
     "colors": ("Colours", ""),
     "numbers": ("Numbers", "Arithmetic works on numbers and elementwise on arrays."),
     "tests": ("Type predicates and equality", ""),
@@ -251,7 +257,9 @@ def _builtins() -> Iterator[ReferenceRecord]:
 
 def _builtin(name: str, entry: Builtin, module: str | None = None) -> ReferenceRecord:
     examples = (Example(*entry.example),) if entry.example else ()
-    return ReferenceRecord(name, RecordKind.FUNCTION, entry.usage, entry.doc, examples, entry.topic, module)
+    return ReferenceRecord(
+        name, RecordKind.FUNCTION, entry.usage, entry.doc, examples, entry.topic, module, entry.picture
+    )
 
 
 def _constants() -> Iterator[ReferenceRecord]:

@@ -172,6 +172,8 @@ def _boolean(rt: Runtime, name: str, values: Sequence[Any], segments: int, look:
     "difference", f"base::Parts tools::Parts ... [:segments::Integer] {LOOK}", "Entity",
     "Return the solid that remains of `base` without `tools`. Faces keep the colours and words of their operands.",
     ('(volume (difference (call "cube") (call "cube" :scale [.5 .5 2])))', "0.75"),
+    picture='(difference (call "cube" :color (color "tomato")) (call "sphere" :radius .62 :color (color '
+            '"gold")))',
 )  # fmt: skip
 def difference(rt: Runtime, base: Any, *tools: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
     return _boolean(rt, "difference", (base, *tools), segments, look)
@@ -181,6 +183,8 @@ def difference(rt: Runtime, base: Any, *tools: Any, segments: int = SEGMENTS, **
     "intersection", f"first::Parts others::Parts ... [:segments::Integer] {LOOK}", "Entity",
     "Return the solid of what is inside of all operands.",
     ('(volume (intersection (call "cube") (transform (call "cube") (translate [.5 0 0]))))', "0.5"),
+    picture='(intersection (call "cube" :color (color "tomato")) (call "sphere" :radius .65 :color (color '
+            '"gold")))',
 )  # fmt: skip
 def intersection(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
     return _boolean(rt, "intersection", (first, *others), segments, look)
@@ -190,6 +194,8 @@ def intersection(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS
     "union-solid", f"first::Parts others::Parts ... [:segments::Integer] {LOOK}", "Entity",
     "Return one watertight solid of all operands. `union` keeps them as separate parts, which costs nothing.",
     ('(volume (union-solid (call "cube") (transform (call "cube") (translate [.5 0 0]))))', "1.5"),
+    picture='(union-solid (call "cube" :color (color "tomato")) (transform (call "sphere" :radius .5 :color '
+            '(color "gold")) (translate [.4 .4 .4])))',
 )  # fmt: skip
 def union_solid(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
     return _boolean(rt, "union-solid", (first, *others), segments, look)
@@ -199,6 +205,8 @@ def union_solid(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS,
     "hull", f"first::Parts others::Parts ... [:segments::Integer] {LOOK}", "Entity",
     "Return the convex hull of all operands.",
     ('(volume (hull (call "cube") (transform (call "cube") (translate [1 0 0]))))', "2.0"),
+    picture='(hull (call "sphere" :radius .5 :color (color "gold")) (transform (call "cube") (translate [1.5 '
+            '0 0])))',
 )  # fmt: skip
 def hull(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
     return _boolean(rt, "hull", (first, *others), segments, look)
@@ -212,6 +220,8 @@ def hull(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look
     "Return the Minkowski sum: what a convex `tool`, moved by its origin over all of `base`, covers. The time grows "
     "with the product of the numbers of faces; curved operands have `:segments` sides, 12 by default.",
     ('(compute-shape-sizes (minkowski (call "cube") (call "cube" :scale .5)))', "[1.5 1.5 1.5]"),
+    picture='(minkowski (call "cube" :scale [2 .4 1] :color (color "slategray")) (call "cone" :radius .3 :p1 '
+            '[0 .5 0]))',
 )  # fmt: skip
 def minkowski(rt: Runtime, base: Any, tool: Any, segments: int = 12, **look: Any) -> Entity:
     sides = _segments("minkowski", segments)
@@ -229,6 +239,7 @@ def _with_ball(rt: Runtime, name: str, base: Any, key: str, size: float, sides: 
     "Return a solid with its outer edges rounded by a ball of `radius`, by Minkowski sums with a ball of `:segments` "
     "sides, 12 by default; the size stays.",
     ('(round (compute-shape-sizes (rounded (call "cube") .1)) 3)', "[1.0 1.0 1.0]"),
+    picture='(rounded (call "cube" :color (color "gold")) .2)',
 )  # fmt: skip
 def rounded(rt: Runtime, solid: Any, radius: Any, segments: int = 12, **look: Any) -> Entity:
     return _with_ball(rt, "rounded", solid, "radius", _positive("rounded", "the radius", radius), segments, look)
@@ -238,6 +249,7 @@ def rounded(rt: Runtime, solid: Any, radius: Any, segments: int = 12, **look: An
     "shell", f"solid::Parts thickness::Number [:segments::Integer] {LOOK}", "Entity",
     "Return a solid hollowed out, with walls of `thickness`; cut it to see inside.",
     ('(round (volume (shell (call "cube") .25 :segments 4)) 3)', "0.875"),
+    picture='(cut-plane (shell (call "sphere" :color (color "tomato")) .2 :segments 16) [-1 0 -1])',
 )  # fmt: skip
 def shell(rt: Runtime, solid: Any, thickness: Any, segments: int = 12, **look: Any) -> Entity:
     return _with_ball(rt, "shell", solid, "thickness", _positive("shell", "the thickness", thickness), segments, look)
@@ -247,6 +259,8 @@ def shell(rt: Runtime, solid: Any, thickness: Any, segments: int = 12, **look: A
     "offset-solid", f"solid::Parts distance::Number [:segments::Integer] {LOOK}", "Entity",
     "Return a solid that is larger by `distance` on all sides, with rounded edges; smaller if it is negative.",
     ('(round (compute-shape-sizes (offset-solid (call "cube") .5)) 3)', "[2.0 2.0 2.0]"),
+    picture='(offset-solid (difference (call "cube" :scale [2 .6 1] :color (color "slategray")) (call "cube" '
+            ':scale [.6 2 .4])) .1)',
 )  # fmt: skip
 def offset_solid(rt: Runtime, solid: Any, distance: Any, segments: int = 12, **look: Any) -> Entity:
     _positive("offset-solid", "the distance", abs(distance))
@@ -270,6 +284,7 @@ def _plane(name: str, normal: Vector, point: Vector) -> dict[str, Any]:
     "Return the part of a solid on the side of a plane that its `normal` points to; the plane goes through `point`, by "
     "default the origin.",
     ('(compute-shape-min (cut-plane (call "cube") [0 1 0]))', "[-0.5 0.0 -0.5]"),
+    picture='(cut-plane (call "torus" :color (color "gold")) [-1 0 0])',
 )  # fmt: skip
 def cut_plane(
     rt: Runtime, solid: Any, normal: Vector, point: Vector = _ORIGIN, segments: int = SEGMENTS, **look: Any
@@ -282,6 +297,8 @@ def cut_plane(
     "split", f"solid::Parts tool::Parts [:segments::Integer] {LOOK}", "List[Entity]",
     "Return two solids: the part of a solid inside of `tool`, and the part outside.",
     ('(map volume (split (call "cube") (transform (call "cube") (translate [.75 0 0]))))', "(0.25 0.75)"),
+    picture='(map transform (split (call "sphere" :color (color "tomato")) (call "cube" :scale 1.3)) (list '
+            '(translate [-1.3 0 0]) (translate [1.3 0 0])))',
 )  # fmt: skip
 def split(rt: Runtime, solid: Any, tool: Any, segments: int = SEGMENTS, **look: Any) -> Any:
     return make_list([_boolean(rt, name, (solid, tool), segments, look) for name in ("intersection", "difference")])
@@ -327,6 +344,7 @@ def _contour(rt: Runtime, name: str, value: Any) -> Any:
     "Return a profile in the plane of x and y, extruded along +z by `height`. The top is turned by `:twist` radians "
     "and scaled by `:taper`, one factor or two; `:slices` are layers of a twist; `:center` puts the middle at z = 0.",
     ("(volume (extrude [[0 0] [2 0] [2 1] [0 1]] 3))", "6.0"),
+    picture='(extrude [[0 0] [2 0] [2 .5] [.5 .5] [.5 1.5] [0 1.5]] .8 :color (color "steelblue"))',
 )  # fmt: skip
 def extrude(
     rt: Runtime, profile: Any, height: Any, twist: Any = 0, taper: Any = 1, slices: int = 0, center: bool = False,
@@ -351,6 +369,7 @@ def extrude(
     "Return a profile turned around the y axis: x is the distance from the axis, and what is at x < 0 is left out. "
     "`:angle` in radians is less than a full turn.",
     ("(round (volume (lathe [[0 0] [1 0] [1 1] [0 1]] :segments 1024)) 3)", "3.142"),
+    picture='(lathe [[0 0] [.5 0] [.15 .2] [.1 1] [.6 1.6] [.5 1.6] [0 1.1]] :color (color "gold"))',
 )  # fmt: skip
 def lathe(rt: Runtime, profile: Any, angle: Any = math.tau, segments: int = SEGMENTS, **look: Any) -> Entity:
     if not 0.0 < angle <= math.tau + 1e-9:
@@ -367,6 +386,8 @@ def lathe(rt: Runtime, profile: Any, angle: Any = math.tau, segments: int = SEGM
     "Return the solid with these corners [x y z] and faces, lists of the indices of corners, counter-clockwise seen "
     "from outside. It must be closed.",
     ("(volume (mesh [[0 0 0] [1 0 0] [0 1 0] [0 0 1]] [[0 2 1] [0 1 3] [1 2 3] [0 3 2]]))", "0.16666666666666666"),
+    picture="(mesh [[-1 0 -1] [1 0 -1] [1 0 1] [-1 0 1] [0 1.4 0]] '((0 1 2 3) (4 1 0) (4 2 1) (4 3 2) (4 0 "
+            "3)) :color (color \"sienna\"))",
 )  # fmt: skip
 def mesh(rt: Runtime, vertices: Any, faces: Any, **look: Any) -> Entity:
     points = np.asarray(to_numpy(rt, vertices, "mesh"), np.float64)

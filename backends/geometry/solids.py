@@ -20,7 +20,7 @@ from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.flatten import FlatFrame
 from scenelang.interpreter.scene.primitives import Placed, standard_forms
 from scenelang.interpreter.scene.primitives.base import Primitive, mesh_of
-from scenelang.interpreter.scene.primitives.forms import TRIANGLE, CanonicalForm, Ratios
+from scenelang.interpreter.scene.primitives.forms import FACE, SMOOTH_FACE, TRIANGLE, CanonicalForm, Ratios
 from scenelang.interpreter.scene.primitives.mesh import Mesh, cofactors_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -28,6 +28,7 @@ IntArray = npt.NDArray[np.int64]
 Numbers = npt.NDArray[np.int16]
 
 _NO_ROWS = (0.0,) * 12
+_FLAT = 1e-3  # sine of the angle between a corner's normal and its face below which a triangle is flat
 _HALF_THICKNESS = 2e-5  # half the thickness given to flat things, in units of the scene's half diagonal
 
 
@@ -68,8 +69,13 @@ class PosedForms:
         return tuple(self.ratios[rows, k] for k in range(form.ratios))
 
     def members(self) -> Iterator[tuple[CanonicalForm, tuple[float, ...], IntArray]]:
-        """Yield the distinct pairs of form and ratios, each with the indices of its rows."""
+        """Yield the distinct pairs of form and ratios, each with the indices of its rows.
+
+        Triangles of smooth surfaces, each of which has its own ratios, are left out.
+        """
         for form, rows in self.groups():
+            if form.shading_ratios:
+                continue
             if not form.ratios:
                 yield form, (), rows
                 continue
@@ -148,10 +154,15 @@ class _Piece:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Triangles:
-    """Drawable of a distinct primitive: K triangles with local poses (K, 3, 4) and looks (K,)."""
+    """Drawable of a distinct primitive: K triangles with local poses (K, 3, 4) and looks (K,).
+
+    ``normals`` (K, 9) are those at the corners, in the dual of each triangle's frame, None for the meshes of files,
+    which may be open.
+    """
 
     local: FloatArray
     look: IntArray
+    normals: FloatArray | None = None
 
 
 class FormTable:
@@ -205,12 +216,24 @@ def solids_of(frame: FlatFrame) -> Solids:
     semantic = np.array([is_semantic(entity) for entity in frame.primitives], bool)
     forms = posed_forms([piece.placed if isinstance(piece, _Piece) else None for piece in pieces])
     columns = [_form_columns(frame, pieces, forms, word, semantic)]
-    triangle = forms.kinds.index(TRIANGLE)
+    if any(isinstance(piece, _Triangles) and piece.normals is not None for piece in pieces):
+        forms = _with_faces(forms)
+        columns[0]["ratios"] = _padded(columns[0]["ratios"], SMOOTH_FACE.ratios)
     for i, piece in enumerate(pieces):
         if isinstance(piece, _Triangles):
-            columns.append(_triangle_columns(frame, i, piece, int(word[i]), triangle, forms.ratios.shape[1]))
+            columns.append(_triangle_columns(frame, i, piece, int(word[i]), forms))
     joined: dict[str, Any] = {name: np.concatenate([part[name] for part in columns]) for name in _COLUMNS}
     return Solids(kinds=forms.kinds, **joined, looks=table.looks(), words=words)
+
+
+def _with_faces(forms: PosedForms) -> PosedForms:
+    """Return the same rows with the forms of faces among the kinds, and room for their ratios."""
+    kinds = tuple(dict.fromkeys((*forms.kinds, FACE, SMOOTH_FACE)))
+    return replace(forms, kinds=kinds, ratios=_padded(forms.ratios, SMOOTH_FACE.ratios))
+
+
+def _padded(ratios: FloatArray, count: int) -> FloatArray:
+    return np.pad(ratios, ((0, 0), (0, max(0, count - ratios.shape[1]))))
 
 
 def _form_columns(
@@ -238,7 +261,7 @@ def _form_columns(
 
 
 def _triangle_columns(
-    frame: FlatFrame, primitive: int, mesh: _Triangles, word: int, triangle: int, ratios: int
+    frame: FlatFrame, primitive: int, mesh: _Triangles, word: int, forms: PosedForms
 ) -> dict[str, npt.NDArray[Any]]:
     """Return the columns of all instances of one primitive that consists of many triangles."""
     instance = np.flatnonzero(np.asarray(frame.index) == primitive)
@@ -251,15 +274,28 @@ def _triangle_columns(
             hint="use a simpler mesh, or fewer copies of it",
         )
     matrices = np.asarray(frame.matrices[instance])
+    kinds, ratios = _triangle_forms(mesh, forms)
     return {
-        "forms": np.full(total, triangle, np.int16),
-        "ratios": np.zeros((total, ratios)),
+        "forms": np.tile(kinds, len(instance)),
+        "ratios": np.tile(ratios, (len(instance), 1)),
         "matrices": composed(np.repeat(matrices, count, axis=0), np.tile(mesh.local, (len(instance), 1, 1))),
         "look": np.tile(mesh.look, len(instance)),
         "word": np.full(total, word, np.int64),
         "semantic": np.zeros(total, bool),
         "instance": np.repeat(instance, count),
     }
+
+
+def _triangle_forms(mesh: _Triangles, forms: PosedForms) -> tuple[Numbers, FloatArray]:
+    """Return the forms (K,) and ratios (K, R) of triangles: faces with one normal at all corners are flat."""
+    count = len(mesh.local)
+    ratios = np.zeros((count, forms.ratios.shape[1]))
+    if mesh.normals is None:
+        return np.full(count, forms.kinds.index(TRIANGLE), np.int16), ratios
+    tilt = np.abs(mesh.normals.reshape(-1, 3, 3)[:, :, :2]).max(axis=(1, 2))
+    bent = tilt > _FLAT * np.linalg.norm(mesh.local[:, :, :2], axis=1).max(axis=1)
+    ratios[bent, : SMOOTH_FACE.ratios] = mesh.normals[bent]
+    return np.where(bent, forms.kinds.index(SMOOTH_FACE), forms.kinds.index(FACE)).astype(np.int16), ratios
 
 
 def composed(outer: npt.NDArray[np.float64], inner: npt.NDArray[np.float64]) -> FloatArray:
@@ -306,11 +342,24 @@ def _piece(entity: Entity, table: _LookTable) -> _Piece | _Triangles | None:
 def _triangles(entity: Entity, mesh: Mesh, look: Look, table: _LookTable) -> _Triangles:
     """Return the triangles of a mesh, in its own colours unless the primitive has a ``:color``."""
     local, valid = triangle_poses(mesh.corners)
+    normals = None
+    if entity.shape is not None and not entity.shape.is_file:
+        normals = _corner_normals(mesh, local, valid)
     if mesh.colors is None or not keeps_own_colors(entity, mesh):
-        return _Triangles(local, np.full(len(local), table.number(look)))
+        return _Triangles(local, np.full(len(local), table.number(look)), normals)
     colors, inverse = np.unique(mesh.colors[valid], axis=0, return_inverse=True)
     numbers = [table.number(replace(look, color=tuple(color))) for color in colors.tolist()]
-    return _Triangles(local, np.array(numbers, np.int64)[inverse.reshape(-1)])
+    return _Triangles(local, np.array(numbers, np.int64)[inverse.reshape(-1)], normals)
+
+
+def _corner_normals(mesh: Mesh, local: FloatArray, valid: IntArray) -> FloatArray:
+    """Return the normals (K, 9) at the corners of the triangles ``valid``, in the dual of their frames ``local``."""
+    if mesh.normals is None:
+        flat = np.zeros((len(valid), 9))
+        flat[:, 2::3] = 1.0
+        return flat
+    corners = mesh.normals[mesh.faces[valid]]
+    return np.asarray(np.einsum("kix,kci->kcx", local[:, :, :3], corners).reshape(-1, 9), np.float64)
 
 
 def triangle_poses(corners: FloatArray) -> tuple[FloatArray, IntArray]:

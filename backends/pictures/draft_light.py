@@ -379,7 +379,11 @@ class Reach:
 
 def hidden_share(solids: Solids) -> FloatArray:
     """Return the effective opacity (N,) of each solid; light passes through the surface of a closed one twice."""
-    return np.where(solids.that_are("is_closed"), 1.0 - (1.0 - solids.opacity) ** 2, solids.opacity)
+    return np.where(
+        solids.that_are("is_closed") | solids.that_are("is_one_sided"),
+        1.0 - (1.0 - solids.opacity) ** 2,
+        solids.opacity,
+    )
 
 
 def albedo_of(stage: Stage, seen: Surface) -> Float32Array:

@@ -25,8 +25,8 @@ from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.pictures.stage import Stage, Staging
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts
 from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.interpreter.scene.primitives.forms import CanonicalForm
-from scenelang.interpreter.scene.primitives.mesh import posed
+from scenelang.interpreter.scene.primitives.forms import TRIANGLE, CanonicalForm
+from scenelang.interpreter.scene.primitives.mesh import inverses_of, posed
 
 # Instancing: a cut through the entity DAG. Mitsuba has one level of instancing and no emitters inside instances, so
 # each path from the root to a primitive is cut once: below the cut are prototypes, shared entities whose solids become
@@ -464,10 +464,29 @@ def sizes_of(matrices: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.einsum("nij,nij->nj", matrices[:, :, :3], matrices[:, :, :3])).max(axis=1), np.float64)
 
 
+def _smooth_triangles(
+    solids: Solids, rows: IntArray, start: int
+) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:  # fmt: skip
+    """Return the triangles ``rows`` of smooth surfaces as a part of ``_merged``, with vertices from ``start`` on."""
+    matrices = solids.matrices[rows]
+    vertices = TRIANGLE.hull(()) @ np.swapaxes(matrices[:, :, :3], 1, 2) + matrices[:, None, :, 3]
+    local = solids.ratios[rows, :9].reshape(-1, 3, 3)
+    normals = np.einsum("kji,kcj->kci", inverses_of(matrices[:, :, :3]), local)
+    normals /= np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), 1e-300)
+    faces = start + np.arange(3 * len(rows)).reshape(-1, 3)
+    mirrored = np.linalg.det(matrices[:, :, :3]) < 0.0
+    faces[mirrored] = faces[mirrored][:, ::-1]
+    return vertices.reshape(-1, 3), normals.reshape(-1, 3), faces, rows
+
+
 def _merged(solids: Solids, segments: IntArray) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
     """Return vertices, normals and faces of all solids, and the index of the solid that owns each face."""
     parts: list[tuple[FloatArray, FloatArray, IntArray, IntArray]] = []
     start = 0
+    for form, rows in solids.groups():
+        if form.shading_ratios:
+            parts.append(_smooth_triangles(solids, rows, start))
+            start += 3 * len(rows)
     for form, ratios, members in solids.members():
         for sides in np.unique(segments[members]):
             rows = members[segments[members] == sides]

@@ -188,7 +188,7 @@ class Caster:
 
     def _cast_batch(self, form: CanonicalForm, batch: IntArray, keys: Keys, beyond: Keys | None) -> None:
         _, owner, pixel, o, d = self._batch_rays(batch)
-        ratios = tuple(ratio[owner] for ratio in self.solids.ratios_of(form, batch))
+        ratios = self._shape_ratios(form, batch, owner)
         for t in _hits(form, (o[0], o[1], o[2]), (d[0], d[1], d[2]), ratios):
             hit = np.flatnonzero(t < np.inf)
             found, at = _keys_of(t[hit], batch[owner[hit]].astype(np.uint64)), pixel[hit]
@@ -196,6 +196,11 @@ class Caster:
                 kept = found > beyond.reshape(-1)[at]
                 found, at = found[kept], at[kept]
             np.minimum.at(keys.reshape(-1), at, found)
+
+    def _shape_ratios(self, form: CanonicalForm, batch: IntArray, owner: IntArray) -> Ratios:
+        """Return the ratios that the shape depends on, for each ray of a batch."""
+        count = form.ratios - form.shading_ratios
+        return tuple(ratio[owner] for ratio in self.solids.ratios_of(form, batch)[:count]) if count else ()
 
     def _batch_rays(self, batch: IntArray) -> tuple[int, IntArray, IntArray, list[FloatArray], list[FloatArray]]:
         """Return the rays of all samples in the rectangles of a batch, in the frames of its solids.
@@ -257,7 +262,7 @@ class Caster:
     def _hit_samples(self, form: CanonicalForm, batch: IntArray) -> tuple[IntArray, IntArray]:
         """Return the samples that the solids of a batch cover, and the solid that covers each."""
         at, owner, pixel, o, d = self._batch_rays(batch)
-        ratios = tuple(ratio[owner] for ratio in self.solids.ratios_of(form, batch))
+        ratios = self._shape_ratios(form, batch, owner)
         hit = np.zeros(at, bool)
         for t in _hits(form, (o[0], o[1], o[2]), (d[0], d[1], d[2]), ratios):
             hit |= t < np.inf
@@ -267,6 +272,7 @@ class Caster:
         """Return unit normals (N, 3) of the solids ``ids`` at world ``points`` (N, 3), flipped to face against
         ``toward``."""
         out = np.zeros_like(points)
+        faces = out  # the normals of faces, which decide on the side where interpolated ones differ
         inverse = self.inverse[ids]
         local = np.einsum("nij,nj->ni", inverse, points - self.center[ids])
         forms = self.solids.forms[ids]
@@ -274,8 +280,13 @@ class Caster:
             form, rows = self.solids.kinds[number], np.flatnonzero(forms == number)
             ratios = self.solids.ratios_of(form, ids[rows])
             out[rows] = np.einsum("nji,nj->ni", inverse[rows], form.normals(local[rows], ratios))
+            if form.shading_ratios:
+                faces = out.copy() if faces is out else faces
+                faces[rows] = inverse[rows][:, 2]
+            elif faces is not out:
+                faces[rows] = out[rows]
         length = np.sqrt(np.einsum("ni,ni->n", out, out))
-        away = np.einsum("ni,ni->n", out, toward) > 0.0
+        away = np.einsum("ni,ni->n", faces, toward) > 0.0
         sign = np.where(away, -1.0, 1.0)
         return out * (sign / np.where(length > 0.0, length, 1.0))[:, None]
 
@@ -300,7 +311,7 @@ def caster_for(solids: PosedForms, rays: Rays, inverse: FloatArray | None = None
     """Prepare ``solids``, whose poses must be invertible, for ``rays``; ``inverse`` (N, 3, 3) are their inverses."""
     with np.errstate(all="ignore"):
         inverse = inverses_of(solids.matrices[:, :, :3]) if inverse is None else inverse
-        rectangles = _rectangles(solids, rays)
+        rectangles = _rectangles(solids, rays, ~_turned_away(solids, rays, inverse))
         forward = rays.axes[2]
         depth = (solids.matrices[:, :, 3] - rays.eye) @ forward
         nearest = depth - np.abs(forward @ solids.matrices[:, :, :3]).sum(axis=1)
@@ -325,22 +336,22 @@ def _batches(which: IntArray, area: IntArray) -> list[IntArray]:
 # --- rectangles ------------------------------------------------------------------------------------------------
 
 
-def _rectangles(solids: PosedForms, rays: Rays) -> IntArray:
-    """Return the samples (N, 4) that each solid may cover, clipped to the picture."""
+def _rectangles(solids: PosedForms, rays: Rays, which: npt.NDArray[np.bool_]) -> IntArray:
+    """Return the samples (N, 4) that each of the solids ``which`` may cover, clipped to the picture; 0 for others."""
     low = np.full((len(solids), 2), np.inf)
     high = np.full((len(solids), 2), -np.inf)
-    linear = rays.axes @ solids.matrices[:, :, :3]
-    center = (solids.matrices[:, :, 3] - rays.eye) @ rays.axes.T
-    for form, rows in solids.groups():
+    for form, rows in solids.groups(which):
         bounds = _parallel_bounds if rays.parallel else _perspective_bounds
         for start in range(0, len(rows), _BATCH):
             part = rows[start : start + _BATCH]
+            linear = rays.axes @ solids.matrices[part, :, :3]
+            center = (solids.matrices[part, :, 3] - rays.eye) @ rays.axes.T
             if rays.parallel and type(form).hull is CanonicalForm.hull and not _is_ball(form):  # the cube's corners
-                reach = np.abs(linear[part, :2]).sum(axis=2)
-                low[part], high[part] = center[part, :2] - reach, center[part, :2] + reach
+                reach = np.abs(linear[:, :2]).sum(axis=2)
+                low[part], high[part] = center[:, :2] - reach, center[:, :2] + reach
                 continue
             hull = form.hull(solids.ratios_of(form, part))
-            low[part], high[part] = bounds(linear[part], center[part], hull, _is_ball(form))
+            low[part], high[part] = bounds(linear, center, hull, _is_ball(form))
     size = np.array([rays.width, rays.height], np.float64)
     first, last = low * rays.focal + rays.principal, high * rays.focal + rays.principal
     up = np.array(rays.principal)[1] * 2.0
@@ -353,6 +364,16 @@ def _rectangles(solids: PosedForms, rays: Rays) -> IntArray:
     out = np.concatenate([low_edge, np.maximum(high_edge, low_edge)], axis=1)
     out[empty] = 0
     return out
+
+
+def _turned_away(solids: PosedForms, rays: Rays, inverse: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which solids (N,) are faces of closed surfaces that no ray meets from outside."""
+    found = np.zeros(len(solids), bool)
+    rows = np.flatnonzero(solids.that_are("is_one_sided"))
+    outward = inverse[rows, 2]
+    view = rays.axes[2] if rays.parallel else solids.matrices[rows, :, 3] - rays.eye
+    found[rows] = np.einsum("ni,ni->n", outward, np.broadcast_to(view, outward.shape)) >= 0.0
+    return found
 
 
 def _is_ball(form: CanonicalForm) -> bool:

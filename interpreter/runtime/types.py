@@ -477,6 +477,8 @@ class Builtin(Procedure):
     check
         Function that checks literal arguments before the program runs; it raises ``SceneError``, with the names that
         may have been meant as its value.
+    picture
+        Expression whose rendering illustrates the builtin in the reference.
     """
 
     name: str
@@ -489,6 +491,7 @@ class Builtin(Procedure):
     since: str = "0.1"
     intrinsic: str | None = None
     check: Callable[..., object] | None = None
+    picture: str | None = None
 
     @property
     def checks_arguments(self) -> bool:
@@ -565,6 +568,7 @@ class Registry:
         example: tuple[str, str] | None = None,
         intrinsic: str | None = None,
         check: Callable[..., object] | None = None,
+        picture: str | None = None,
     ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
         """Register the decorated function under ``name``."""
 
@@ -572,7 +576,16 @@ class Registry:
             if name in self.entries:
                 raise ValueError(f"{name} is registered twice")
             entry = Builtin(
-                name, parameters, result, function, doc, example, self.topic, intrinsic=intrinsic, check=check
+                name,
+                parameters,
+                result,
+                function,
+                doc,
+                example,
+                self.topic,
+                intrinsic=intrinsic,
+                check=check,
+                picture=picture,
             )
             self.entries[name] = entry
             return function

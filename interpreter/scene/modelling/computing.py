@@ -160,6 +160,10 @@ def _made(node: Expression, operands: Sequence[_Made]) -> _Made:
     sources: dict[int, FaceSource] = {}
     for made in placed:
         sources |= made.sources
+    if node.operation == "cut-plane":  # the face of the cut is new
+        first = next(iter(placed[0].sources.values()))
+        for number in manifold.to_mesh64().run_original_id:
+            sources.setdefault(number, FaceSource(node.color, first.word))
     return _Made(manifold, sources)
 
 

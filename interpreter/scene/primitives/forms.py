@@ -39,11 +39,13 @@ class CanonicalForm:
 
     name: ClassVar[str]
     ratios: ClassVar[int] = 0
+    shading_ratios: ClassVar[int] = 0  # how many of them, the last ones, change normals only
     # Whether it has no flat face, like a ball; such primitives may overlap on purpose.
     is_rounded: ClassVar[bool] = False
     is_convex: ClassVar[bool] = True
     is_curved: ClassVar[bool] = True  # whether its mesh depends on the number of segments
     is_closed: ClassVar[bool] = True  # whether rays cross the surface an even number of times
+    is_one_sided: ClassVar[bool] = False  # a face of a closed surface: only rays against its normal, +z, can see it
     # Whether its Mitsuba shapes overlap, which is visible in transparent materials.
     overlaps: ClassVar[bool] = False
     # Below this ratio of the shortest to the longest half axis, Mitsuba's shapes are inaccurate in single precision.
@@ -443,9 +445,38 @@ class TriangleForm(CanonicalForm):
         return tuple(corner[:, None] for corner in self.hull(()))
 
 
+class FaceForm(TriangleForm):
+    """A triangle of a closed surface, counter-clockwise seen from outside."""
+
+    name = "face"
+    is_one_sided = True
+
+
+class SmoothFaceForm(FaceForm):
+    """A triangle of a closed smooth surface: the nine ratios are the normals at its corners, in the dual of its frame.
+
+    A normal n in the world is ``l = M.T n`` there, whatever the pose M; l is interpolated linearly.
+    """
+
+    name = "smooth-face"
+    ratios = 9
+    shading_ratios = 9
+    is_curved = True
+
+    def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
+        second, third = (points[:, 0] + 1.0) / 2.0, (points[:, 1] + 1.0) / 2.0
+        shares = (1.0 - second - third, second, third)
+        rows = [sum(share * ratios[3 * corner + k] for corner, share in enumerate(shares)) for k in range(3)]
+        return np.stack(np.broadcast_arrays(*rows), axis=1)
+
+
 TRIANGLE = TriangleForm()
+FACE = FaceForm()
+SMOOTH_FACE = SmoothFaceForm()
 
 __all__ = [
+    "FACE",
+    "SMOOTH_FACE",
     "TRIANGLE",
     "CanonicalForm",
     "Chart",
