@@ -262,6 +262,26 @@ def test_stores_of_fsspec(made: Path, folder: Path) -> None:
     assert verify_dataset("memory://set") == []
 
 
+def test_any_error_of_a_store_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Packages of stores raise exceptions of their own, such as botocore's for a server that is not there."""
+    import fsspec
+
+    class LostError(Exception):
+        pass
+
+    def lose(*_: Any, **__: Any) -> None:
+        raise LostError("Could not connect to the endpoint")
+
+    kind = fsspec.get_filesystem_class("memory")
+    for method in ("exists", "put_file", "_open", "ls"):
+        with monkeypatch.context() as patch:
+            patch.setattr(kind, method, lose)
+            with pytest.raises(SceneError, match="in memory://lost: Could not connect to the endpoint") as caught:
+                dataset(folder / "spec.toml", "memory://lost", jobs=0, count=1, resume=True)
+            assert caught.value.name == "file"
+            assert caught.value.hint == "check the address, and the endpoint and keys of its store"
+
+
 # --- failures --------------------------------------------------------------------------------------------------------
 
 SOME_FAIL = '(param n 1)\n(bind "a" (lambda () (call "cube" :scale (if (> n 3) (/ 1 0) 1))))'
