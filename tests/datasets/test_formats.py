@@ -86,6 +86,27 @@ def test_the_card_describes_the_dataset(made: Path) -> None:
         assert record["spec"] in body
 
 
+@pytest.mark.parametrize(
+    "licence",
+    ["cc-by-4.0", 'see "terms": #1', "no", "1.0", "a\nlicense: mit", "[x, {y}]", "\\n\t\x85\u2028 ü 🙂", "- x", ""],
+)
+def test_any_licence_is_one_text_of_the_card(made: Path, licence: str) -> None:
+    from dataclasses import replace
+
+    import yaml
+
+    from scenelang.datasets.describing import card_of
+    from scenelang.datasets.store import read_plan, records_of
+
+    store = Store(made)
+    plan = read_plan(store)
+    assert plan is not None
+    text = card_of(replace(plan, licence=licence), list(records_of(store, plan)), "0" * 64)
+    head = yaml.safe_load(text.removeprefix("---\n").partition("\n---\n")[0])
+    assert head["license"] == (licence or "unknown")
+    assert [each["split"] for each in head["configs"][0]["data_files"]] == ["test", "train"]
+
+
 # --- COCO ------------------------------------------------------------------------------------------------------------
 
 
