@@ -254,3 +254,17 @@ def test_the_documented_spec_is_read(read: Read) -> None:
     assert spec.cameras.views == 4
     assert spec.output.formats == ("webdataset", "coco")
     assert set(spec.params) == {"objects", "size", "material", "depth"}
+
+
+def test_documented_commands_can_be_run_in_turn() -> None:
+    """No two documented commands make datasets in one folder, which the second would refuse."""
+    import re
+
+    root = Path(__file__).parents[2]
+    made = [
+        folder
+        for name in ("README.md", "docs/datasets.md")
+        for folder in re.findall(r"^scenelang dataset \S+\.toml .*-o (\S+)", (root / name).read_text("utf-8"), re.M)
+    ]
+    assert len(made) > 2
+    assert len(set(made)) == len(made)
