@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo dev check types test test-blender lint install bench eval-recorded gallery docs site viewer build-page blocks tables editors chromium wheel test-gpu test-hostile test-faults test-python fuzz test-grammar test-minecraft test-slow test-nightly test-browser train-toy clean
+.PHONY: demo dev check types test test-blender lint install bench eval-recorded gallery docs site viewer build-page blocks tables editors chromium wheel test-gpu test-hostile test-faults test-python fuzz test-grammar test-minecraft test-s3 test-slow test-nightly test-browser train-toy clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -139,6 +139,19 @@ test-minecraft: $(MINECRAFT)/.ready
 	$(MINECRAFT)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall .
 	rm -rf build *.egg-info
 	$(MINECRAFT)/bin/python -P -m pytest tests/minecraft/test_other_libraries.py
+
+# Datasets in a store of the S3 protocol, whose packages need an older python-dateutil than the pinned one.
+S3 := $(VENV)/s3
+$(S3)/.ready: pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(S3)
+	grep -v '^python-dateutil==' constraints.txt > $(S3)/constraints.txt
+	$(S3)/bin/python -m pip install --quiet --disable-pip-version-check -c $(S3)/constraints.txt s3fs "aiobotocore>=3" "moto[s3,server]>=5.1" pytest hypothesis ".[cluster]"
+	touch $@
+
+test-s3: $(S3)/.ready
+	$(S3)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall .
+	rm -rf build *.egg-info
+	$(S3)/bin/python -P -m pytest -m slow tests/datasets/test_s3.py
 
 # GLB and USD files imported into Blender's module, which has wheels for few versions of Python and its own environment.
 BLENDER := $(VENV)/blender

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import platform
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import require
-from scenelang.backends.files import atomic_write
-from scenelang.backends.labels.dataset import depth_picture, instance_color, word_color
+from scenelang.backends.labels.dataset import depth_picture, flow_picture, instance_color, with_tracks, word_color
+from scenelang.backends.labels.ground_truth import HIDDEN, VISIBLE, Flow, Tracks
+from scenelang.backends.labels.things import OTHER
 from scenelang.backends.pictures.camera import Viewpoint
+from scenelang.backends.pictures.film import save_picture
 from scenelang.datasets.making import Maker, SampleFailure, decoded
 from scenelang.datasets.sampler import draw_sample, views_of
 from scenelang.datasets.spec import Spec, read_spec
@@ -25,6 +29,8 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError
 from scenelang.grammar.settings import typed
 
 Picture = npt.NDArray[np.uint8]
+Color = tuple[int, int, int]
+Entry = tuple[str, Color | None]  # a text, and the colour that it explains
 MAX_PREVIEW = 400
 _MAX_DRAWN = 2_000  # samples whose draws are shown
 _BARS = 16  # of a histogram
@@ -33,6 +39,12 @@ _TILE = 160  # pixels
 _GAP, _LINE, _MARGIN = 6, 15, 12
 _INK, _PAPER, _BAR = (24, 26, 32), (255, 255, 255), (164, 190, 232)
 _SILENT = ("seed",)  # quantities without a table
+_MAX_LINES = 3  # of a list of words
+_LARGEST = {".png": 1 << 30, ".jpg": 65_500, ".jpeg": 65_500, ".webp": 16_383}  # endings of sheets, with their pixels
+_OTHER = "other"  # words without a class
+_STATES: Mapping[int, Color] = {HIDDEN: (240, 140, 40), VISIBLE: (90, 170, 90)}
+_TITLES = {"flow_state.png": "flow_state, orange: hidden", "tracks.npz": "tracks of all frames"}
+_APPROXIMATE = "approximate"  # the split of a scene is decided once it is evaluated
 
 
 # --- statistics ------------------------------------------------------------------------------------------------------
@@ -40,11 +52,15 @@ _SILENT = ("seed",)  # quantities without a table
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Distribution of one quantity: ``numbers`` if all values are numbers, else ``counts`` by value."""
+    """Distribution of one quantity: ``numbers`` if all values are numbers, else ``counts`` by value.
+
+    ``note`` tells what the distribution is not.
+    """
 
     name: str
     numbers: npt.NDArray[np.float64] | None
     counts: Mapping[str, int]
+    note: str = ""
 
     def summary(self) -> str:
         """Return the distribution in a line."""
@@ -102,10 +118,10 @@ def card_of(plan: Plan, records: Sequence[Mapping[str, Any]], digest: str) -> st
         splits.update({each["split"]: each["items"] for each in record["files"]})
     size = sum(each["bytes"] for record in records for each in record["files"])
     ending = "parquet" if plan.format == "parquet" else "tar"
-    head = ["---", f"license: {plan.licence or 'unknown'}", "tags: [synthetic, scenelang]", "configs:"]
+    head = ["---", f"license: {_yaml(plan.licence or 'unknown')}", "tags: [synthetic, scenelang]", "configs:"]
     head += ["- config_name: default", "  data_files:"]
     for split in sorted(splits):
-        head += [f"  - split: {split}", f'    path: "{split}-*.{ending}"']
+        head += [f"  - split: {_yaml(split)}", f"    path: {_yaml(f'{split}-*.{ending}')}"]
     parts = [*head, "---", "", "# A labelled dataset made with scenelang", ""]
     parts += _rows(("split", "pictures"), sorted((name, f"{count:,}") for name, count in splits.items()))
     failures = Counter(each["code"] for record in records for each in record["failures"])
@@ -142,6 +158,17 @@ def card_of(plan: Plan, records: Sequence[Mapping[str, Any]], digest: str) -> st
     return "\n".join(parts)
 
 
+def _yaml(text: str) -> str:
+    """Return a text as a string of YAML, whatever it contains: plain ones may be numbers, lists or comments.
+
+    Examples
+    --------
+    >>> print(_yaml('see "terms": #1'))
+    "see \\"terms\\": #1"
+    """
+    return "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in json.dumps(text, ensure_ascii=False))
+
+
 def versions() -> str:
     """Return the versions that the bytes of a dataset depend on."""
     from importlib.metadata import version
@@ -158,7 +185,7 @@ def _rows(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     return lines + [f"| {' | '.join(map(clean, row))} |" for row in rows]
 
 
-# --- the contact sheet -----------------------------------------------------------------------------------------------
+# --- previews --------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +199,8 @@ class Preview:
 
     def __str__(self) -> str:
         lines = [f"wrote {self.path}: {self.samples} samples, {len(self.failures)} failed"]
-        return "\n".join([*lines, *(f"  {each.name}: {each.summary()}" for each in self.quantities)])
+        told = ((f"{each.name} ({each.note})" if each.note else each.name, each.summary()) for each in self.quantities)
+        return "\n".join([*lines, *(f"  {name}: {summary}" for name, summary in told)])
 
     def data(self) -> dict[str, Any]:
         """Return the preview as JSON data."""
@@ -184,14 +212,15 @@ class Preview:
 def preview_dataset(spec: str | Path, path: str | Path, count: int = 12) -> Preview:
     """Make the first samples of a spec and show them with their labels, and the distribution of what varies.
 
-    The distributions are those of the draws of the first 2,000 samples, before filters.
+    The distributions are those of the draws of the first 2,000 samples, before filters. Splits by scene are decided by
+    the evaluated scene, so theirs is an example of the shares.
 
     Parameters
     ----------
     spec : path
         Spec of the dataset.
     path : path
-        Picture to write, such as ``preview.png``.
+        Picture to write: ``.png``, ``.jpg``, ``.jpeg`` or ``.webp``.
     count : int
         Number of samples to make.
 
@@ -202,21 +231,29 @@ def preview_dataset(spec: str | Path, path: str | Path, count: int = 12) -> Prev
     """
     if not 1 <= count <= MAX_PREVIEW:
         raise UsageError("value", f"a preview shows 1 to {MAX_PREVIEW} samples, not {count}")
+    ending = Path(path).suffix.lower()
+    if ending not in _LARGEST:
+        raise UsageError("value", f"a preview cannot be written as `{Path(path).name}`", f"use {' '.join(_LARGEST)}")
     read = read_spec(spec)
-    maker, rows, failures = Maker(read), list[list[tuple[str, Picture]]](), list[Diagnostic]()
+    maker, rows, failures = Maker(read), list[_Row](), list[Diagnostic]()
     for index in range(min(count, read.count)):
         try:
             sample = maker.make(index)
         except SampleFailure as failure:
             failures.append(failure.diagnostic)
             continue
-        rows.append(_tiles(sample.items[0].key, sample.items[0].files))
+        rows.append(_row(sample.items[0].key, sample.items[0].files))
     if not rows:
         raise SceneError(failures[0].name, failures[0].message, failures[0].hint, failures[0].span)
     quantities = quantities_of(list(_drawn(read)))
+    if read.splits is not None and read.splits.by == "scene":
+        quantities = [replace(each, note=_APPROXIMATE) if each.name == "split" else each for each in quantities]
     sheet = _sheet(read, rows, quantities)
-    with atomic_write(path) as temporary:
-        require("PIL.Image", "pillow").fromarray(sheet).save(temporary, "PNG")
+    if max(sheet.shape) > _LARGEST[ending]:
+        raise UsageError(
+            "value", f"a sheet of {len(rows)} samples is too large for {ending}", "show fewer, or use .png"
+        )
+    save_picture(sheet, path)
     return Preview(Path(path), len(rows), tuple(failures), tuple(quantities))
 
 
@@ -232,73 +269,194 @@ def _drawn(spec: Spec) -> Iterator[dict[str, Any]]:
             yield found | {"split": draw.split}
 
 
-def _tiles(key: str, files: Mapping[str, bytes]) -> list[tuple[str, Picture]]:
-    """Return the pictures of one item with their titles."""
-    record = json.loads(files["json"])
-    color = decoded("color.png", files["color.png"])
-    tiles = [(key, color)]
+# --- what the sheet shows of a picture -------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """What is shown of one picture: tiles with titles, and lines of text below, whose words may have colours."""
+
+    tiles: Sequence[tuple[str, Picture]]
+    words: Mapping[str, Color]
+    lines: Sequence[Sequence[Entry]]
+
+    @property
+    def height(self) -> int:
+        """Height in pixels, with the gap below."""
+        tallest = max(int(picture.shape[0]) for _, picture in self.tiles)
+        return _LINE * (1 + len(self.lines)) + tallest + 2 * _GAP
+
+
+def _row(key: str, files: Mapping[str, bytes]) -> _Row:
+    """Return what is shown of one item."""
+    record, arrays = json.loads(files["json"]), {name: decoded(name, files[name]) for name in files}
+    color = arrays["color.png"]
+    tiles = [(key, _fitted(color, True))]
     if "things" in record:
         tiles.append(("boxes", _with_boxes(color, record)))
-    for name in sorted(files):
-        if name.endswith(".png") and name != "color.png":
-            tiles.append((name.removesuffix(".png"), _painted(name, decoded(name, files[name]), record)))
-        elif name == "depth.npy":
-            tiles.append(("depth", depth_picture(decoded(name, files[name]).astype(np.float64))))
-    return tiles
+    for name in sorted(arrays):
+        painted = _painted(name, arrays, record)
+        if painted is not None:
+            tiles.append((_TITLES.get(name, name.partition(".")[0]), painted))
+    lines: list[list[Entry]] = []
+    if "instance.png" in files and record.get("things"):
+        lines.append(
+            [("instances:", None), *((each["word"], instance_color(each["id"])) for each in _shown_of(record))]
+        )
+    if "caption" in record:
+        lines.append([(f"caption: {record['caption']}", None)])
+    return _Row(tiles, _words_of(arrays, record), lines)
 
 
-def _painted(name: str, values: npt.NDArray[Any], record: Mapping[str, Any]) -> Picture:
-    if values.ndim == 3:
-        return np.asarray(values, np.uint8)
+def _shown_of(record: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return the things that are seen, the largest first."""
+    return sorted((each for each in record["things"] if each["area"]), key=lambda each: -int(each["area"]))
+
+
+def _words_of(arrays: Mapping[str, Any], record: Mapping[str, Any]) -> dict[str, Color]:
+    """Return the colours of the words of a picture, as its boxes and its classes have them."""
+    words = {thing["word"]: word_color(thing["word"]) for thing in record.get("things", ())}
+    is_other = "semantic.png" in arrays and (arrays["semantic.png"] == OTHER).any()
+    return words | ({_OTHER: word_color(_OTHER)} if is_other else {})
+
+
+def _painted(name: str, arrays: Mapping[str, Any], record: Mapping[str, Any]) -> Picture | None:
+    """Return a file of an item as a tile, None if it is not shown."""
+    values = arrays[name]
+    if name == "depth.npy":
+        return _fitted(depth_picture(values.astype(np.float64)))
+    if name == "flow.npy":
+        height, width = values.shape[:2]
+        return _fitted(flow_picture(Flow(values, np.zeros((height, width, 3), np.float32), arrays["flow_state.png"])))
+    if name == "tracks.npz":
+        return _with_tracks(arrays["color.png"], values)
+    if not name.endswith(".png") or name == "color.png":
+        return None
+    return _fitted(values if values.ndim == 3 else _numbers_painted(name, values, record))
+
+
+def _numbers_painted(name: str, values: npt.NDArray[Any], record: Mapping[str, Any]) -> Picture:
+    """Return a map of numbers (H, W) in colours; 0 is black."""
+    words = {thing["class"]: thing["word"] for thing in record.get("things", ())} | {OTHER: _OTHER}
+    paint: Callable[[int], Color] = instance_color
+    if name == "semantic.png":
+        paint = lambda n: word_color(words.get(n, _OTHER))
+    elif name == "flow_state.png":
+        paint = lambda n: _STATES.get(n, _INK)
     used, inverse = np.unique(values, return_inverse=True)
-    words = {thing["class"]: thing["word"] for thing in record.get("things", ())}
-    paint = (lambda n: word_color(words.get(n, "other"))) if name == "semantic.png" else instance_color
     table = np.array([paint(int(n)) if n else (0, 0, 0) for n in used], np.uint8)
     return np.asarray(table[inverse.reshape(-1)].reshape(*values.shape, 3))
 
 
+def _fitted(picture: npt.NDArray[Any], is_smooth: bool = False) -> Picture:
+    """Return a picture in the size of a tile: small ones are enlarged to whole multiples."""
+    modules = require("PIL.Image", "pillow")
+    scale = _scale(picture)
+    size = [max(1, round(side * scale)) for side in (picture.shape[1], picture.shape[0])]
+    how = modules.Resampling.LANCZOS if is_smooth and scale < 1.0 else modules.Resampling.NEAREST
+    return np.asarray(modules.fromarray(np.asarray(picture, np.uint8)).resize(size, how), np.uint8)
+
+
+def _scale(picture: npt.NDArray[Any]) -> float:
+    scale = _TILE / max(picture.shape[:2])
+    return float(math.floor(scale)) if scale > 1.0 else scale
+
+
 def _with_boxes(color: Picture, record: Mapping[str, Any]) -> Picture:
-    image = require("PIL.Image", "pillow").fromarray(color)
+    """Return a tile with the boxes of the things below the root, and the keypoints: white if they are seen."""
+    image = require("PIL.Image", "pillow").fromarray(_fitted(color, True))
     pen = require("PIL.ImageDraw", "pillow").Draw(image)
+    scale = _scale(color)
     for thing in record["things"]:
-        x, y, width, height = thing["bbox"]
-        if width and height and thing["depth"]:
-            pen.rectangle((x, y, x + width - 1, y + height - 1), outline=word_color(thing["word"]))
+        x, y, width, height = (scale * value for value in thing["bbox"])
+        if width and height and (thing["depth"] or len(record["things"]) == 1):
+            corner = max(x, x + width - 1), max(y, y + height - 1)
+            pen.rectangle((x, y, *corner), outline=word_color(thing["word"]))
     for point in record.get("keypoints", ()):
         if point["visible"]:
-            x, y = point["point"]
-            pen.ellipse(
-                (x - 2, y - 2, x + 2, y + 2), outline=(255, 255, 255) if point["visible"] == 2 else (128, 128, 128)
-            )
+            x, y = (scale * value for value in point["point"])
+            fill = (255, 255, 255) if point["visible"] == 2 else (128, 128, 128)
+            pen.ellipse((x - 2, y - 2, x + 2, y + 2), outline=_INK, fill=fill)
     return np.asarray(image, np.uint8).copy()
 
 
-def _sheet(spec: Spec, rows: Sequence[Sequence[tuple[str, Picture]]], quantities: Sequence[Quantity]) -> Picture:
-    """Return the sheet: a row of tiles for each sample, then a histogram for each quantity."""
-    columns = max(len(row) for row in rows)
+def _with_tracks(color: Picture, values: Mapping[str, npt.NDArray[Any]]) -> Picture:
+    """Return a tile with the trajectories of the tracked points through all frames."""
+    frames = len(values["pixels"])
+    tracks = Tracks(values["pixels"] * _scale(color), values["world"], values["state"])
+    return with_tracks(_fitted(color, True), tracks, frames - 1, frames)
+
+
+# --- the contact sheet -----------------------------------------------------------------------------------------------
+
+
+def _sheet(spec: Spec, rows: Sequence[_Row], quantities: Sequence[Quantity]) -> Picture:
+    """Return the sheet: the colours of the words, tiles for each sample, then a histogram for each quantity."""
+    columns = max(len(row.tiles) for row in rows)
     chart = (2 * _TILE + _GAP, _TILE)
     width = max(2 * _MARGIN + columns * (_TILE + _GAP), 2 * _MARGIN + 2 * (chart[0] + _GAP))
     per_row = max(1, (width - 2 * _MARGIN) // (chart[0] + _GAP))
-    top = _MARGIN + _LINE + _GAP
-    tallest = max(min(_TILE, _TILE * picture.shape[0] // picture.shape[1]) for row in rows for _, picture in row)
-    row_height = tallest + _LINE + _GAP
-    charts = -(-len(quantities) // per_row)
-    height = top + len(rows) * row_height + charts * (chart[1] + _GAP) + _MARGIN
+    words = {word: color for row in rows for word, color in row.words.items()}
+    key = _wrapped([("words:", None), *sorted(words.items())], width - 2 * _MARGIN) if words else []
+    top = _MARGIN + _LINE * (1 + len(key)) + _GAP
+    charts = top + sum(row.height for row in rows)
+    height = charts + -(-len(quantities) // per_row) * (chart[1] + _GAP) + _MARGIN
     modules = require("PIL.Image", "pillow"), require("PIL.ImageDraw", "pillow")
     image = modules[0].new("RGB", (width, height), _PAPER)
     pen = modules[1].Draw(image)
     _text(pen, (_MARGIN, _MARGIN - 2), f"{Path(spec.name).name}: {spec.count:,} samples, {len(rows)} shown", width)
-    for i, row in enumerate(rows):
-        for j, (title, picture) in enumerate(row):
-            x, y = _MARGIN + j * (_TILE + _GAP), top + i * row_height
-            _text(pen, (x, y), title, _TILE)
-            tile = modules[0].fromarray(picture)
-            tile.thumbnail((_TILE, _TILE), modules[0].Resampling.NEAREST if j else modules[0].Resampling.LANCZOS)
-            image.paste(tile, (x, y + _LINE))
+    for i, named in enumerate(key, start=1):
+        _entries(pen, named, (_MARGIN, _MARGIN - 2 + i * _LINE), width - 2 * _MARGIN)
+    for row in rows:
+        for j, (title, picture) in enumerate(row.tiles):
+            x = _MARGIN + j * (_TILE + _GAP)
+            _text(pen, (x, top), title, _TILE)
+            image.paste(modules[0].fromarray(picture), (x, top + _LINE))
+        below = top + row.height - 2 * _GAP - _LINE * len(row.lines)
+        for i, line in enumerate(row.lines):
+            _entries(pen, line, (_MARGIN, below + 2 + i * _LINE), width - 2 * _MARGIN)
+        top += row.height
     for k, quantity in enumerate(quantities):
-        x = _MARGIN + (k % per_row) * (chart[0] + _GAP)
-        _histogram(pen, quantity, (x, top + len(rows) * row_height + (k // per_row) * (chart[1] + _GAP)), chart)
+        x, y = _MARGIN + (k % per_row) * (chart[0] + _GAP), charts + (k // per_row) * (chart[1] + _GAP)
+        _histogram(pen, quantity, (x, y), chart)
     return np.asarray(image, np.uint8).copy()
+
+
+def _wrapped(entries: Sequence[Entry], width: int, most: int = _MAX_LINES) -> list[list[Entry]]:
+    """Return lines of entries of at most ``width`` pixels; the last of ``most`` tells how many entries are left out."""
+    lines: list[list[Entry]] = [[]]
+    used = 0.0
+    for number, (text, color) in enumerate(entries):
+        own = min(_wide(text, color), width)
+        rest = f"and {len(entries) - number} more"
+        reserve = _wide(rest, None) if len(lines) == most and number + 1 < len(entries) else 0.0
+        if used and used + own + reserve > width:
+            if len(lines) == most:
+                lines[-1].append((rest, None))
+                break
+            lines.append([])
+            used = 0.0
+        lines[-1].append((text, color))
+        used += own
+    return lines
+
+
+def _wide(text: str, color: Color | None) -> float:
+    """Return the width of an entry with the gap after it."""
+    swatch = _LINE if color is not None else 0
+    return float(_font().getlength(_plain(text))) + swatch + 2 * _GAP
+
+
+def _entries(pen: Any, entries: Sequence[Entry], corner: tuple[int, int], width: int) -> None:
+    """Draw entries in a line of ``width`` pixels: a swatch of the colour, if an entry has one, and the text."""
+    (x, y), end = corner, corner[0] + width
+    for text, color in _wrapped(entries, width, 1)[0]:
+        start = x
+        if color is not None:
+            pen.rectangle((x, y + 2, x + _LINE - 6, y + _LINE - 4), fill=color, outline=_INK)
+            start += _LINE
+        _text(pen, (start, y), text, end - start)
+        x += round(_wide(text, color))
 
 
 def _histogram(pen: Any, quantity: Quantity, corner: tuple[int, int], size: tuple[int, int]) -> None:
@@ -306,7 +464,8 @@ def _histogram(pen: Any, quantity: Quantity, corner: tuple[int, int], size: tupl
     (x, y), (width, height) = corner, size
     bars = quantity.bars()
     most = max((count for _, count in bars), default=1) or 1
-    _text(pen, (x, y), f"{quantity.name}: {quantity.summary()}", width)
+    note = f" ({quantity.note})" if quantity.note else ""
+    _text(pen, (x, y), f"{quantity.name}{note}: {quantity.summary()}", width)
     top, low = y + _LINE + 2, y + height - _LINE
     if quantity.numbers is None:
         step = max(1, min(_LINE, (low + _LINE - top) // max(1, len(bars))))
@@ -324,10 +483,18 @@ def _histogram(pen: Any, quantity: Quantity, corner: tuple[int, int], size: tupl
             _text(pen, (left, low + 1), label, wide * max(1, -(-40 // max(1, wide))))
 
 
+@cache
+def _font() -> Any:
+    return require("PIL.ImageFont", "pillow").load_default(11)
+
+
+def _plain(text: str) -> str:
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
 def _text(pen: Any, corner: tuple[int, int], text: str, width: int) -> None:
     """Write a line of text, cut off at ``width`` pixels."""
-    font = require("PIL.ImageFont", "pillow").load_default(11)
-    plain = "".join(c if c.isprintable() else " " for c in text)
+    font, plain = _font(), _plain(text)
     if font.getlength(plain) > width:
         while plain and font.getlength(plain + "…") > width:
             plain = plain[:-1]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
@@ -35,10 +36,10 @@ _MIN_TRUNCATION = 0.005
 
 
 class StoredItem:
-    """A picture with its labels, decoded when they are used."""
+    """A picture with its labels, decoded when they are used; ``is_named`` if the spec names the words of things."""
 
-    def __init__(self, key: str, split: str, files: Mapping[str, bytes]) -> None:
-        self.key, self.split, self._files = key, split, files
+    def __init__(self, key: str, split: str, files: Mapping[str, bytes], is_named: bool = False) -> None:
+        self.key, self.split, self._files, self._is_named = key, split, files, is_named
         self.record: Record = json.loads(files["json"])
 
     def __getitem__(self, name: str) -> Any:
@@ -70,31 +71,40 @@ class StoredItem:
         return list(self.record["things"])
 
     @property
+    def objects(self) -> list[Record]:
+        """The things that are objects of the scene."""
+        return [thing for thing in self.things if self.is_object(thing)]
+
+    def is_object(self, thing: Record) -> bool:
+        """Return whether a thing is an object: not the root of the scene, unless the spec names it or it is alone."""
+        if thing["depth"] or self._is_named:
+            return True
+        return len(self.things) == 1 and sum(self.record["counts"].values()) <= 1
+
+    @property
     def sequence(self) -> str:
         """Name of the film that the picture belongs to: its sample and camera."""
         return self.key.partition("-f")[0]
 
 
-def items(store: Store, records: Sequence[Mapping[str, Any]], split: str | None = None) -> Iterator[StoredItem]:
-    """Yield the items of a dataset in order, of one split if it is given."""
+def items(
+    store: Store, records: Sequence[Mapping[str, Any]], split: str | None = None, is_named: bool = False
+) -> Iterator[StoredItem]:
+    """Yield the items of a dataset in order, of one split if it is given; ``is_named`` as of ``StoredItem``."""
     for record in records:
         for file in record["files"]:
             if split in (None, file["split"]):
                 for key, files in items_of(store, file["name"]):
-                    yield StoredItem(key, file["split"], files)
+                    yield StoredItem(key, file["split"], files, is_named)
 
 
 def write_layout(name: str, store: Store, plan: Plan, records: Sequence[Mapping[str, Any]]) -> None:
     """Write one format to the folder of its name, whole or not at all; raises SceneError for a remote store."""
     if store.local is None:
         raise SceneError("unsupported", f"`{name}` is written to local folders only; {store.address} keeps the shards")
+    is_named = bool(tomllib.loads(plan.text).get("labels", {}).get("words"))
     with replaced_folder(store.path(name)) as folder:
-        _LAYOUTS[name](folder, plan, lambda split=None: items(store, records, split), _splits(records))
-
-
-def _is_object(item: StoredItem, thing: Record) -> bool:
-    """Return whether a thing is an object of the scene, not the whole scene, unless that is all there is."""
-    return bool(thing["depth"]) or len(item.things) == 1
+        _LAYOUTS[name](folder, plan, lambda split=None: items(store, records, split, is_named), _splits(records))
 
 
 def _splits(records: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -180,10 +190,10 @@ class _Document:
 
 
 def _instances(item: StoredItem, image: int, categories: _Categories) -> Iterator[Record]:
-    """Yield an annotation for each visible thing; its mask includes the things that are parts of it."""
+    """Yield an annotation for each visible object; its mask includes the things that are parts of it."""
     ids = item["instance.png"].astype(np.int64)
     inside = _parts(item.things)
-    for thing in item.things:
+    for thing in item.objects:
         mask = np.isin(ids, inside[thing["id"]])
         if not mask.any():
             continue
@@ -229,10 +239,11 @@ def run_lengths(mask: npt.NDArray[np.bool_]) -> list[int]:
 
 
 def _panoptic(item: StoredItem, categories: _Categories) -> tuple[list[Record], npt.NDArray[np.uint8]]:
-    """Return the segments of a picture and its map of ids as colours; what shows nothing is 0."""
+    """Return the segments of a picture and its map of ids as colours; what shows no object is 0."""
     ids = item["instance.png"].astype(np.int64)
+    ids = np.where(np.isin(ids, [thing["id"] for thing in item.objects]), ids, 0)
     segments = []
-    for thing in item.things:
+    for thing in item.objects:
         rows, columns = np.nonzero(ids == thing["id"])
         if len(rows):
             x, y = int(columns.min()), int(rows.min())
@@ -251,7 +262,7 @@ def _kitti(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
         pictures, labels, calib = (_folder(folder, split, name) for name in ("image_2", "label_2", "calib"))
         for item in read(split):
             (pictures / f"{item.key}.png").write_bytes(item.picture)
-            lines = [line for thing in item.things if (line := _kitti_line(item, thing))]
+            lines = [line for thing in item.objects if (line := _kitti_line(item, thing))]
             (labels / f"{item.key}.txt").write_text("".join(f"{line}\n" for line in lines), "utf-8")
             (calib / f"{item.key}.txt").write_text(_kitti_calibration(item), "utf-8")
 
@@ -352,9 +363,7 @@ class _BopScene:
             "depth_scale": scale,
         }
         poses, infos, inside = list[Record](), list[Record](), _parts(item.things)
-        for thing in item.things:
-            if not _is_object(item, thing):
-                continue  # the whole scene is no object
+        for thing in item.objects:
             mask = np.isin(ids, inside[thing["id"]])
             name = f"{number:06d}_{len(poses):06d}.png"
             (self._folder / "mask_visib" / name).write_bytes(png(np.where(mask, 255, 0).astype(np.uint8)))
@@ -557,7 +566,7 @@ def _mot(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
             for frame, item in enumerate(frames, start=1):
                 (own / "img1" / f"{frame:06d}.png").write_bytes(item.picture)
                 for thing in (*item.things, *item.record.get("hidden", ())):
-                    if _is_object(item, thing):
+                    if item.is_object(thing):
                         number = numbers.setdefault(tuple(thing["path"]), len(numbers) + 1)
                         lines.append(f"{frame},{number},{_mot_columns(thing)}")
                         words[number] = thing["word"]

@@ -414,10 +414,13 @@ def dataset_sample(spec: str | Path, key: str) -> dict[str, bytes]:
     Raises
     ------
     SceneError
-        If the sample fails, as it does in the dataset, or there is no such picture.
+        If the sample fails, as it does in the dataset, or there is no such sample or picture.
     """
     read = read_spec(spec)
     index = index_of(key)
+    if index >= read.count:
+        message = f"`{key[:60]}`: the spec has {read.count:,} samples, up to {key_of(read.count - 1)}"
+        raise SceneError("value", message, "raise its `count`, which changes no sample")
     try:
         sample = Maker(read).make(index)
     except SampleFailure as failure:

@@ -36,6 +36,7 @@ MAX_SHARD = 100_000
 _MAX_CHOICES = 100_000
 _MAX_SIDE = 8_192
 _MAX_IMPORTS = 1_000
+_MAX_NAME = 64  # letters of a split
 _LARGEST = 1e300  # bound of a range, whose width is a number then
 _PROGRAMS = (".scene", ".json", ".py", ".txt", ".ipynb")
 _FIELD = re.compile(r"\{([^{}]*)\}")
@@ -54,6 +55,8 @@ NEEDS: Mapping[str, tuple[str, ...]] = {
     "bop": ("instance", "depth", "boxes", "visibility"),
     "nerfstudio": ("depth",), "colmap": ("depth",), "mot": ("boxes",), "tap": ("tracks",),
 }  # fmt: skip
+# Files and folders beside those of the splits, whose names no split of that format may have.
+TAKEN: Mapping[str, tuple[str, ...]] = {"coco": ("annotations",), "bop": ("models",), "mot": ("seqmaps",)}
 PERSPECTIVE = ("nerfstudio", "colmap", "bop", "kitti")  # formats that cannot describe orthographic cameras
 LOOKS = ("color", "roughness", "metallic", "opacity", "emission", "ior")
 CAMERAS = ("hemisphere", "orbit", "trajectory", "file")
@@ -670,8 +673,9 @@ def _splits(table: TomlTable) -> SplitPlan | None:
 
 def _rule(table: TomlTable, name: str) -> Any:
     value = table.take(name)
-    if not name.isidentifier():
-        table.fail(name, f"`{name[:60]}` is not a name for a split", "use letters, digits and underscores")
+    if not name.isidentifier() or len(name) > _MAX_NAME:
+        hint = f"use at most {_MAX_NAME} letters, digits and underscores"
+        table.fail(name, f"`{name[:60]}` is not a name for a split", hint)
     if type(value) in (int, float):
         if not 0 < value <= 1:
             table.fail(name, f"`{name}`: expected a share above 0 and at most 1, got {value:g}")
@@ -761,8 +765,34 @@ def _check_together(table: TomlTable, spec: Spec) -> None:
     if spec.splits is not None and spec.splits.by not in ("scene", "program", *spec.params):
         hint = f"split by scene, program or one of {', '.join(spec.params) or 'the params that vary'}"
         table.table("splits").fail("by", f"`by`: `{spec.splits.by[:60]}` does not vary", hint)
+    if spec.splits is not None:
+        _check_split_names(table, spec, spec.splits.rules)
     if spec.splits is not None and spec.splits.by == "program":
         _check_patterns(table, spec, spec.splits.rules)
+        _check_shares(table, spec, spec.splits.rules)
+
+
+def _check_split_names(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> None:
+    """Raise an error for splits whose folders would be those of a format, or of each other where case is ignored."""
+    taken = {name: format_ for format_ in spec.output.formats for name in TAKEN.get(format_, ())}
+    seen: dict[str, str] = {}
+    for name in rules:
+        folded = name.casefold()
+        if folded in taken:
+            message = f"`{name}`: {taken[folded]} has a folder of this name beside its splits"
+            table.table("splits").fail(name, message, "choose another name for the split")
+        if seen.setdefault(folded, name) != name:
+            message = f"`{name}` and `{seen[folded]}` are one name where case is ignored"
+            table.table("splits").fail(name, message, "choose another name for one of the splits")
+
+
+def _check_shares(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> None:
+    """Raise an error if there are fewer programs than splits to deal them to."""
+    different = len(set(spec.texts.values()))
+    if all(isinstance(rule, float) for rule in rules.values()) and different < len(rules):
+        count = "one program" if different == 1 else f"{different:,} different programs"
+        message = f"`by`: {count} cannot be dealt to {len(rules)} splits, of which some would be empty"
+        table.table("splits").fail("by", message, 'write by = "scene", which decides by the evaluated scene')
 
 
 def _check_patterns(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> None:

@@ -33,6 +33,9 @@ RECORDS = "shards"
 INSTALL = "'scenelang[datasets]'"
 SHARD_NAME = re.compile(r"\w+-\d{6,}\.(?:tar|parquet)")
 _ROWS = 32  # rows of a group in Parquet files
+_OBJECT_STORES = frozenset({"s3", "s3a", "gs", "gcs", "az", "abfs", "abfss", "oss"})  # have no folders
+_OF_CONTENT = (tarfile.TarError, EOFError, ValueError, KeyError)  # what readers raise for damaged files
+_REMOTE = "check the address, and the endpoint and keys of its store"
 _CHUNK = 1 << 20
 
 
@@ -53,7 +56,7 @@ class Store:
             fsspec = require("fsspec", INSTALL)
             try:
                 self._remote, self._root = fsspec.core.url_to_fs(self.address)
-            except (ImportError, ValueError, OSError) as error:
+            except Exception as error:  # of the package of any store
                 raise SceneError("file", f"cannot open {self.address}: {reason_of(error)}") from error
 
     @property
@@ -71,11 +74,27 @@ class Store:
         return f"{self._root.rstrip('/')}/{name}" if name else self._root
 
     @contextmanager
-    def _failing(self, what: str) -> Iterator[None]:
+    def _failing(self, what: str, passing: tuple[type[Exception], ...] = ()) -> Iterator[None]:
+        """Raise SceneError("file") for errors of the file system but those in ``passing``.
+
+        Packages of remote stores raise exceptions of any class: that of S3, for instance, for a missing server or key.
+        """
+        passed: tuple[type[Exception], ...] = (SceneError, MemoryError, *passing)
         try:
             yield
-        except OSError as error:
-            raise SceneError("file", f"cannot {what} in {self.address}: {reason_of(error)}") from error
+        except passed:
+            raise
+        except Exception as error:
+            is_remote = self._remote is not None
+            if not is_remote and not isinstance(error, OSError):
+                raise
+            message = f"cannot {what} in {self.address}: {reason_of(error)}"
+            raise SceneError("file", message, _REMOTE if is_remote else None) from error
+
+    def _make_remote(self, path: str) -> None:
+        """Create a folder of a remote store, unless it has none, where a wrong address would create a bucket."""
+        if self.address.partition(":")[0] not in _OBJECT_STORES:
+            self._remote.makedirs(path, exist_ok=True)
 
     def make(self) -> None:
         """Create the folder."""
@@ -83,7 +102,7 @@ class Store:
             if self._remote is None:
                 Path(self._root).mkdir(parents=True, exist_ok=True)
             else:
-                self._remote.makedirs(self._root, exist_ok=True)
+                self._make_remote(self._root)
 
     def exists(self, name: str) -> bool:
         with self._failing(f"look for `{name}`"):
@@ -98,7 +117,10 @@ class Store:
             if self._remote is None:
                 return sorted(os.listdir(path)) if os.path.isdir(path) else []
             self._remote.invalidate_cache()
-            found = self._remote.ls(path, detail=False) if self._remote.exists(path) else []
+            try:
+                found = self._remote.ls(path, detail=False)
+            except FileNotFoundError:
+                found = []
             return sorted(each.rstrip("/").rsplit("/", 1)[-1] for each in found)
 
     def read(self, name: str) -> bytes:
@@ -107,8 +129,8 @@ class Store:
 
     @contextmanager
     def open(self, name: str) -> Iterator[IO[bytes]]:
-        """Open a file for reading."""
-        with self._failing(f"read `{name}`"):
+        """Open a file for reading; what a reader raises for a damaged file passes."""
+        with self._failing(f"read `{name}`", _OF_CONTENT):
             path = self._path(name)
             with open(path, "rb") if self._remote is None else self._remote.open(path, "rb") as file:
                 yield file
@@ -132,8 +154,8 @@ class Store:
             temporary = Path(folder) / Path(name).name
             yield temporary
             parent = self._path(name).rsplit("/", 1)[0]
-            with suppress(OSError, NotImplementedError):  # object stores have no folders
-                self._remote.makedirs(parent, exist_ok=True)
+            with suppress(OSError, NotImplementedError):  # the file cannot be written then, which is told
+                self._make_remote(parent)
             self._remote.put_file(str(temporary), self._path(name))
 
     def delete(self, name: str) -> None:

@@ -86,6 +86,27 @@ def test_the_card_describes_the_dataset(made: Path) -> None:
         assert record["spec"] in body
 
 
+@pytest.mark.parametrize(
+    "licence",
+    ["cc-by-4.0", 'see "terms": #1', "no", "1.0", "a\nlicense: mit", "[x, {y}]", "\\n\t\x85\u2028 ü 🙂", "- x", ""],
+)
+def test_any_licence_is_one_text_of_the_card(made: Path, licence: str) -> None:
+    from dataclasses import replace
+
+    import yaml
+
+    from scenelang.datasets.describing import card_of
+    from scenelang.datasets.store import read_plan, records_of
+
+    store = Store(made)
+    plan = read_plan(store)
+    assert plan is not None
+    text = card_of(replace(plan, licence=licence), list(records_of(store, plan)), "0" * 64)
+    head = yaml.safe_load(text.removeprefix("---\n").partition("\n---\n")[0])
+    assert head["license"] == (licence or "unknown")
+    assert [each["split"] for each in head["configs"][0]["data_files"]] == ["test", "train"]
+
+
 # --- COCO ------------------------------------------------------------------------------------------------------------
 
 
@@ -103,7 +124,8 @@ def test_pycocotools_reads_instances(layouts: Path) -> None:
         by_handle = {each["handle"]: each for each in annotations}
         for thing in record["things"]:
             whole = np.isin(ids, [i for i in parent if thing["id"] in _line(i, parent)])
-            if not whole.any():
+            if not whole.any() or not thing["depth"]:
+                assert thing["handle"] not in by_handle  # the whole scene is no object
                 continue
             annotation = by_handle[thing["handle"]]
             assert (found.annToMask(annotation) == whole).all()
@@ -150,7 +172,9 @@ def test_kitti_boxes_project_onto_the_things(layouts: Path) -> None:
         calibration = dict(line.split(": ") for line in (folder / "calib" / f"{key}.txt").read_text().splitlines())
         projection = np.array(calibration["P2"].split(), float).reshape(3, 4)
         lines = (folder / "label_2" / f"{key}.txt").read_text().splitlines()
-        things = [thing for thing in record["things"] if thing["area"] and thing["truncation"] is not None]
+        things = [
+            each for each in record["things"] if each["depth"] and each["area"] and each["truncation"] is not None
+        ]
         assert len(lines) == len(things)
         for line, thing in zip(lines, things, strict=True):
             word, *values = line.split(" ")
@@ -370,6 +394,43 @@ def test_words_outside_of_the_classes_have_categories(tmp_path: Path) -> None:
     truth = json.loads((out / "bop" / "train" / "000000" / "scene_gt.json").read_text())
     assert {classes[str(each["obj_id"])] for each in truth["0"]} == {"ball", "odd"}
     assert set(json.loads((out / "bop" / "models" / "models_info.json").read_text())) <= set(classes)
+
+
+WALLED = (
+    '(bind "wall" (lambda () (call "cube" :scale [9 9 .1])))\n'
+    '(bind "yard" (lambda () (union (transform (call "wall") (translate [0 0 -9])) (call "cube" :scale .5))))'
+)
+
+
+@pytest.mark.parametrize(
+    ("program", "root", "words", "azimuth", "found"),
+    [
+        (WALLED, "yard", "", 0, {"wall"}),
+        (WALLED, "yard", "words = ['yard']", 0, {"yard"}),
+        (WALLED, "yard", "words = ['yard', 'wall']", 0, {"yard", "wall"}),
+        (WALLED, "yard", "", "close", set()),  # the wall is not seen
+        (WALLED, "wall", "", 0, {"wall"}),  # the scene has no other thing
+    ],
+)
+def test_the_whole_scene_is_an_object_if_it_is_named_or_alone(
+    program: str, root: str, words: str, azimuth: int | str, found: set[str], tmp_path: Path
+) -> None:
+    cameras = "distance = 0.6\nelevation = 0" if azimuth == "close" else "distance = 12\nelevation = 10"
+    spec = f"count = 1\nroot = '{root}'\n[pictures]\nsize = 32\n[cameras]\nazimuth = 0\ntarget = [0, 0, 0]\n{cameras}\n"
+    spec += f"[labels]\nwrite = ['instance', 'depth', 'boxes', 'visibility']\n{words}\n"
+    spec += "[output]\nformats = ['coco', 'kitti', 'bop', 'mot']"
+    out = _made(tmp_path, program, spec)
+    for name in ("instances", "panoptic"):
+        document = json.loads((out / "coco" / "annotations" / f"{name}_train.json").read_text())
+        names = {each["id"]: each["name"] for each in document["categories"]}
+        told = [one for each in document["annotations"] for one in each.get("segments_info", [each])]
+        assert {names[each["category_id"]] for each in told} == found
+    lines = (out / "kitti" / "train" / "label_2" / "000000000.txt").read_text().splitlines()
+    assert {line.split()[0] for line in lines} == found
+    classes = json.loads((out / "bop" / "classes.json").read_text())
+    (truth,) = json.loads((out / "bop" / "train" / "000000" / "scene_gt.json").read_text()).values()
+    assert {classes[str(each["obj_id"])] for each in truth} == found
+    assert set(json.loads((out / "mot/train/000000000/gt/words.json").read_text()).values()) == found
 
 
 def test_hidden_things_stay_in_their_films(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Datasets on a Ray cluster of several nodes: the same bytes, whatever is killed."""
+"""Datasets on a Ray cluster of several nodes: the same bytes, whatever is killed, full or damaged."""
 
 from __future__ import annotations
 
@@ -84,6 +84,51 @@ def test_a_killed_driver_is_resumed(cluster: Any, folder: Path, tmp_path: Path) 
     report = dataset(folder / "spec.toml", out, ray=cluster.address, count=40, resume=True)
     assert report.is_complete
     assert report.digest == dataset(folder / "spec.toml", tmp_path / "whole", jobs=0, count=40).digest
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits the files of other processes")
+def test_a_disk_that_runs_full_is_told_and_resumed(cluster: Any, folder: Path, tmp_path: Path) -> None:
+    """No file of the actors may grow beyond 30 kB from the sixth sample on, as if the disk were full."""
+    import resource
+
+    out, limited = tmp_path / "out", list[int]()
+
+    def fill(progress: DatasetProgress) -> None:
+        if progress.done >= 6 and not limited:
+            for pid in _actors():
+                resource.prlimit(pid, resource.RLIMIT_FSIZE, (30_000, 30_000))
+                limited.append(pid)
+
+    with pytest.raises(SceneError, match="cannot write") as caught:
+        dataset(folder / "spec.toml", out, ray=cluster.address, count=40, progress=fill)
+    assert caught.value.name == "file"
+    assert limited
+    before = dataset_status(out)
+    assert 6 <= before.samples < 40
+    assert all("are missing" in finding.message for finding in verify_dataset(out))  # what counts is whole
+    report = dataset(folder / "spec.toml", out, ray=cluster.address, count=40, resume=True)
+    assert report.is_complete
+    assert report.digest == dataset(folder / "spec.toml", tmp_path / "whole", jobs=0, count=40).digest
+    assert contents(out) == contents(tmp_path / "whole")
+    assert verify_dataset(out) == []
+    assert not list(out.rglob(".scenelang-*"))
+
+
+def test_damaged_shards_are_found_and_made_again(cluster: Any, copy: Path, made: Path, folder: Path) -> None:
+    cut, flipped, deleted, *_ = sorted(path for path in copy.glob("*-*.tar") if path.stat().st_size > 20_000)
+    cut.write_bytes(cut.read_bytes()[:-12_000])
+    data = bytearray(flipped.read_bytes())
+    data[len(data) // 2] ^= 1
+    flipped.write_bytes(data)
+    deleted.unlink()
+    found = [finding.message for finding in verify_dataset(copy)]
+    assert [sum(f"`{path.name}`" in message for message in found) for path in (cut, flipped, deleted)] == [1, 1, 1]
+    seen: list[DatasetProgress] = []
+    report = dataset(folder / "spec.toml", copy, ray=cluster.address, resume=True, progress=seen.append)
+    assert 0 < seen[0].kept < 10  # intact shards are kept
+    assert report.digest == dataset_status(made).digest
+    assert contents(copy) == contents(made)
+    assert verify_dataset(copy) == []
 
 
 def test_no_cluster_is_told(folder: Path, tmp_path: Path) -> None:

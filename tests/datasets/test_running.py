@@ -262,6 +262,26 @@ def test_stores_of_fsspec(made: Path, folder: Path) -> None:
     assert verify_dataset("memory://set") == []
 
 
+def test_any_error_of_a_store_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Packages of stores raise exceptions of their own, such as botocore's for a server that is not there."""
+    import fsspec
+
+    class LostError(Exception):
+        pass
+
+    def lose(*_: Any, **__: Any) -> None:
+        raise LostError("Could not connect to the endpoint")
+
+    kind = fsspec.get_filesystem_class("memory")
+    for method in ("exists", "put_file", "_open", "ls"):
+        with monkeypatch.context() as patch:
+            patch.setattr(kind, method, lose)
+            with pytest.raises(SceneError, match="in memory://lost: Could not connect to the endpoint") as caught:
+                dataset(folder / "spec.toml", "memory://lost", jobs=0, count=1, resume=True)
+            assert caught.value.name == "file"
+            assert caught.value.hint == "check the address, and the endpoint and keys of its store"
+
+
 # --- failures --------------------------------------------------------------------------------------------------------
 
 SOME_FAIL = '(param n 1)\n(bind "a" (lambda () (call "cube" :scale (if (> n 3) (/ 1 0) 1))))'
@@ -411,6 +431,8 @@ def test_the_commands(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixtur
         (["{spec}", "-o", "x", "--part", "2/2"], "expected K/N with K from 0 to N - 1"),
         (["{spec}", "-o", "x", "--jobs", "2000"], "`jobs`: expected 0 to 1,024"),
         (["{spec}", "--preview", "x.png", "--shown", "0"], "a preview shows 1 to 400 samples"),
+        (["{spec}", "--preview", "x.txt"], "a preview cannot be written as `x.txt`"),
+        (["{spec}", "--preview", "sheet"], "use .png .jpg .jpeg .webp"),
     ],
 )
 def test_wrong_usage_exits_with_2(
@@ -461,7 +483,74 @@ def test_the_preview_shows_samples_and_what_varies(
     assert set(told["varied"]) >= {"param.balls", "ball.roughness", "environment", "camera.azimuth", "split"}
     assert sum(told["varied"]["param.balls"].values()) == 10
     with Image.open(out) as sheet:
-        assert sheet.width > 700
+        assert (sheet.format, sheet.width > 700) == ("PNG", True)
+    assert main(["dataset", str(folder / "spec.toml"), "--preview", str(tmp_path / "x.jpg"), "--shown", "1"]) == 0
+    assert "  split (approximate): " in capsys.readouterr().out  # splits by scene are not those of the draws
+    with Image.open(tmp_path / "x.jpg") as sheet:
+        assert sheet.format == "JPEG"
+
+
+def test_the_preview_explains_its_colours_and_shows_all_that_is_written(folder: Path, tmp_path: Path) -> None:
+    from PIL import Image
+
+    from scenelang.backends.labels.dataset import instance_color, word_color
+    from scenelang.datasets.describing import _row, preview_dataset
+    from scenelang.datasets.running import dataset_sample
+
+    spec = tmp_path / "all.toml"
+    text = (folder / "moving.toml").read_text().replace('"flow",', '"flow", "semantic", "captions",')
+    spec.write_text(text.replace('"cart.scene"', f'"{folder}/cart.scene"'))
+    found = dataset_sample(spec, "000000000-f0000")
+    row = _row("x", {name.partition(".")[2]: data for name, data in found.items()})
+    titles = [
+        "x",
+        "boxes",
+        "depth",
+        "flow",
+        "flow_state, orange: hidden",
+        "instance",
+        "semantic",
+        "tracks of all frames",
+    ]
+    assert [title for title, _ in row.tiles] == titles
+    assert {picture.shape for _, picture in row.tiles} == {(96, 128, 3)}  # 48 x 64, enlarged by a whole number
+    tiles = dict(row.tiles)
+    assert row.words == {word: word_color(word) for word in ("cube", "wheel")}
+    colors = {tuple(color) for color in tiles["semantic"].reshape(-1, 3).tolist()}
+    assert colors == {(0, 0, 0), *row.words.values()}
+    instances, caption = row.lines
+    assert sorted(instances[1:]) == sorted(zip(("wheel", "cube", "cube"), map(instance_color, (1, 2, 3)), strict=True))
+    assert {tuple(color) for color in tiles["instance"].reshape(-1, 3).tolist()} == {
+        (0, 0, 0),
+        *(c for _, c in instances[1:]),
+    }
+    assert caption == [("caption: 1 wheel and 2 cubes", None)]
+    assert (tiles["tracks of all frames"] != tiles["x"]).any()
+    preview_dataset(spec, tmp_path / "sheet.png", 1)
+    with Image.open(tmp_path / "sheet.png") as sheet:
+        shown = {color for _, color in sheet.getcolors(1 << 24)}
+    assert shown >= {*row.words.values(), *(color for _, color in instances[1:])}
+
+
+def test_a_list_of_words_tells_what_it_leaves_out() -> None:
+    from scenelang.datasets.describing import _wrapped
+
+    words = [(f"word{i}", (0, 0, 0)) for i in range(100)]
+    lines = _wrapped(words, 300, 2)
+    assert len(lines) == 2
+    named = sum(len(line) for line in lines) - 1
+    assert lines[-1][-1] == (f"and {100 - named} more", None)
+    assert _wrapped(words[:3], 300, 2) == [words[:3]]
+    assert _wrapped([("w" * 500, None)], 300, 2) == [[("w" * 500, None)]]
+
+
+def test_a_key_above_the_count_is_told(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for key in ("000000010", "000000010-v001", "999999999999"):
+        assert main(["dataset", "sample", str(folder / "spec.toml"), key, "-o", str(tmp_path / "one")]) == 1
+        told = capsys.readouterr().err
+        assert f"`{key}`: the spec has 10 samples, up to 000000009" in told
+        assert "raise its `count`, which changes no sample" in told
+    assert not (tmp_path / "one").exists()
 
 
 def test_progress_is_one_line() -> None:

@@ -75,6 +75,14 @@ ORTHOGRAPHIC = (
         (HEAD + "[splits]\ntrain = 0.5\ntest = 0.4", 2, 1, "the shares sum to 0.9", None),
         (HEAD + "[splits]\nby = 'size'\ntrain = [1]\ntest = [2]", 3, 1, "`size` does not vary", None),
         (HEAD + "[splits]\nby = 'program'\ntrain = ['x*']\ntest = 'rest'", 4, 1, "no program matches x*", None),
+        (HEAD + "[splits]\nby = 'program'\ntrain = 0.7\ntest = 0.3", 3, 1, "one program cannot be dealt to 2 splits", 'by = "scene"'),
+        (HEAD + "[splits]\ntrain = 0.7\n'..' = 0.3", 4, 1, "`..` is not a name for a split", "use at most 64 letters"),
+        (HEAD + "[splits]\ntrain = 0.7\n'a/b' = 0.3", 4, 1, "`a/b` is not a name for a split", None),
+        (HEAD + f"[splits]\ntrain = 0.7\n{'a' * 65} = 0.3", 4, 1, "is not a name for a split", None),
+        (HEAD + "[splits]\ntrain = 0.7\nTrain = 0.3", 4, 1, "`Train` and `train` are one name where case is ignored", None),
+        (HEAD + "[splits]\ntrain = 0.7\nmodels = 0.3\n[labels]\nwrite = ['instance', 'depth', 'boxes', 'visibility']\n[output]\nformats = 'bop'", 4, 1, "`models`: bop has a folder of this name", "choose another name"),
+        (HEAD + "[splits]\nannotations = 0.7\ntest = 0.3\n[output]\nformats = 'coco'", 3, 1, "`annotations`: coco has", None),
+        (HEAD + "[splits]\ntest = 0.7\nSeqmaps = 0.3\n[output]\nformats = 'mot'", 4, 1, "`Seqmaps`: mot has", None),
         (HEAD + "[filters]\npredicates = ['mine']", 3, 1, "unknown `mine`", "no package has"),
         (HEAD + "[filters.visible]\nball = 2", 3, 1, "expected 0.0 to 1.0", None),
         (HEAD + "[limits]\nseconds = -1", 3, 1, "expected 0.1 to", None),
@@ -93,6 +101,21 @@ def test_mistakes_are_told_with_their_place(
     assert hint is None or hint in str(error.hint)
     assert isinstance(error.span, Span)
     assert error.span.source.position(error.span.start) == (line, column)
+
+
+def test_splits_may_have_the_names_of_other_formats(read: Read) -> None:
+    assert read(HEAD + "[splits]\nmodels = 0.7\nannotations = 0.3").splits is not None
+
+
+def test_programs_of_equal_text_are_dealt_as_one(tmp_path: Path) -> None:
+    from scenelang.datasets.spec import spec_of
+
+    for name, size in (("a", 1), ("b", 1), ("c", 2)):
+        (tmp_path / f"{name}.scene").write_text(f'(bind "a" (lambda () (call "cube" :scale {size})))')
+    text = "programs = '*.scene'\n[splits]\nby = 'program'\ntrain = 0.5\ntest = 0.3\n"
+    with pytest.raises(SceneError, match="2 different programs cannot be dealt to 3 splits"):
+        spec_of(text + "val = 0.2", "s", tmp_path)
+    assert spec_of(text.replace("0.3", "0.5"), "s", tmp_path).splits is not None
 
 
 def test_ranges_of_splits_may_not_overlap(read: Read) -> None:
@@ -231,3 +254,17 @@ def test_the_documented_spec_is_read(read: Read) -> None:
     assert spec.cameras.views == 4
     assert spec.output.formats == ("webdataset", "coco")
     assert set(spec.params) == {"objects", "size", "material", "depth"}
+
+
+def test_documented_commands_can_be_run_in_turn() -> None:
+    """No two documented commands make datasets in one folder, which the second would refuse."""
+    import re
+
+    root = Path(__file__).parents[2]
+    made = [
+        folder
+        for name in ("README.md", "docs/datasets.md")
+        for folder in re.findall(r"^scenelang dataset \S+\.toml .*-o (\S+)", (root / name).read_text("utf-8"), re.M)
+    ]
+    assert len(made) > 2
+    assert len(set(made)) == len(made)
