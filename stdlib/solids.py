@@ -297,8 +297,8 @@ def cut_plane(
     "split", f"solid::Parts tool::Parts [:segments::Integer] {LOOK}", "List[Entity]",
     "Return two solids: the part of a solid inside of `tool`, and the part outside.",
     ('(map volume (split (call "cube") (transform (call "cube") (translate [.75 0 0]))))', "(0.25 0.75)"),
-    picture='(map transform (split (call "sphere" :color (color "tomato")) (call "cube" :scale 1.3)) (list '
-            '(translate [-1.3 0 0]) (translate [1.3 0 0])))',
+    picture='(map transform (split (call "sphere" :color (color "tomato")) (transform (call "cube" :scale 3) '
+            '(translate [-1.3 0 0]))) (list (translate [-.4 0 0]) (translate [.4 0 0])))',
 )  # fmt: skip
 def split(rt: Runtime, solid: Any, tool: Any, segments: int = SEGMENTS, **look: Any) -> Any:
     return make_list([_boolean(rt, name, (solid, tool), segments, look) for name in ("intersection", "difference")])
