@@ -17,10 +17,11 @@ from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, SEGMENTS, Expression, Operand, check_size
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.primitives.base import MATERIALS, color_of
-from scenelang.stdlib.operands import items, to_numpy
+from scenelang.stdlib.operands import from_numpy, items, to_numpy
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
+    from scenelang.interpreter.scene.modelling.measuring import Measures
 
 registry = Registry("solids")
 define = registry.define
@@ -409,17 +410,44 @@ def mesh(rt: Runtime, vertices: Any, faces: Any, **look: Any) -> Entity:
 # --- measures --------------------------------------------------------------------------------------------------------
 
 
-def _measured(rt: Runtime, name: str, x: Any) -> Any:
-    from scenelang.interpreter.scene.modelling.computing import manifold_of
+def _measured(rt: Runtime, name: str, x: Any) -> Measures:
+    from scenelang.interpreter.scene.modelling.measuring import measured
 
-    operand = solid_operand(rt, name, x)
-    rt.charge(64)
-    return manifold_of(operand.expression).manifold.transform(np.array(operand.pose).reshape(3, 4))
+    operands = _leaves(rt, name, x, SEGMENTS)
+    rt.charge(64 * len(operands))
+    return measured(operands)
 
 
 @define(
-    "volume", "x::Parts", "Float", "Return the volume of an entity or parts as one solid, in cubic scene units.",
+    "volume", "x::Parts", "Float",
+    "Return the volume of an entity or parts as one solid, in cubic scene units; 0 of nothing.",
     ('(volume (call "cube" :scale [1 2 3]))', "6.0"),
 )  # fmt: skip
 def volume(rt: Runtime, x: Any) -> float:
-    return float(_measured(rt, "volume", x).volume())
+    return _measured(rt, "volume", x).volume
+
+
+@define(
+    "surface-area", "x::Parts", "Float",
+    "Return the area of the surface of an entity or parts as one solid, in square scene units.",
+    ('(surface-area (call "cube" :scale [1 2 3]))', "22.0"),
+)  # fmt: skip
+def surface_area(rt: Runtime, x: Any) -> float:
+    return _measured(rt, "surface-area", x).area
+
+
+@define(
+    "centroid", "x::Parts", "Vector", "Return the centre of mass of an entity or parts of uniform density.",
+    ('(centroid (transform (call "cube") (translate [1 2 3])))', "[1.0 2.0 3.0]"),
+)  # fmt: skip
+def centroid(rt: Runtime, x: Any) -> Vector:
+    return Vector(_measured(rt, "centroid", x).centroid.tolist())
+
+
+@define(
+    "inertia", "x::Parts", "Array",
+    "Return the inertia tensor of an entity or parts of density 1 about its centre of mass, along its own axes.",
+    ('(round (inertia (call "cube" :scale 6)) 6)', "[[1296.0 0.0 0.0] [0.0 1296.0 0.0] [0.0 0.0 1296.0]]"),
+)  # fmt: skip
+def inertia(rt: Runtime, x: Any) -> Any:
+    return from_numpy(_measured(rt, "inertia", x).inertia)

@@ -1,0 +1,136 @@
+"""Volume, surface, centre of mass and inertia of what a scene has, as one solid of uniform density.
+
+Primitives that touch no other part have the volumes and surfaces of their closed forms; where parts meet, Manifold
+joins them first, so that nothing counts twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from scenelang.grammar.datum import dataclass
+from scenelang.interpreter.loading import np
+from scenelang.interpreter.scene.modelling.computing import manifold_of
+from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, Expression, Operand
+from scenelang.interpreter.scene.primitives.base import Primitive
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+_SIMILAR = 1e-9  # relative difference of the lengths of axes below which a pose keeps shapes similar
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measures:
+    """Measures of a solid in scene units, with density 1.
+
+    Attributes
+    ----------
+    volume, area
+        Enclosed volume, and area of the surface.
+    centroid : (3,)
+        Centre of mass; the origin for an empty solid.
+    inertia : (3, 3)
+        Inertia tensor about the centre of mass, along the axes of the scene.
+    """
+
+    volume: float
+    area: float
+    centroid: FloatArray
+    inertia: FloatArray
+
+
+def measured(operands: Sequence[Operand]) -> Measures:
+    """Return the measures of the union of solids.
+
+    Raises
+    ------
+    SceneError
+        "solid" if one of them cannot be computed.
+    LimitError
+        "size" if there would be too many triangles.
+    """
+    parts = [_measured_group(group) for group in _groups(operands)] if operands else []
+    volume = sum(part.volume for part in parts)
+    if volume <= 0.0:
+        return Measures(0.0, 0.0, np.zeros(3), np.zeros((3, 3)))
+    centroid = sum((part.volume * part.centroid for part in parts), np.zeros(3)) / volume
+    inertia = sum((part.inertia + _shifted(part.volume, part.centroid - centroid) for part in parts), np.zeros((3, 3)))
+    return Measures(volume, sum(part.area for part in parts), centroid, inertia)
+
+
+def _shifted(mass: float, offset: FloatArray) -> FloatArray:
+    """Return what the parallel axis theorem adds for a mass at ``offset`` from the axes."""
+    found: FloatArray = mass * (float(offset @ offset) * np.eye(3) - np.outer(offset, offset))
+    return found
+
+
+def _groups(operands: Sequence[Operand]) -> list[list[Operand]]:
+    """Return the operands in groups whose bounding boxes are apart."""
+    boxes = np.array([_box(operand) for operand in operands])
+    group = np.arange(len(operands))
+
+    def root(i: int) -> int:
+        while group[i] != i:
+            group[i] = group[group[i]]
+            i = int(group[i])
+        return i
+
+    order = np.argsort(boxes[:, 0], kind="stable")
+    active: list[int] = []
+    for i in order.tolist():  # a sweep along x
+        active = [j for j in active if boxes[j, 3] >= boxes[i, 0]]
+        for j in active:
+            if (boxes[j, 1:3] <= boxes[i, 4:6]).all() and (boxes[i, 1:3] <= boxes[j, 4:6]).all():
+                group[root(i)] = root(j)
+        active.append(i)
+    found: dict[int, list[Operand]] = {}
+    for i, operand in enumerate(operands):
+        found.setdefault(root(i), []).append(operand)
+    return list(found.values())
+
+
+def _box(operand: Operand) -> tuple[float, ...]:
+    shape = operand.expression.shape
+    if shape is not None:
+        return shape.box_under(operand.pose)
+    manifold = manifold_of(operand.expression).manifold
+    if manifold.is_empty():
+        return (0.0,) * 6
+    return tuple(manifold.transform(np.array(operand.pose).reshape(3, 4)).bounding_box())
+
+
+def _measured_group(group: Sequence[Operand]) -> Measures:
+    whole = group[0].expression if len(group) == 1 else Expression("union-solid", operands=tuple(group))
+    pose = np.array(group[0].pose if len(group) == 1 else np.eye(3, 4), np.float64).reshape(3, 4)
+    manifold = manifold_of(whole).manifold.transform(pose)
+    if manifold.is_empty():
+        return Measures(0.0, 0.0, np.zeros(3), np.zeros((3, 3)))
+    volume, area = manifold.volume(), manifold.surface_area()
+    centroid, inertia = _moments(manifold.to_mesh64())
+    shape = whole.shape if whole.operation == PRIMITIVE else None
+    if shape is not None:
+        exact, area = _exact(shape, pose, area)
+        inertia, volume = inertia * (exact / volume), exact
+    return Measures(volume, area, centroid, inertia)
+
+
+def _exact(shape: Primitive, pose: FloatArray, area: float) -> tuple[float, float]:
+    """Return volume and surface of a primitive in closed form; the surface only under a pose that keeps its shape."""
+    volume = shape.volume() * abs(float(np.linalg.det(pose[:, :3])))
+    lengths = np.linalg.svd(pose[:, :3], compute_uv=False)
+    if lengths[0] - lengths[2] <= _SIMILAR * lengths[0]:
+        return volume, shape.area() * float(lengths[0]) ** 2
+    return volume, area
+
+
+def _moments(mesh: object) -> tuple[FloatArray, FloatArray]:
+    """Return the centre of mass of a closed mesh, and its inertia tensor about it."""
+    from trimesh.triangles import mass_properties
+
+    corners = np.asarray(mesh.vert_properties)[np.asarray(mesh.tri_verts, np.int64)]  # type: ignore[attr-defined]
+    found = mass_properties(corners[:, :, :3])
+    return np.asarray(found["center_mass"], np.float64), np.asarray(found["inertia"], np.float64)
