@@ -91,6 +91,12 @@ TOPICS: dict[str, tuple[str, str]] = {
         "spheres and other primitives, closed mesh files and solids. A profile is an array of points [x y], or a list "
         "of such contours: outer ones counter-clockwise, holes clockwise. [Solids](../solids.md) has more.",
     ),
+    "profiles": (
+        "Profiles",
+        "A profile is an array of points [x y], or a list of such contours: outer ones counter-clockwise, holes "
+        "clockwise. What contours wind around a positive number of times is inside. A profile is plain data: "
+        "`(+ contour [1 0])` moves one contour, `transform-profile` several.",
+    ),
     "colors": ("Colours", ""),
     "numbers": ("Numbers", "Arithmetic works on numbers and elementwise on arrays."),
     "tests": ("Type predicates and equality", ""),

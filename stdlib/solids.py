@@ -18,6 +18,7 @@ from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, SEGMENT
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.primitives.base import MATERIALS, color_of
 from scenelang.stdlib.operands import from_numpy, items, to_numpy
+from scenelang.stdlib.profiles import LEFT, TEXT, one_or_two, outline_of, positive, profile_of, segment_count
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
@@ -29,8 +30,6 @@ define = registry.define
 LOOK = "[:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior]"
 _MATERIAL_NAMES = tuple(attribute.name for attribute in MATERIALS)
 _ORIGIN = Vector((0.0, 0.0, 0.0))
-_MAX_SEGMENTS = 1024
-_MAX_POINTS = 100_000  # of a profile or path
 
 
 # --- operands --------------------------------------------------------------------------------------------------------
@@ -99,9 +98,9 @@ def _site(entity: Entity) -> Any:
 
 def solid_entity(
     rt: Runtime, name: str, parameters: Mapping[str, Any], operands: Sequence[Operand], look: Mapping[str, Any],
-    like: Any = None,
+    like: Any = None, word: str = "",
 ) -> Entity:  # fmt: skip
-    """Return the entity of an operation.
+    """Return the entity of an operation; its word is ``word``, by default the operation's name.
 
     ``look`` are the attributes that the program gives. The material is otherwise that of the first primitive in
     ``like``, and the colour that of the operands.
@@ -111,13 +110,14 @@ def solid_entity(
     color = color_of(name, attributes["color"]) if "color" in attributes else None
     if color is None and operands:
         color = _first_color(operands[0])
-    expression = Expression(name, parameters, tuple(operands), None, name, color or (1.0, 1.0, 1.0), rt.site)
+    word = word or name
+    expression = Expression(name, parameters, tuple(operands), None, word, color or (1.0, 1.0, 1.0), rt.site)
     check_size(expression)
     colors = expression.colors
     if "color" not in attributes and len(colors) == 1 and operands:
         attributes["color"] = Vector(next(iter(colors)))
     rt.charge(64 + 8 * len(operands))
-    return rt.solid(name, parts.with_attributes(rt, Embedding(), attributes), expression)
+    return rt.solid(word, parts.with_attributes(rt, Embedding(), attributes), expression)
 
 
 def _first_color(operand: Operand) -> tuple[float, float, float]:
@@ -138,33 +138,11 @@ def _material_like(rt: Runtime, like: Any) -> dict[str, Any]:
     return {}
 
 
-def _segments(name: str, value: int) -> int:
-    if not 3 <= value <= _MAX_SEGMENTS:
-        raise SceneError("value", f"`{name}` expects 3 to {_MAX_SEGMENTS:,} :segments, got {value}")
-    return value
-
-
-def _positive(name: str, what: str, value: Any) -> float:
-    if not 0.0 < value < 1e12:
-        raise SceneError("value", f"`{name}` expects a positive number for {what}, got {show(value, 40)}")
-    return float(value)
-
-
-def _pair(rt: Runtime, name: str, what: str, value: Any) -> tuple[float, float]:
-    """Return one number or two as two."""
-    if type(value) in (int, float):
-        return float(value), float(value)
-    numbers = to_numpy(rt, value, name)
-    if numbers.shape != (2,):
-        raise SceneError("value", f"`{name}` expects a number or two for {what}, got {show(value, 40)}")
-    return float(numbers[0]), float(numbers[1])
-
-
 # --- booleans --------------------------------------------------------------------------------------------------------
 
 
 def _boolean(rt: Runtime, name: str, values: Sequence[Any], segments: int, look: Mapping[str, Any]) -> Entity:
-    sides = _segments(name, segments)
+    sides = segment_count(name, segments)
     operands = [solid_operand(rt, name, value, sides) for value in values]
     return solid_entity(rt, name, {}, operands, look, values[0])
 
@@ -225,13 +203,13 @@ def hull(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look
             '[0 .5 0]))',
 )  # fmt: skip
 def minkowski(rt: Runtime, base: Any, tool: Any, segments: int = 12, **look: Any) -> Entity:
-    sides = _segments("minkowski", segments)
+    sides = segment_count("minkowski", segments)
     operands = [solid_operand(rt, "minkowski", value, sides) for value in (base, tool)]
     return solid_entity(rt, "minkowski", {}, operands, look, base)
 
 
 def _with_ball(rt: Runtime, name: str, base: Any, key: str, size: float, sides: int, look: Mapping[str, Any]) -> Entity:
-    operand = solid_operand(rt, name, base, _segments(name, sides))
+    operand = solid_operand(rt, name, base, segment_count(name, sides))
     return solid_entity(rt, name, {key: size, "segments": sides}, [operand], look, base)
 
 
@@ -243,7 +221,7 @@ def _with_ball(rt: Runtime, name: str, base: Any, key: str, size: float, sides: 
     picture='(rounded (call "cube" :color (color "gold")) .2)',
 )  # fmt: skip
 def rounded(rt: Runtime, solid: Any, radius: Any, segments: int = 12, **look: Any) -> Entity:
-    return _with_ball(rt, "rounded", solid, "radius", _positive("rounded", "the radius", radius), segments, look)
+    return _with_ball(rt, "rounded", solid, "radius", positive("rounded", "the radius", radius), segments, look)
 
 
 @define(
@@ -253,7 +231,7 @@ def rounded(rt: Runtime, solid: Any, radius: Any, segments: int = 12, **look: An
     picture='(cut-plane (shell (call "sphere" :color (color "tomato")) .2 :segments 16) [-1 0 -1])',
 )  # fmt: skip
 def shell(rt: Runtime, solid: Any, thickness: Any, segments: int = 12, **look: Any) -> Entity:
-    return _with_ball(rt, "shell", solid, "thickness", _positive("shell", "the thickness", thickness), segments, look)
+    return _with_ball(rt, "shell", solid, "thickness", positive("shell", "the thickness", thickness), segments, look)
 
 
 @define(
@@ -264,7 +242,7 @@ def shell(rt: Runtime, solid: Any, thickness: Any, segments: int = 12, **look: A
             ':scale [.6 2 .4])) .1)',
 )  # fmt: skip
 def offset_solid(rt: Runtime, solid: Any, distance: Any, segments: int = 12, **look: Any) -> Entity:
-    _positive("offset-solid", "the distance", abs(distance))
+    positive("offset-solid", "the distance", abs(distance))
     return _with_ball(rt, "offset-solid", solid, "distance", float(distance), segments, look)
 
 
@@ -290,7 +268,7 @@ def _plane(name: str, normal: Vector, point: Vector) -> dict[str, Any]:
 def cut_plane(
     rt: Runtime, solid: Any, normal: Vector, point: Vector = _ORIGIN, segments: int = SEGMENTS, **look: Any
 ) -> Entity:  # fmt: skip
-    operand = solid_operand(rt, "cut-plane", solid, _segments("cut-plane", segments))
+    operand = solid_operand(rt, "cut-plane", solid, segment_count("cut-plane", segments))
     return solid_entity(rt, "cut-plane", _plane("cut-plane", normal, point), [operand], look, solid)
 
 
@@ -306,37 +284,6 @@ def split(rt: Runtime, solid: Any, tool: Any, segments: int = SEGMENTS, **look: 
 
 
 # --- profiles --------------------------------------------------------------------------------------------------------
-
-
-def profile_of(rt: Runtime, name: str, value: Any) -> tuple[Any, ...]:
-    """Return a profile as contours (K, 2): one array of points, or a list of them."""
-    flat = value
-    if isinstance(value, (Vector, tuple)) or not hasattr(value, "data"):
-        members = items(rt, value, name) if not hasattr(value, "data") else [value]
-        is_list = bool(members) and all(_is_contour(rt, name, member) for member in members)
-        found = tuple(_contour(rt, name, member) for member in (members if is_list else [flat]))
-    else:
-        found = (_contour(rt, name, value),)
-    rt.charge(sum(len(contour) for contour in found) >> 4)
-    return found
-
-
-def _is_contour(rt: Runtime, name: str, member: Any) -> bool:
-    try:
-        return bool(to_numpy(rt, member, name).ndim == 2)
-    except SceneError:
-        return False
-
-
-def _contour(rt: Runtime, name: str, value: Any) -> Any:
-    points = np.asarray(to_numpy(rt, value, name), np.float64)
-    if points.ndim != 2 or points.shape[1] != 2 or len(points) < 3:
-        raise SceneError(
-            "value", f"`{name}` expects a profile: at least three points [x y], or a list of such contours"
-        )
-    if len(points) > _MAX_POINTS or not np.isfinite(points).all():
-        raise SceneError("value", f"`{name}` expects at most {_MAX_POINTS:,} finite points in a contour")
-    return points
 
 
 @define(
@@ -355,14 +302,35 @@ def extrude(
         raise SceneError("value", f"`extrude` expects at most 10,000 :slices, got {slices}")
     contours = profile_of(rt, "extrude", profile)
     layers = slices or (max(1, math.ceil(abs(float(twist)) / math.tau * SEGMENTS)) if twist else 1)
-    scale = _pair(rt, "extrude", ":taper", taper)
+    scale = one_or_two(rt, "extrude", ":taper", taper)
     if min(scale) < 0.0:
         raise SceneError("value", "`extrude` expects a :taper of at least 0")
     parameters = {
-        "profile": contours, "height": _positive("extrude", "the height", height), "twist": math.degrees(float(twist)),
+        "profile": contours, "height": positive("extrude", "the height", height), "twist": math.degrees(float(twist)),
         "taper": np.array(scale), "slices": layers - 1, "center": bool(center),
     }  # fmt: skip
     return solid_entity(rt, "extrude", parameters, (), look)
+
+
+@define(
+    "text", f"text::String [:depth::Number] {TEXT} {LOOK}", "Entity",
+    "Return a text as a solid: its outlines, as by `text-outline` with its keywords, extruded by `:depth`, a fifth "
+    "of the size by default. The back is at z = 0 and the front at z = `:depth`; the baseline is at y = 0.",
+    ('(entity-word (text "Ada"))', '"text"'),
+    picture='(text "Ada" :depth .3 :color (color "gold"))',
+)  # fmt: skip
+def text_solid(
+    rt: Runtime, text: str, depth: Any = None, size: Any = 1, font: str | None = None, align: Any = LEFT,
+    spacing: Any = 0, line_height: Any = 1.2, **look: Any,
+) -> Entity:  # fmt: skip
+    contours = outline_of(rt, "text", text, font, size, align, spacing, line_height)
+    if not contours:
+        raise SceneError("value", f"`text` expects a text with visible characters, got {show(text, 40)}")
+    parameters = {
+        "profile": contours, "height": positive("text", ":depth", size / 5.0 if depth is None else depth), "twist": 0.0,
+        "taper": np.ones(2), "slices": 0, "center": False,
+    }  # fmt: skip
+    return solid_entity(rt, "extrude", parameters, (), look, word="text")
 
 
 @define(
@@ -377,7 +345,7 @@ def lathe(rt: Runtime, profile: Any, angle: Any = math.tau, segments: int = SEGM
         raise SceneError("value", f"`lathe` expects an :angle above 0 up to a full turn, got {show(angle, 40)}")
     parameters = {
         "profile": profile_of(rt, "lathe", profile), "angle": min(360.0, math.degrees(float(angle))),
-        "segments": _segments("lathe", segments),
+        "segments": segment_count("lathe", segments),
     }  # fmt: skip
     return solid_entity(rt, "lathe", parameters, (), look)
 

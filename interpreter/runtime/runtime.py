@@ -15,7 +15,7 @@ import random
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
@@ -53,6 +53,9 @@ from scenelang.interpreter.scene.modelling.expressions import Expression
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.primitives import class_of
 from scenelang.interpreter.scene.primitives.asset import Asset
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.scene.modelling.outlines import Typeface
 
 # The two random streams of a run are numpy's legacy generator and Python's, so that transpiled programs draw the same
 # numbers.
@@ -194,6 +197,8 @@ class Runtime:
         Serial numbers of calls at whose start the state of the random streams is saved; None for all calls.
     asset
         Function ``asset(file, charge)`` that measures a mesh file.
+    font
+        Function ``font(file, charge)`` that loads a font file.
     hot
         Number of calls of a procedure, or of turns of a loop, after which it is compiled to a Python function; None to
         run all code as closures.
@@ -209,11 +214,13 @@ class Runtime:
         snapshots: frozenset[int] | None = frozenset(),
         asset: Callable[[str, Callable[[int], None]], Asset] | None = None,
         hot: int | None = HOT,
+        font: Callable[[str, Callable[[int], None]], Typeface] | None = None,
     ) -> None:
         self.hot = hot
         self.units: list[dict[str, Any]] = []  # namespaces of generated functions
         self.library = library
         self.asset = asset
+        self.font = font
         self.limits = limits or Limits()
         self.meter = Meter(self.limits)
         self.tick = self.meter.tick

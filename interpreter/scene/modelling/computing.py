@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
+from scenelang.interpreter.scene.modelling.contours import section_of
 from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, REPLACING, SEGMENTS, Expression, nodes_of
 from scenelang.interpreter.scene.primitives.base import Point, Primitive, mesh_of
 from scenelang.interpreter.scene.primitives.mesh import Mesh, posed
 
 if TYPE_CHECKING:
     import numpy.typing as npt
-    from manifold3d import CrossSection, Manifold, Mesh64
+    from manifold3d import Manifold, Mesh64
 
     FloatArray = npt.NDArray[np.float64]
     IntArray = npt.NDArray[np.int64]
@@ -347,13 +348,6 @@ def _cut(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
 
 def _mesh(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
     return manifold_of_mesh(Mesh(parameters["vertices"], None, parameters["faces"].astype(np.int64)), "mesh")
-
-
-def section_of(contours: Sequence[FloatArray]) -> CrossSection:
-    """Return the cross-section bounded by contours (K, 2): what they wind around a positive number of times."""
-    import manifold3d
-
-    return manifold3d.CrossSection([np.asarray(each, np.float64) for each in contours], manifold3d.FillRule.Positive)
 
 
 def _extrude(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:

@@ -1,0 +1,314 @@
+"""Profiles: contours (K, 2) of points, outer ones counter-clockwise and holes clockwise.
+
+What winds around a point a positive number of times is inside. Booleans and offsets are those of Clipper2 (Johnson,
+https://www.angusj.com/clipper2), by way of Manifold.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.interpreter.loading import np
+from scenelang.interpreter.scene.modelling.curves import bezier
+from scenelang.interpreter.scene.modelling.expressions import SEGMENTS
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    from manifold3d import CrossSection
+
+    FloatArray = npt.NDArray[np.float64]
+
+Contours = tuple["FloatArray", ...]
+Point2 = tuple[float, float]
+
+MAX_CROSSINGS = 20_000_000  # pairs of edges that may cross in one operation
+_MAX_PIECES = 256  # of a flattened curve
+_SAME = 1e-9
+
+
+# --- shapes ----------------------------------------------------------------------------------------------------------
+
+
+def on_circle(radius: float, angles: FloatArray) -> FloatArray:
+    """Return points (K, 2) at angles from the x axis towards the y axis."""
+    return np.stack([radius * np.cos(angles), radius * np.sin(angles)], axis=1)
+
+
+def regular_polygon(sides: int, radius: float) -> FloatArray:
+    """Return a regular polygon with its first corner at the top."""
+    return on_circle(radius, math.pi / 2.0 + math.tau * np.arange(sides) / sides)
+
+
+def star(points: int, outer: float, inner: float) -> FloatArray:
+    """Return a star with its first tip at the top."""
+    corners = regular_polygon(2 * points, 1.0)
+    return np.asarray(corners * np.where(np.arange(2 * points) % 2 == 0, outer, inner)[:, None], np.float64)
+
+
+def rectangle(width: float, height: float, radius: float, segments: int) -> FloatArray:
+    """Return a rectangle around the origin, its corners rounded with ``segments`` sides of a full circle."""
+    x, y = width / 2.0, height / 2.0
+    if radius == 0.0:
+        return np.array([[-x, -y], [x, -y], [x, y], [-x, y]])
+    quarter = np.linspace(0.0, math.pi / 2.0, max(1, segments // 4) + 1)
+    centers = [(x - radius, y - radius), (radius - x, y - radius), (radius - x, radius - y), (x - radius, radius - y)]
+    corners = [on_circle(radius, quarter + k * math.pi / 2.0) + center for k, center in enumerate(centers)]
+    return _distinct(np.concatenate(corners))
+
+
+def _distinct(points: FloatArray) -> FloatArray:
+    """Drop the points of a contour that are equal to the one before."""
+    size = float(np.ptp(points, axis=0).max(initial=0.0))
+    is_new = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1) > _SAME * size
+    return np.asarray(points[is_new], np.float64)
+
+
+def arc(radius: float, start: float, end: float, segments: int | None) -> FloatArray:
+    """Return the points of an arc with both of its ends, by default as fine as a full circle."""
+    count = segments or max(1, math.ceil(abs(end - start) / math.tau * SEGMENTS))
+    return on_circle(radius, np.linspace(start, end, count + 1))
+
+
+def area_of(contour: FloatArray) -> float:
+    """Return the area of a contour, negative if it is clockwise."""
+    x, y = (contour - contour[0]).T
+    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2.0)
+
+
+# --- operations ------------------------------------------------------------------------------------------------------
+
+
+def section_of(contours: Sequence[FloatArray], rule: str = "Positive") -> CrossSection:
+    """Return the cross-section bounded by contours, by a fill rule of Manifold."""
+    import manifold3d
+
+    return manifold3d.CrossSection([np.asarray(each, np.float64) for each in contours], manifold3d.FillRule[rule])
+
+
+def contours_of(section: CrossSection) -> Contours:
+    """Return the contours of a cross-section; those without an area are dropped."""
+    found = (np.array(each, np.float64) for each in section.to_polygons())
+    return tuple(each for each in found if len(each) >= 3)
+
+
+def normalized(contours: Sequence[FloatArray], rule: str = "Positive") -> Contours:
+    """Return contours without overlaps that bound the same area."""
+    check_crossings("a profile", contours)
+    return contours_of(section_of(contours, rule))
+
+
+def combined(name: str, kind: str, profiles: Sequence[Contours]) -> Contours:
+    """Return a boolean of profiles; ``kind`` is an operation of Manifold."""
+    import manifold3d
+
+    check_crossings(name, [contour for profile in profiles for contour in profile])
+    sections = [section_of(profile) for profile in profiles]
+    return contours_of(manifold3d.CrossSection.batch_boolean(sections, manifold3d.OpType[kind]))
+
+
+def offset(contours: Contours, distance: float, join: str, segments: int) -> Contours:
+    """Return a profile grown by a distance, or shrunk by a negative one; ``join`` is a join of Manifold."""
+    import manifold3d
+
+    check_crossings("offset-profile", contours)
+    grown = section_of(contours).offset(distance, manifold3d.JoinType[join], 4.0, segments)
+    return contours_of(grown.simplify(abs(distance) * 1e-6))
+
+
+def check_crossings(name: str, contours: Sequence[FloatArray]) -> int:
+    """Return how many pairs of edges may cross, a bound; raises LimitError("size") if there are too many."""
+    if not contours:
+        return 0
+    starts = np.concatenate(contours)
+    ends = np.concatenate([np.roll(each, -1, axis=0) for each in contours])
+    low, high = np.minimum(starts, ends), np.maximum(starts, ends)
+    pairs = min(_overlaps(low[:, axis], high[:, axis]) for axis in (0, 1))
+    if pairs > MAX_CROSSINGS:
+        message = f"`{name}` of {len(starts):,} points has up to {pairs:,} crossings, more than {MAX_CROSSINGS:,}"
+        raise LimitError("size", message, hint="use fewer :segments, or combine fewer profiles at once")
+    return pairs
+
+
+def _overlaps(low: FloatArray, high: FloatArray) -> int:
+    """Return how many pairs of intervals overlap."""
+    order = np.argsort(low)
+    reached = np.searchsorted(low[order], high[order], "right")
+    return int(np.sum(reached - np.arange(len(low)) - 1))
+
+
+# --- curves of outlines ----------------------------------------------------------------------------------------------
+
+
+class OutlinePen:
+    """Records outlines drawn with the methods of fontTools' pens, and makes contours of them.
+
+    Parameters
+    ----------
+    limit : int
+        Most pieces, which may be components; more raise ValueError.
+    glyphs : mapping, optional
+        Where the components of a glyph are found by name.
+    """
+
+    def __init__(self, limit: int, glyphs: Any = None) -> None:
+        self._room = limit
+        self._glyphs = glyphs
+        self._depth = 0
+        self._matrix = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+        self._contours: list[list[list[Point2]]] = []  # of pieces, each of its points from the end of the last one
+        self._first: Point2 | None = None
+
+    def _spend(self, count: int) -> None:
+        self._room -= count
+        if self._room < 0:
+            raise ValueError("the outline has too many points")
+
+    def _placed(self, point: Any) -> Point2:
+        a, b, c, d, e, f = self._matrix
+        x, y = float(point[0]), float(point[1])
+        return a * x + c * y + e, b * x + d * y + f
+
+    def _add(self, points: Sequence[Any]) -> None:
+        self._spend(len(points))
+        if self._first is None:
+            raise ValueError("a line before the first point")
+        if not self._contours[-1]:
+            self._contours[-1].append([self._first])
+        self._contours[-1].append([self._placed(point) for point in points])
+
+    def moveTo(self, point: Any) -> None:
+        self._spend(1)
+        self._first = self._placed(point)
+        self._contours.append([])
+
+    def lineTo(self, point: Any) -> None:
+        self._add([point])
+
+    def curveTo(self, *points: Any) -> None:
+        from fontTools.pens.basePen import decomposeSuperBezierSegment
+
+        if len(points) <= 3:
+            self._add(points)
+            return
+        self._spend(len(points))
+        for piece in decomposeSuperBezierSegment(points):
+            self._add(piece)
+
+    def qCurveTo(self, *points: Any) -> None:
+        from fontTools.pens.basePen import decomposeQuadraticSegment
+
+        if points[-1] is None:  # a closed curve of control points only
+            (x, y), (u, v) = points[-2], points[0]
+            start = ((x + u) / 2.0, (y + v) / 2.0)
+            self.moveTo(start)
+            points = (*points[:-1], start)
+        self._spend(len(points))
+        for piece in decomposeQuadraticSegment(points) if len(points) > 1 else [points]:
+            self._add(piece)
+
+    def closePath(self) -> None:
+        """Every outline counts as closed."""
+
+    endPath = closePath
+
+    def addComponent(self, name: str, matrix: Any) -> None:
+        self._spend(8)
+        if self._depth == 16:
+            raise ValueError("the components of the glyph are nested too deeply")
+        before, self._depth = self._matrix, self._depth + 1
+        a, b, c, d, e, f = before
+        u, v, w, z, s, t = (float(x) for x in matrix)
+        x, y = a * s + c * t + e, b * s + d * t + f
+        self._matrix = (a * u + c * v, b * u + d * v, a * w + c * z, b * w + d * z, x, y)
+        self._glyphs[name].draw(self)
+        self._matrix, self._depth = before, self._depth - 1
+
+    @property
+    def size(self) -> float:
+        """The larger side of the box of all points."""
+        points = [point for contour in self._contours for piece in contour for point in piece]
+        return float(np.ptp(np.array(points), axis=0).max()) if points else 0.0
+
+    @property
+    def pieces(self) -> int:
+        return sum(map(len, self._contours))
+
+    def contours(self, tolerance: float) -> list[FloatArray]:
+        """Return the outlines as contours that differ from them by at most ``tolerance``."""
+        found = []
+        for pieces in self._contours:
+            if len(pieces) < 2:
+                continue
+            points = [np.array(pieces[0])]
+            for before, piece in pairwise(pieces):
+                points.append(_flattened(np.array([before[-1], *piece]), tolerance))
+            contour = _distinct(np.concatenate(points))
+            if len(contour) >= 3:
+                found.append(contour)
+        return found
+
+
+def _flattened(control: FloatArray, tolerance: float) -> FloatArray:
+    """Return the points of a Bezier curve after its first.
+
+    The number of steps is Wang's bound from the second differences of the control points (Wang, "The subdivision method
+    for finding the intersection between two Bezier curves or surfaces", 1984).
+    """
+    degree = len(control) - 1
+    if degree == 1:
+        return control[1:]
+    bend = float(np.linalg.norm(np.diff(control, 2, axis=0), axis=1).max())
+    steps = math.sqrt(degree * (degree - 1) / 8.0 * bend / tolerance) if tolerance > 0.0 else 1.0
+    count = min(max(1, math.ceil(steps)), _MAX_PIECES)
+    return bezier(control, np.arange(1, count + 1) / count)
+
+
+# --- SVG -------------------------------------------------------------------------------------------------------------
+
+
+_WRONG = re.compile(r"[^MmZzLlHhVvCcSsQqTtAa0-9eE+\-.,\s]")
+_MAX_TEXT = 1_000_000  # characters of a path's data
+MAX_PIECES = 100_000  # points and control points of outlines
+
+
+def svg_outline(data: str) -> OutlinePen:
+    """Return the outlines of the data `d` of an SVG path, y upwards.
+
+    Raises
+    ------
+    SceneError
+        "value" if the data are no path.
+    """
+    from fontTools.svgLib.path.parser import parse_path
+
+    if len(data) > _MAX_TEXT:
+        raise LimitError("size", f"`svg-path` expects at most {_MAX_TEXT:,} characters, got {len(data):,}")
+    wrong = _WRONG.search(data)
+    if wrong is not None:
+        raise SceneError("value", f"`svg-path` expects the data of an SVG path, got `{wrong[0]}` at {wrong.start()}")
+    pen = OutlinePen(MAX_PIECES)
+    try:
+        parse_path(re.sub(r"\s+", " ", data), _Upwards(pen))
+        is_finite = math.isfinite(pen.size)
+    except Exception as error:  # the parser checks little
+        reason = str(error) or type(error).__name__
+        raise SceneError("value", f"`svg-path` cannot read `{data[:40]}`: {reason[:120]}") from None
+    if not is_finite:
+        raise SceneError("value", "`svg-path` expects finite numbers")
+    return pen
+
+
+class _Upwards:
+    """Passes what an SVG path draws on to a pen, with y upwards."""
+
+    def __init__(self, pen: OutlinePen) -> None:
+        self._pen = pen
+
+    def __getattr__(self, name: str) -> Any:
+        draw = getattr(self._pen, name)
+        return lambda *points: draw(*((x, -y) for x, y in points))

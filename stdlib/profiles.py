@@ -1,0 +1,393 @@
+"""Profiles: contours of points in the plane of x and y, to extrude, turn, sweep and loft (docs/solids.md)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.loading import np
+from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.types import Registry
+from scenelang.interpreter.runtime.values import NIL, Keyword, MutableList, Pair, Vector, make_list
+from scenelang.interpreter.scene.modelling import contours as shapes
+from scenelang.interpreter.scene.modelling import curves
+from scenelang.interpreter.scene.modelling.contours import Contours
+from scenelang.interpreter.scene.modelling.expressions import SEGMENTS
+from scenelang.interpreter.scene.modelling.outlines import TextStyle, Typeface, bundled, text_outline
+from scenelang.stdlib.operands import Numpy, from_numpy, items, to_numpy
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
+
+registry = Registry("profiles")
+define = registry.define
+
+MAX_SEGMENTS = 1024
+MAX_POINTS = 100_000  # of a profile or path
+_LARGE = 1e12  # lengths must be below, so that products of them are exact enough
+_JOINS = {"round": "Round", "miter": "Miter", "square": "Square"}
+_RULES = {"nonzero": "NonZero", "even-odd": "EvenOdd"}
+LEFT, _NONZERO, _ROUND = Keyword("left"), Keyword("nonzero"), Keyword("round")
+_ALIGNMENTS = {"left": 0.0, "center": 0.5, "right": 1.0}
+
+
+# --- arguments -------------------------------------------------------------------------------------------------------
+
+
+def segment_count(name: str, value: int, least: int = 3) -> int:
+    """Return a number of segments; raises SceneError("value") unless it is reasonable."""
+    if not least <= value <= MAX_SEGMENTS:
+        raise SceneError("value", f"`{name}` expects {least} to {MAX_SEGMENTS:,} :segments, got {value}")
+    return value
+
+
+def positive(name: str, what: str, value: Any) -> float:
+    """Return a number above 0."""
+    if not 0.0 < value < _LARGE:
+        raise SceneError("value", f"`{name}` expects a positive number for {what}, got {show(value, 40)}")
+    return float(value)
+
+
+def finite(name: str, what: str, value: Any) -> float:
+    """Return a number that is neither infinite nor nan."""
+    if not -_LARGE < value < _LARGE:
+        raise SceneError("value", f"`{name}` expects a finite number for {what}, got {show(value, 40)}")
+    return float(value)
+
+
+def one_or_two(rt: Runtime, name: str, what: str, value: Any) -> tuple[float, float]:
+    """Return one number or two as two."""
+    if type(value) in (int, float):
+        return float(value), float(value)
+    numbers = to_numpy(rt, value, name)
+    if numbers.shape != (2,):
+        raise SceneError("value", f"`{name}` expects a number or two for {what}, got {show(value, 40)}")
+    return float(numbers[0]), float(numbers[1])
+
+
+def choice(name: str, what: str, value: Any, choices: dict[str, Any]) -> Any:
+    """Return what a keyword stands for."""
+    if type(value) is not Keyword or str(value) not in choices:
+        known = ", ".join(f"`:{each}`" for each in choices)
+        raise SceneError("value", f"`{name}` expects {known} for {what}, got {show(value, 40)}")
+    return choices[str(value)]
+
+
+def points_of(rt: Runtime, name: str, value: Any, what: str, widths: Sequence[int], least: int) -> Numpy:
+    """Return an array (N, D) of at least so many finite points, D one of ``widths``; ``what`` is for the message."""
+    points = np.asarray(to_numpy(rt, value, name), np.float64)
+    if points.ndim != 2 or points.shape[1] not in widths or len(points) < least:
+        raise SceneError("value", f"`{name}` expects {what}, got {show(value, 60)}")
+    if len(points) > MAX_POINTS:
+        raise SceneError("value", f"`{name}` expects at most {MAX_POINTS:,} points, got {len(points):,}")
+    if not (np.abs(points) < _LARGE).all():
+        raise SceneError("value", f"`{name}` expects finite points")
+    rt.charge(len(points) >> 4)
+    return points
+
+
+def profile_of(rt: Runtime, name: str, value: Any) -> Contours:
+    """Return a profile as contours (K, 2): one array of points, or a list of them."""
+    members = _contours_in(rt, name, value)
+    if members is None:
+        return (_contour(rt, name, value),)
+    rt.meter.check_growth(len(members), "a profile")
+    contours = tuple(_contour(rt, name, member) for member in members)
+    total = sum(map(len, contours))
+    if total > MAX_POINTS:
+        raise SceneError("value", f"`{name}` expects a profile of at most {MAX_POINTS:,} points, got {total:,}")
+    return contours
+
+
+def _contours_in(rt: Runtime, name: str, value: Any) -> list[Any] | None:
+    """Return the members of a list of contours; None for what must be one contour."""
+    if type(value) is Pair or value is NIL or type(value) is MutableList:
+        members = items(rt, value, name)
+        if not members:
+            raise SceneError("value", f"`{name}` got an empty profile", "nothing is left of the profile before")
+        first = members[0]
+        is_list = type(first) not in (int, float, Vector) and to_numpy(rt, first, name).ndim > 1
+        return members if is_list else None
+    data = to_numpy(rt, value, name)
+    return [from_numpy(contour) for contour in data] if data.ndim == 3 else None
+
+
+def _contour(rt: Runtime, name: str, value: Any) -> Numpy:
+    what = "a profile: at least three points [x y], or a list of such contours"
+    return points_of(rt, name, value, what, (2,), 3)
+
+
+def profile_value(rt: Runtime, contours: Contours) -> Any:
+    """Return contours as a list of arrays."""
+    rt.meter.check_size(2 * sum(map(len, contours)), "an array")
+    return make_list([from_numpy(contour) for contour in contours])
+
+
+# --- shapes ----------------------------------------------------------------------------------------------------------
+
+
+@define(
+    "circle", "radius::Number [:segments::Integer]", "Array",
+    "Return the profile of a circle around the origin, as a polygon of `:segments` sides, 64 by default.",
+    ("(round (circle 1 :segments 4) 6)", "[[1.0 0.0] [0.0 1.0] [-1.0 0.0] [0.0 -1.0]]"),
+    picture='(extrude (circle 1) .3 :color (color "gold"))',
+)  # fmt: skip
+def circle(rt: Runtime, radius: Any, segments: int = SEGMENTS) -> Any:
+    sides = segment_count("circle", segments)
+    angles = math.tau * np.arange(sides) / sides
+    return from_numpy(shapes.on_circle(positive("circle", "the radius", radius), angles))
+
+
+@define(
+    "rectangle", "width::Number height::Number [:radius::Number] [:segments::Integer]", "Array",
+    "Return the profile of a rectangle around the origin, its corners rounded by `:radius`; `:segments` are those of a "
+    "full circle.",
+    ("(rectangle 4 2)", "[[-2.0 -1.0] [2.0 -1.0] [2.0 1.0] [-2.0 1.0]]"),
+    picture='(extrude (rectangle 3 2 :radius .5) .3 :color (color "gold"))',
+)  # fmt: skip
+def rectangle(rt: Runtime, width: Any, height: Any, radius: Any = 0, segments: int = SEGMENTS) -> Any:
+    sides = positive("rectangle", "the width", width), positive("rectangle", "the height", height)
+    if not 0.0 <= radius <= min(sides) / 2.0:
+        raise SceneError("value", f"`rectangle` expects a :radius of 0 to half of a side, got {show(radius, 40)}")
+    return from_numpy(shapes.rectangle(*sides, float(radius), segment_count("rectangle", segments)))
+
+
+@define(
+    "polygon", "points::ArrayLike", "Array",
+    "Return the profile with these corners [x y], counter-clockwise in whichever order they are given. For a hole, "
+    "subtract a profile by `profile-difference`.",
+    ("(polygon [[0 0] [0 1] [2 0]])", "[[2.0 0.0] [0.0 1.0] [0.0 0.0]]"),
+    picture='(extrude (polygon [[0 0] [3 0] [3 1] [1 1] [1 2] [0 2]]) .5 :color (color "gold"))',
+)  # fmt: skip
+def polygon(rt: Runtime, points: Any) -> Any:
+    corners = points_of(rt, "polygon", points, "at least three points [x y]", (2,), 3)
+    return from_numpy(corners if shapes.area_of(corners) >= 0.0 else corners[::-1].copy())
+
+
+@define(
+    "regular-polygon", "sides::Integer radius::Number", "Array",
+    "Return the profile of a regular polygon around the origin with one corner at the top; `radius` is the distance of "
+    "the corners.",
+    ("(round (regular-polygon 4 1) 6)", "[[0.0 1.0] [-1.0 0.0] [0.0 -1.0] [1.0 0.0]]"),
+    picture='(extrude (regular-polygon 6 1) .5 :color (color "gold"))',
+)  # fmt: skip
+def regular_polygon(rt: Runtime, sides: int, radius: Any) -> Any:
+    if not 3 <= sides <= MAX_SEGMENTS:
+        raise SceneError("value", f"`regular-polygon` expects 3 to {MAX_SEGMENTS:,} sides, got {sides}")
+    return from_numpy(shapes.regular_polygon(sides, positive("regular-polygon", "the radius", radius)))
+
+
+@define(
+    "star", "points::Integer outer::Number inner::Number", "Array",
+    "Return the profile of a star around the origin with so many points, the first at the top; `outer` and `inner` are "
+    "the distances of the points and of the corners between them.",
+    ("(array-shape (star 5 1 .4))", "(10 2)"),
+    picture='(extrude (star 5 1 .4) .4 :color (color "gold"))',
+)  # fmt: skip
+def star(rt: Runtime, points: int, outer: Any, inner: Any) -> Any:
+    if not 2 <= points <= MAX_SEGMENTS:
+        raise SceneError("value", f"`star` expects 2 to {MAX_SEGMENTS:,} points, got {points}")
+    return from_numpy(shapes.star(points, positive("star", "`outer`", outer), positive("star", "`inner`", inner)))
+
+
+@define(
+    "arc", "radius::Number start::Number end::Number [:segments::Integer]", "Array",
+    "Return the points of an arc around the origin, both ends included, at angles from the x axis towards the y axis. "
+    "An arc is part of a contour: a piece of a pie is `(concatenate [[0 0]] (arc r a b))`, and a piece of a ring "
+    "`(concatenate (arc outer a b) (arc inner b a))`.",
+    ("(round (arc 2 0 pi :segments 2) 6)", "[[2.0 0.0] [0.0 2.0] [-2.0 0.0]]"),
+    picture='(extrude (concatenate (arc 2 0 4) (arc 1.2 4 0)) .5 :color (color "gold"))',
+)  # fmt: skip
+def arc(rt: Runtime, radius: Any, start: Any, end: Any, segments: int | None = None) -> Any:
+    count = None if segments is None else segment_count("arc", segments, 1)
+    first, last = finite("arc", "the start", start), finite("arc", "the end", end)
+    if not abs(last - first) <= math.tau + 1e-9:
+        raise SceneError("value", f"`arc` expects at most a full turn, got {show(last - first, 40)} radians")
+    return from_numpy(shapes.arc(positive("arc", "the radius", radius), first, last, count))
+
+
+@define(
+    "spline", "points::ArrayLike [:segments::Integer]", "Array",
+    "Return the smooth profile through points [x y], a closed centripetal Catmull-Rom spline with `:segments` steps "
+    "between two points, 16 by default. It is counter-clockwise. `catmull-rom` makes open ones.",
+    ("(array-shape (spline [[0 0] [2 0] [2 1] [0 1]] :segments 8))", "(32 2)"),
+    picture='(extrude (spline [[0 0] [2 -.5] [3 1] [1.5 .8] [.5 2]]) .5 :color (color "gold"))',
+)  # fmt: skip
+def spline(rt: Runtime, points: Any, segments: int = 16) -> Any:
+    what = "at least three different points [x y]"
+    corners = curves.without_repeats(points_of(rt, "spline", points, what, (2,), 3))
+    corners = corners[:-1] if curves.is_closed(corners) else corners
+    if len(corners) < 3:
+        raise SceneError("value", f"`spline` expects {what}, got {show(points, 60)}")
+    steps = segment_count("spline", segments, 1)
+    rt.meter.check_size(2 * steps * len(corners), "an array")
+    curve = curves.catmull_rom(corners, True, steps)[:-1]
+    return from_numpy(curve if shapes.area_of(curve) >= 0.0 else curve[::-1].copy())
+
+
+@define(
+    "svg-path", "data::String [:rule::Keyword] [:tolerance::Number]", "List",
+    "Return the profile of the data `d` of an SVG path, with all of its commands. y is upwards, so the numbers are "
+    "negated. `:rule` says what is inside, `:nonzero` as in SVG or `:even-odd`; open subpaths count as closed. "
+    "`:tolerance` is the largest distance from curves, by default a thousandth of the size.",
+    ('(svg-path "M0 0 H4 V-2 H0 Z")', "([[4.0 0.0] [4.0 2.0] [0.0 2.0] [0.0 0.0]])"),
+    picture='(extrude (svg-path "M0 -3 C-3 -6 -6 -2 0 2 C6 -2 3 -6 0 -3 Z") 1 :color (color "tomato"))',
+)  # fmt: skip
+def svg_path(rt: Runtime, data: str, rule: Any = _NONZERO, tolerance: Any = None) -> Any:
+    fill = choice("svg-path", ":rule", rule, _RULES)
+    rt.charge(len(data) >> 3)
+    pen = shapes.svg_outline(data)
+    rt.charge(pen.pieces)
+    near = pen.size / 1000.0 if tolerance is None else positive("svg-path", ":tolerance", tolerance)
+    contours = pen.contours(near)
+    _charge_for(rt, "svg-path", contours)
+    return profile_value(rt, shapes.normalized(contours, fill) if contours else ())
+
+
+# --- text ------------------------------------------------------------------------------------------------------------
+
+
+def outline_of(
+    rt: Runtime, name: str, text: str, font: str | None, size: Any, align: Any, spacing: Any, line_height: Any
+) -> Contours:  # fmt: skip
+    """Return the outlines of a text with the keywords of ``text-outline``."""
+    style = TextStyle(
+        positive(name, ":size", size), choice(name, ":align", align, _ALIGNMENTS), finite(name, ":spacing", spacing),
+        finite(name, ":line-height", line_height),
+    )  # fmt: skip
+    contours = text_outline(_typeface(rt, font), text, style, rt.charge)
+    rt.meter.check_size(2 * sum(map(len, contours)), "an array")
+    return contours
+
+
+def _typeface(rt: Runtime, file: str | None) -> Typeface:
+    if file is None:
+        return bundled()
+    if rt.font is None:
+        raise SceneError("file", f"cannot read the font {file[:200]}: loading of fonts is disabled here")
+    rt.output += 1  # the file may change
+    return rt.font(file, rt.charge)
+
+
+TEXT = "[:size::Number] [:font::String] [:align::Keyword] [:spacing::Number] [:line-height::Number]"
+
+
+@define(
+    "text-outline", f"text::String {TEXT}", "List",
+    "Return the profile of a text, the baseline of its first line at y = 0. `:size` is the height of an em, 1 by "
+    "default; `:align` puts x = 0 at the `:left`, `:center` or `:right` of each line; `:spacing` is added between "
+    "letters and `:line-height`, 1.2 by default, is the distance of lines, both in ems. `:font` is the path of a "
+    "TrueType or OpenType file in the project folder; the bundled font, DejaVu Sans, has Latin, Greek and Cyrillic "
+    "letters.",
+    ('(length (text-outline "io"))', "4"),
+    picture='(extrude (text-outline "Aα" :align :center) .2 :color (color "gold"))',
+)  # fmt: skip
+def outline_of_text(
+    rt: Runtime, text: str, size: Any = 1, font: str | None = None, align: Any = LEFT, spacing: Any = 0,
+    line_height: Any = 1.2,
+) -> Any:  # fmt: skip
+    return profile_value(rt, outline_of(rt, "text-outline", text, font, size, align, spacing, line_height))
+
+
+# --- operations ------------------------------------------------------------------------------------------------------
+
+
+def _charge_for(rt: Runtime, name: str, contours: Sequence[Numpy]) -> None:
+    """Charge for an operation on contours, which takes time for each crossing of edges."""
+    rt.charge(1 + (sum(map(len, contours)) >> 2) + (shapes.check_crossings(name, contours) >> 7))
+
+
+def _combined(rt: Runtime, name: str, kind: str, values: Sequence[Any]) -> Any:
+    rt.meter.check_growth(len(values), "a list of profiles")
+    contours = [profile_of(rt, name, value) for value in values]
+    _charge_for(rt, name, [each for profile in contours for each in profile])
+    return profile_value(rt, shapes.combined(name, kind, contours))
+
+
+@define(
+    "profile-union", "first others ...", "List",
+    "Return the contours of what is inside of any profile.",
+    ("(profile-area (profile-union (rectangle 2 2) (+ (rectangle 2 2) [1 0])))", "6.0"),
+    picture='(extrude (profile-union (circle 1) (+ (circle .7) [1.2 0])) .4 :color (color "gold"))',
+)  # fmt: skip
+def profile_union(rt: Runtime, first: Any, *others: Any) -> Any:
+    return _combined(rt, "profile-union", "Add", (first, *others))
+
+
+@define(
+    "profile-difference", "base tools ...", "List",
+    "Return the contours of what remains of a profile without the others. Nothing may remain: an empty list.",
+    ("(profile-area (profile-difference (rectangle 2 2) (rectangle 1 1)))", "3.0"),
+    picture='(extrude (profile-difference (rectangle 3 2) (circle .7)) .4 :color (color "gold"))',
+)  # fmt: skip
+def profile_difference(rt: Runtime, base: Any, *tools: Any) -> Any:
+    return _combined(rt, "profile-difference", "Subtract", (base, *tools))
+
+
+@define(
+    "profile-intersection", "first others ...", "List",
+    "Return the contours of what is inside of all shapes.",
+    ("(profile-area (profile-intersection (rectangle 2 2) (+ (rectangle 2 2) [1 0])))", "2.0"),
+    picture='(extrude (profile-intersection (circle 1) (+ (circle 1) [.8 0])) .4 :color (color "gold"))',
+)  # fmt: skip
+def profile_intersection(rt: Runtime, first: Any, *others: Any) -> Any:
+    return _combined(rt, "profile-intersection", "Intersect", (first, *others))
+
+
+@define(
+    "offset-profile", "profile distance::Number [:join::Keyword] [:segments::Integer]", "List",
+    "Return a profile grown by `distance`, or shrunk if it is negative. Outer corners are joined `:round` with "
+    "`:segments` of a full circle, `:miter` (cut off beyond four times the distance) or `:square`.",
+    ("(round (offset-profile (rectangle 2 2) 1 :join :miter) 6)",
+     "([[2.0 -2.0] [2.0 2.0] [-2.0 2.0] [-2.0 -2.0]])"),
+    picture='(union (extrude (star 5 1 .5) .5 :color (color "gold")) (extrude (offset-profile (star 5 1 .5) .25) .2 '
+            ':color (color "slategray")))',
+)  # fmt: skip
+def offset_profile(
+    rt: Runtime, profile: Any, distance: Any, join: Any = _ROUND, segments: int = SEGMENTS
+) -> Any:  # fmt: skip
+    name = "offset-profile"
+    contours = profile_of(rt, name, profile)
+    kind, sides = choice(name, ":join", join, _JOINS), segment_count(name, segments)
+    length = finite(name, "the distance", distance)
+    _charge_for(rt, name, contours)
+    rt.charge(sum(map(len, contours)) * (sides if kind == "Round" else 4) >> 6)
+    return profile_value(rt, shapes.offset(contours, length, kind, sides) if length else contours)
+
+
+@define(
+    "transform-profile", "profile [:move] [:rotate::Number] [:scale]", "Any",
+    "Return a profile scaled by `:scale` (one factor, or two for x and y), then rotated by `:rotate` radians from x "
+    "towards y, then moved by `:move` [x y]. One contour may be given as an array, and is returned as one; for such, "
+    "`(+ profile [x y])` and `(* profile factor)` do the same.",
+    ("(transform-profile (rectangle 2 2) :scale [2 1] :move [2 1])", "[[0.0 0.0] [4.0 0.0] [4.0 2.0] [0.0 2.0]]"),
+    picture='(extrude (transform-profile (text-outline "R") :scale [-1 1] :rotate .3) .2 :color (color "gold"))',
+)  # fmt: skip
+def transform_profile(rt: Runtime, profile: Any, move: Any = 0, rotate: Any = 0, scale: Any = 1) -> Any:
+    name = "transform-profile"
+    is_list = _contours_in(rt, name, profile) is not None
+    sx, sy = one_or_two(rt, name, ":scale", scale)
+    if sx * sy == 0.0:
+        raise SceneError("value", f"`{name}` expects a :scale without 0, got {show(scale, 40)}")
+    offset = one_or_two(rt, name, ":move", move)
+    angle = finite(name, ":rotate", rotate)
+    c, s = math.cos(angle), math.sin(angle)
+    matrix = np.array([[sx * c, sx * s], [-sy * s, sy * c]])
+    moved = tuple(contour @ matrix + offset for contour in profile_of(rt, name, profile))
+    if sx * sy < 0.0:  # a mirror image turns contours around
+        moved = tuple(contour[::-1].copy() for contour in moved)
+    if not all(np.isfinite(contour).all() for contour in moved):
+        raise SceneError("value", f"`{name}` expects finite numbers")
+    return profile_value(rt, moved) if is_list else from_numpy(moved[0])
+
+
+@define(
+    "profile-area", "profile", "Float", "Return the area of a profile: that of what is inside.",
+    ("(profile-area [[0 0] [2 0] [2 1] [0 1]])", "2.0"),
+)  # fmt: skip
+def profile_area(rt: Runtime, profile: Any) -> float:
+    contours = profile_of(rt, "profile-area", profile)
+    _charge_for(rt, "profile-area", contours)
+    return float(shapes.section_of(contours).area())
