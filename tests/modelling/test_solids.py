@@ -373,3 +373,44 @@ def test_films_compute_each_frame() -> None:
     volumes = {solid_in(Scene("it", [root], False)).volume() for root in scene.graph.frames}
     assert len(volumes) == 3
     assert manifold_of(solid_in(Scene("it", [scene.graph.frames[0]], False)).expression).manifold.num_tri() > 100
+
+
+# --- measures --------------------------------------------------------------------------------------------------------
+
+
+def log_of(expression: str) -> str:
+    scene = sl.evaluate(f'(bind "it" (lambda () (print {expression}) (call "cube")))')
+    return str(scene.log[0])
+
+
+@pytest.mark.parametrize(
+    ("expression", "expected"),
+    [
+        ('(volume (call "sphere" :radius 2))', 32.0 / 3.0 * math.pi),
+        ('(volume (transform (call "cone" :radius 1) (scale [1 3 2])))', 2.0 * math.pi),
+        ('(volume (union (call "cube") (call "cube")))', 1.0),
+        ('(volume (union (call "cube") (transform (call "sphere") (translate [5 0 0]))))', 1.0 + 4.0 / 3.0 * math.pi),
+        ('(surface-area (transform (call "sphere") (scale 2)))', 16.0 * math.pi),
+        ("(volume (union))", 0.0),
+    ],
+)
+def test_measures_of_primitives_are_exact(expression: str, expected: float) -> None:
+    assert float(log_of(expression)) == pytest.approx(expected, rel=1e-9)
+
+
+def test_moments_agree_with_trimesh() -> None:
+    from trimesh.triangles import mass_properties
+
+    shape = solid_in(scene_of(f"(difference {CUBE} (transform {BALL} (translate [.3 .2 .1])))"))
+    expected = mass_properties(shape.computed.mesh.corners)
+    text = f"(difference {CUBE} (transform {BALL} (translate [.3 .2 .1])))"
+    assert json.loads(log_of(f"(centroid {text})").replace(" ", ",")) == pytest.approx(expected["center_mass"])
+    inertia = np.array(json.loads(log_of(f"(inertia {text})").replace(" ", ",")))
+    assert inertia == pytest.approx(expected["inertia"], abs=1e-12)
+
+
+def test_the_inertia_of_parts_that_are_apart_is_that_of_their_union() -> None:
+    parts = '(union (call "cube") (transform (call "cube" :scale [1 2 1]) (translate [3 0 1])))'
+    joined = f"(union-solid {parts})"
+    apart, whole = (np.array(json.loads(log_of(f"(inertia {text})").replace(" ", ","))) for text in (parts, joined))
+    assert apart == pytest.approx(whole, rel=1e-12)
