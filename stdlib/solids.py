@@ -7,15 +7,15 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from scenelang.grammar.diagnostics import Note, SceneError
+from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Matrix, Vector, make_list
+from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Vector, make_list
 from scenelang.interpreter.scene import parts, pose
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, SEGMENTS, Expression, Operand, check_size
-from scenelang.interpreter.scene.modelling.solid import SolidShape
+from scenelang.interpreter.scene.modelling.expressions import SEGMENTS, Expression, Operand, check_size
+from scenelang.interpreter.scene.modelling.solid import SolidShape, operand_of
 from scenelang.interpreter.scene.primitives.base import MATERIALS, color_of
 from scenelang.stdlib.operands import from_numpy, items, to_numpy
 from scenelang.stdlib.profiles import LEFT, TEXT, one_or_two, outline_of, positive, profile_of, segment_count
@@ -56,41 +56,12 @@ def _leaves(rt: Runtime, name: str, value: Any, segments: int) -> list[Operand]:
         entity, matrix, word = stack.pop()
         rt.charge(1)
         if entity.is_primitive:
-            found.append(_leaf(name, entity, matrix, word or entity.word, segments))
+            found.append(operand_of(name, entity, matrix, word or entity.word, segments))
             rt.meter.check_growth(len(found), "a list of operands")
             continue
         for part in reversed(entity.children):
             stack.append((part.car, pose.compose(matrix, part.cdr), entity.word))
     return found
-
-
-def _leaf(name: str, entity: Entity, matrix: Matrix, word: str, segments: int) -> Operand:
-    shape = entity.shape
-    assert shape is not None
-    if isinstance(shape, SolidShape):
-        color = entity.embedding.attributes.get("color")
-        return Operand(shape.expression, tuple(matrix), None if color is None else shape.color)
-    what = None
-    if shape.is_semantic:
-        what = "a semantic primitive, which has no shape before a model draws it"
-    elif shape.is_block:
-        what = "made of Minecraft blocks"
-    elif shape.is_flat or not shape.has_geometry:
-        what = "flat, so it has no volume"
-    if what is not None:
-        raise _no_solid(name, entity, what)
-    parameters = {"segments": segments} if segments != SEGMENTS else {}
-    return Operand(Expression(PRIMITIVE, parameters, (), shape, word, shape.color, _site(entity)), tuple(matrix))
-
-
-def _no_solid(name: str, entity: Entity, what: str) -> SceneError:
-    notes = tuple(Note(f'"{entity.word}" is made here', span) for span in entity.call_sites[:1])
-    hint = "give it a `bind` that makes solids, or leave it out" if entity.shape and entity.shape.is_semantic else None
-    return SceneError("solid", f'`{name}` cannot use "{entity.word}": it is {what}', hint, notes=notes)
-
-
-def _site(entity: Entity) -> Any:
-    return entity.call_sites[0] if entity.call_sites else None
 
 
 # --- results ---------------------------------------------------------------------------------------------------------

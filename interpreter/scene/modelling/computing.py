@@ -223,7 +223,7 @@ def manifold_of_mesh(mesh: Mesh, word: str) -> Manifold:
     """Return the manifold of a closed mesh whose vertices may be split; raises SceneError("solid") for others."""
     import manifold3d
 
-    vertices, faces = welded(mesh.vertices, mesh.faces)
+    vertices, faces, _ = welded(mesh.vertices, mesh.faces)
     made = manifold3d.Manifold(manifold3d.Mesh64(vertices, faces.astype(np.uint64)))
     if made.status() != manifold3d.Error.NoError:
         raise SceneError("solid", f'"{word}" is no closed solid: {open_edges(vertices, faces)}')
@@ -234,14 +234,18 @@ def manifold_of_mesh(mesh: Mesh, word: str) -> Manifold:
     return made
 
 
-def welded(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Join vertices that are at the same place up to rounding, and drop the faces that vanish."""
+def welded(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray, IntArray]:
+    """Join vertices that are at the same place up to rounding, and drop the faces that vanish.
+
+    Returns vertices, faces, and for each face the index that it had.
+    """
     size = float(np.ptp(vertices, axis=0).max(initial=0.0)) if len(vertices) else 0.0
     grid = np.rint((vertices - vertices.min(axis=0, initial=0.0)) / (max(size, 1e-300) * 1e-9))
     _, first, place = np.unique(grid, axis=0, return_index=True, return_inverse=True)
     found = np.asarray(place.reshape(-1)[faces], np.int64)
     a, b, c = found.T
-    return vertices[first], found[(a != b) & (b != c) & (c != a)]
+    kept = np.flatnonzero((a != b) & (b != c) & (c != a))
+    return vertices[first], found[kept], kept
 
 
 def open_edges(vertices: FloatArray, faces: IntArray) -> str:

@@ -7,12 +7,17 @@ joins them first, so that nothing counts twice.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass
+from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.loading import np
+from scenelang.interpreter.runtime.values import IDENTITY, Matrix
+from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling.computing import manifold_of
 from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, Expression, Operand
+from scenelang.interpreter.scene.modelling.solid import operand_of
+from scenelang.interpreter.scene.pose import compose
 from scenelang.interpreter.scene.primitives.base import Primitive
 
 if TYPE_CHECKING:
@@ -41,6 +46,46 @@ class Measures:
     area: float
     centroid: FloatArray
     inertia: FloatArray
+
+    @property
+    def moments(self) -> FloatArray:
+        """Principal moments of inertia (3,), ascending."""
+        return np.asarray(np.linalg.eigvalsh(self.inertia), np.float64)
+
+    def data(self) -> dict[str, Any]:
+        """Return the measures as JSON data."""
+        return {
+            "volume": self.volume, "area": self.area, "centroid": self.centroid.tolist(),
+            "moments": self.moments.tolist(), "inertia": self.inertia.tolist(),
+        }  # fmt: skip
+
+
+def measures_of(root: Entity, word: str | None = None, limit: int = 100_000) -> Measures:
+    """Return the measures of a frame, or of all entities of a word in it, as one solid in the world.
+
+    Semantic primitives count as their boxes, flat ones not at all. Raises SceneError and LimitError as ``measured``
+    does, and LimitError for more than ``limit`` primitives.
+    """
+    found: list[Operand] = []
+    stack: list[tuple[Entity, Matrix, bool]] = [(root, IDENTITY, word is None)]
+    while stack:
+        entity, pose, counts = stack.pop()
+        counts = counts or entity.word == word
+        if entity.is_primitive and counts:
+            found += _operand(entity, pose)
+        if len(found) > limit:
+            raise LimitError("primitives", f"more than {limit:,} primitives to measure", "measure a word of fewer")
+        stack.extend((part.car, compose(pose, part.cdr), counts) for part in reversed(entity.children))
+    return measured(found)
+
+
+def _operand(entity: Entity, pose: Matrix) -> list[Operand]:
+    shape = entity.shape
+    if shape is None or shape.is_flat or not shape.has_geometry:
+        return []
+    if shape.is_semantic:
+        return [Operand(Expression(PRIMITIVE, shape=shape), tuple(pose))]
+    return [operand_of("measure", entity, pose, entity.word)]
 
 
 def measured(operands: Sequence[Operand]) -> Measures:
