@@ -375,6 +375,17 @@ def test_films_compute_each_frame() -> None:
     assert manifold_of(solid_in(Scene("it", [scene.graph.frames[0]], False)).expression).manifold.num_tri() > 100
 
 
+def test_scenes_with_other_solids_differ() -> None:
+    first, same, other = (
+        sl.evaluate(f'(bind "it" (lambda () (difference {CUBE} (call "sphere" :radius {radius}))))')
+        for radius in (".6", ".6 ", ".61")
+    )
+    assert not first.diff(same)
+    assert first.diff(other)
+    turned = sl.evaluate(f'(bind "it" (lambda () (transform (difference {CUBE} {BALL}) (rotate 1 [0 1 0]))))')
+    assert first.diff(turned)
+
+
 # --- measures --------------------------------------------------------------------------------------------------------
 
 
