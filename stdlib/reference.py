@@ -121,7 +121,8 @@ TOPICS: dict[str, tuple[str, str]] = {
     "random": (
         "Random numbers",
         "Functions without a prefix draw from the stream of numpy's `RandomState`, those with `py-` from the stream of "
-        "Python's `random`. `:stream` selects another stream.",
+        "Python's `random`. `:stream` selects another stream. `noise` and `fbm` draw nothing: they are functions of a "
+        "point.",
     ),
     "control": ("Control and errors", ""),
     "python": (
