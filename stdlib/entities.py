@@ -108,6 +108,18 @@ def reflect(rt: Runtime, first: Vector, normal: Vector | None = None) -> Matrix:
 
 
 @poses.define(
+    "look-at", "eye::Vector target::Vector [up::Vector]", "Matrix",
+    "Return the pose that moves the origin to `eye` and turns +z towards `target`, with +y as close as possible to "
+    "`up`, by default [0 1 0]. Objects whose front is +z look at the target.",
+    ("(@ (look-at [0 0 0] [5 0 0]) [0 1 2])", "[2.0 1.0 0.0]"),
+)  # fmt: skip
+def look_at(rt: Runtime, eye: Vector, target: Vector, up: Any = (0.0, 1.0, 0.0)) -> Matrix:
+    for role, value in (("`eye`", eye), ("`target`", target), ("`up`", up)):
+        _point("look-at", role, value)
+    return _finite("look-at", lambda: pose.facing(eye, target, up))
+
+
+@poses.define(
     "pose", "matrix", "Matrix", "Convert a finite 4x4 array, mutable array or nested list to a pose.",
     ("(pose [[1 0 0 5] [0 1 0 0] [0 0 1 0] [0 0 0 1]])",
      "[[1.0 0.0 0.0 5.0] [0.0 1.0 0.0 0.0] [0.0 0.0 1.0 0.0] [0.0 0.0 0.0 1.0]]"),

@@ -597,6 +597,22 @@ def lerp(rt: Runtime, a: Any, b: Any, t: Any) -> Any:
     return add(rt, a, multiply(rt, subtract(rt, b, a), t))
 
 
+@registry.define(
+    "smoothstep",
+    "a::Number b::Number x::Numeric",
+    "Any",
+    "Return 0 for `x` up to `a`, 1 from `b` on, and 3 t^2 - 2 t^3 between them, where t is the share of the way; "
+    "`x` is a number or an array.",
+    ("(smoothstep 0 10 [-5 5 20])", "[0.0 0.5 1.0]"),
+)
+def smoothstep(rt: Runtime, a: Any, b: Any, x: Any) -> Any:
+    if a == b:
+        raise SceneError("value", "`smoothstep` expects two different edges")
+    t = np.clip((np.asarray(to_numpy(rt, x, "smoothstep"), np.float64) - a) / (b - a), 0.0, 1.0)
+    rt.charge(t.size >> 6)
+    return from_numpy(t * t * (3.0 - 2.0 * t))
+
+
 # --- integers --------------------------------------------------------------------------------------------------
 
 

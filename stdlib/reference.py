@@ -97,6 +97,11 @@ TOPICS: dict[str, tuple[str, str]] = {
         "clockwise. What contours wind around a positive number of times is inside. A profile is plain data: "
         "`(+ contour [1 0])` moves one contour, `transform-profile` several.",
     ),
+    "paths": (
+        "Paths",
+        "A path is an array of points [x y z]; points [x y] are in the plane z = 0. It is closed if it ends where it "
+        "begins. `sweep` moves a profile along it, and `along` places objects on it.",
+    ),
     "colors": ("Colours", ""),
     "numbers": ("Numbers", "Arithmetic works on numbers and elementwise on arrays."),
     "tests": ("Type predicates and equality", ""),
@@ -116,7 +121,8 @@ TOPICS: dict[str, tuple[str, str]] = {
     "random": (
         "Random numbers",
         "Functions without a prefix draw from the stream of numpy's `RandomState`, those with `py-` from the stream of "
-        "Python's `random`. `:stream` selects another stream.",
+        "Python's `random`. `:stream` selects another stream. `noise` and `fbm` draw nothing: they are functions of a "
+        "point.",
     ),
     "control": ("Control and errors", ""),
     "python": (

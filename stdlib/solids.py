@@ -11,14 +11,17 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Vector, make_list
+from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Procedure, Vector, make_list
 from scenelang.interpreter.scene import parts, pose
 from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.modelling import curves
 from scenelang.interpreter.scene.modelling.expressions import SEGMENTS, Expression, Operand, check_size
 from scenelang.interpreter.scene.modelling.solid import SolidShape, operand_of
+from scenelang.interpreter.scene.modelling.sweeping import check_corners
 from scenelang.interpreter.scene.primitives.base import MATERIALS, color_of
 from scenelang.stdlib.operands import from_numpy, items, to_numpy
-from scenelang.stdlib.profiles import LEFT, TEXT, one_or_two, outline_of, positive, profile_of, segment_count
+from scenelang.stdlib.paths import path_of
+from scenelang.stdlib.profiles import LEFT, TEXT, finite, one_or_two, outline_of, positive, profile_of, segment_count
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
@@ -319,6 +322,119 @@ def lathe(rt: Runtime, profile: Any, angle: Any = math.tau, segments: int = SEGM
         "segments": segment_count("lathe", segments),
     }  # fmt: skip
     return solid_entity(rt, "lathe", parameters, (), look)
+
+
+@define(
+    "sweep", f"profile path::ArrayLike [:twist::Number] [:taper] [:closed::Boolean] {LOOK}", "Entity",
+    "Return a profile moved along a path. Its y axis is as far upwards as possible at the start, and it does not turn "
+    "about the path except by `:twist` radians in all; `:taper`, one factor or two, is its final size. Corners are "
+    "mitred. `:closed` leads from the last point back to the first; a path that ends where it begins is closed.",
+    ("(volume (sweep (rectangle 1 2) [[0 0 0] [5 0 0] [5 0 5]]))", "20.000000000000004"),
+    picture='(sweep (profile-difference (circle .3) (circle .2)) [[0 0 0] [2 0 0] [2 1.5 0] [2 1.5 2]] :color (color '
+            '"gold"))',
+)  # fmt: skip
+def sweep(
+    rt: Runtime, profile: Any, path: Any, twist: Any = 0, taper: Any = 1, closed: bool = False, **look: Any
+) -> Entity:  # fmt: skip
+    contours, points = profile_of(rt, "sweep", profile), path_of(rt, "sweep", path)
+    if closed and not curves.is_closed(points):
+        points = np.concatenate([points, points[:1]])
+    scale, turn = np.array(one_or_two(rt, "sweep", ":taper", taper)), finite("sweep", ":twist", twist)
+    if scale.min() < 0.0:
+        raise SceneError("value", "`sweep` expects a :taper of at least 0")
+    if curves.is_closed(points) and (abs(math.remainder(turn, math.tau)) > 1e-6 or not (scale == 1.0).all()):
+        hint = "use a multiple of `tau` for :twist, and no :taper"
+        raise SceneError("value", "the ends of a closed `sweep` do not meet", hint)
+    if abs(turn) > 10_000.0:
+        raise SceneError("value", f"`sweep` expects a :twist of at most 10,000 radians, got {show(twist, 40)}")
+    rt.charge(len(points) >> 2)
+    parameters = {"profile": contours, "path": points, "twist": turn, "taper": scale}
+    return solid_entity(rt, "sweep", parameters, (), look)
+
+
+def _poses_of(rt: Runtime, heights: Any, poses: Any, count: int) -> Any:
+    """Return the poses (P, 3, 4) of the profiles of a loft."""
+    if poses is not None:
+        if heights is not None:
+            raise SceneError("value", "`loft` expects :heights or :poses, not both")
+        found = [parts.pose_from(rt, matrix) for matrix in items(rt, poses, "loft")]
+        placed = np.array(found, np.float64).reshape(-1, 3, 4)
+    else:
+        levels = np.arange(count) if heights is None else np.asarray(to_numpy(rt, heights, "loft"), np.float64)
+        if levels.ndim != 1 or not (np.diff(levels) > 0.0).all() or not np.isfinite(levels).all():
+            raise SceneError("value", f"`loft` expects increasing numbers for :heights, got {show(heights, 60)}")
+        placed = np.tile(np.eye(3, 4), (len(levels), 1, 1))
+        placed[:, 2, 3] = levels
+    if len(placed) != count:
+        raise SceneError("value", f"`loft` expects a height or pose for each of {count} profiles, got {len(placed)}")
+    return placed
+
+
+@define(
+    "loft", f"profiles::Sequence [:heights] [:poses] {LOOK}", "Entity",
+    "Return the solid that leads from each profile of a list to the next one. They are at z = 0, 1, 2, ..., or at "
+    "`:heights`, or each in the plane of x and y of one of `:poses`. They need equal numbers of contours; points "
+    "correspond by their order if their numbers are equal, else by their shares of the length.",
+    ("(round (volume (loft (list (rectangle 2 2) (rectangle 1 1)) :heights [0 3])) 6)", "7.0"),
+    picture='(loft (list (rectangle 2 2) (circle .6) (star 5 1 .5)) :heights [0 1.5 2.5] :color (color "gold"))',
+)  # fmt: skip
+def loft(rt: Runtime, profiles: Any, heights: Any = None, poses: Any = None, **look: Any) -> Entity:
+    given = [profile_of(rt, "loft", profile) for profile in items(rt, profiles, "loft")]
+    if len(given) < 2:
+        raise SceneError("value", f"`loft` expects a list of at least two profiles, got {len(given)}")
+    placed = _poses_of(rt, heights, poses, len(given))
+    contours = tuple(contour for profile in given for contour in profile)
+    check_corners("loft", 1, sum(map(len, contours)))
+    rt.charge(sum(map(len, contours)) >> 1)
+    counts = np.array([len(profile) for profile in given], np.float64)
+    return solid_entity(rt, "loft", {"contours": contours, "counts": counts, "poses": placed}, (), look)
+
+
+@define(
+    "heightfield", f"heights [:size] [:base::Number] [:segments::Integer] {LOOK}", "Entity",
+    "Return a block around the y axis whose top has these heights: an array, rows along z and columns along x, or a "
+    "function of x and z, called at `:segments` + 1 places of each axis, 64 by default. `:size` is its extent along x "
+    "and z, one number or two, 10 by default. The bottom is at y = `:base`, by default a twentieth of the size below "
+    "the lowest height.",
+    ("(volume (heightfield [[1 1] [1 1]] :size 2 :base 0))", "4.0"),
+    picture='(heightfield (lambda (x z) (* 2 (fbm [(* .3 x) (* .3 z)]))) :color (color "forestgreen"))',
+)  # fmt: skip
+def heightfield(
+    rt: Runtime, heights: Any, size: Any = 10, base: Any = None, segments: int = SEGMENTS, **look: Any
+) -> Entity:  # fmt: skip
+    extent = np.array(one_or_two(rt, "heightfield", ":size", size))
+    for side in extent.tolist():
+        positive("heightfield", ":size", side)
+    if isinstance(heights, Procedure):
+        grid = _sampled(rt, heights, extent, segment_count("heightfield", segments, 1))
+    else:
+        grid = np.asarray(to_numpy(rt, heights, "heightfield"), np.float64)
+    if grid.ndim != 2 or min(grid.shape) < 2:
+        raise SceneError("value", "`heightfield` expects at least two rows of at least two heights, or a function")
+    check_corners("heightfield", *grid.shape)
+    if not np.isfinite(grid).all():
+        raise SceneError("value", "`heightfield` expects finite heights")
+    low = float(grid.min())
+    bottom = low - float(extent.max()) / 20.0 if base is None else finite("heightfield", ":base", base)
+    if bottom >= low:
+        raise SceneError("value", f"`heightfield` expects a :base below the lowest height {low:g}, got {bottom:g}")
+    rt.charge(grid.size >> 6)
+    return solid_entity(rt, "heightfield", {"heights": grid, "size": extent, "base": bottom}, (), look)
+
+
+def _sampled(rt: Runtime, function: Any, size: Any, segments: int) -> Any:
+    """Return the heights (Z, X) that a function gives."""
+    steps = (np.arange(segments + 1) / segments - 0.5).tolist()
+    grid = np.empty((segments + 1, segments + 1))
+    for row, z in enumerate(steps):
+        for column, x in enumerate(steps):
+            height = rt.call2(function, x * float(size[0]), z * float(size[1]))
+            if type(height) not in (int, float):
+                raise SceneError(
+                    "type", f"`heightfield` expects a function that returns numbers, got {show(height, 40)}"
+                )
+            grid[row, column] = height
+    return grid
 
 
 @define(

@@ -76,6 +76,29 @@ def reflection(point: Sequence[float], normal: Sequence[float]) -> Matrix:
     )  # fmt: skip
 
 
+def facing(eye: Sequence[float], target: Sequence[float], up: Sequence[float]) -> Matrix:
+    """Return the pose at ``eye`` whose +z points to ``target`` and whose +y is closest to ``up``.
+
+    Raises ValueError for equal points, and where ``up`` points to the target.
+    """
+    z = _unit([b - a for a, b in zip(eye, target, strict=True)], "the eye and the target must be different points")
+    x = _unit(_cross(_unit(up, "`up` must not be zero"), z), "`up` must not point to the target or away from it")
+    y = _cross(z, x)
+    rows = zip(x, y, z, map(float, eye), strict=True)
+    return Matrix([entry for row in rows for entry in row])
+
+
+def _cross(a: Sequence[float], b: Sequence[float]) -> list[float]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _unit(vector: Sequence[float], problem: str) -> list[float]:
+    length = math.hypot(*vector)
+    if not length > 1e-12 or not math.isfinite(length):
+        raise ValueError(problem)
+    return [entry / length for entry in vector]
+
+
 def compose(m: Sequence[float], n: Sequence[float]) -> Matrix:
     """Return the product ``m n``, the pose that applies ``n`` first."""
     a0, a1, a2, a3, b0, b1, b2, b3, c0, c1, c2, c3 = m

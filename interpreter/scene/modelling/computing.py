@@ -16,6 +16,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling.contours import section_of
 from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, REPLACING, SEGMENTS, Expression, nodes_of
+from scenelang.interpreter.scene.modelling.sweeping import height_field, lofted, swept
 from scenelang.interpreter.scene.primitives.base import Point, Primitive, mesh_of
 from scenelang.interpreter.scene.primitives.mesh import Mesh, posed
 
@@ -367,6 +368,28 @@ def _lathe(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
     return made.transform(turn)
 
 
+def _sweep(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+    import manifold3d
+
+    found = swept(parameters["profile"], parameters["path"], float(parameters["twist"]), parameters["taper"])
+    pieces = [manifold_of_mesh(Mesh(vertices, None, faces), "sweep") for vertices, faces in found.surfaces]
+    pieces += [manifold3d.Manifold.hull_points(corners) for corners in found.hulls]
+    return pieces[0] if len(pieces) == 1 else manifold3d.Manifold.batch_boolean(pieces, manifold3d.OpType.Add)
+
+
+def _loft(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+    contours, counts = parameters["contours"], parameters["counts"].astype(np.int64)
+    ends = np.cumsum(counts)
+    profiles = [contours[end - count : end] for end, count in zip(ends, counts, strict=True)]
+    vertices, faces = lofted(profiles, parameters["poses"])
+    return manifold_of_mesh(Mesh(vertices, None, faces), "loft")
+
+
+def _height_field(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+    vertices, faces = height_field(parameters["heights"], parameters["size"], float(parameters["base"]))
+    return manifold_of_mesh(Mesh(vertices, None, faces), "heightfield")
+
+
 OPERATIONS: dict[str, Operation] = {
     "difference": _boolean("Subtract"),
     "intersection": _boolean("Intersect"),
@@ -380,6 +403,9 @@ OPERATIONS: dict[str, Operation] = {
     "mesh": _mesh,
     "extrude": _extrude,
     "lathe": _lathe,
+    "sweep": _sweep,
+    "loft": _loft,
+    "heightfield": _height_field,
 }
 
 

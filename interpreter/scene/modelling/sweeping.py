@@ -1,0 +1,333 @@
+"""Surfaces of swept profiles, of lofts and of height fields, as closed triangle meshes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from scenelang.grammar.datum import dataclass
+from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.interpreter.loading import np
+from scenelang.interpreter.scene.modelling.contours import Contours, area_of, normalized
+from scenelang.interpreter.scene.modelling.curves import PathFrames, frames_of, lengths_to, points_at, rolls
+from scenelang.interpreter.scene.modelling.expressions import SEGMENTS
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+    IntArray = npt.NDArray[np.int64]
+
+    Surface = tuple[FloatArray, IntArray]  # vertices (V, 3) and faces (F, 3)
+
+MAX_CORNERS = 1_000_000  # of a surface: it has about twice as many triangles
+_MAX_STATIONS = 20_000  # points of a path, each compared with the others
+_MAX_FOLDED = 30_000  # corners of the convex pieces of a sweep that folds, whose union takes seconds
+_MITRE = 4.0  # a mitred joint is at most so many times as wide as the profile
+_STRAIGHT = 1e-6  # sine of the smallest turn that leaves a gap
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Swept:
+    """A sweep: the solid is the union of the surfaces and of the convex hulls of points."""
+
+    surfaces: tuple[Surface, ...]
+    hulls: tuple[FloatArray, ...] = ()
+
+
+# --- rings -----------------------------------------------------------------------------------------------------------
+
+
+def check_corners(name: str, rings: int, corners: int) -> None:
+    """Raise LimitError("size") if a surface would have too many corners."""
+    if rings * corners > MAX_CORNERS:
+        message = f"`{name}` of {rings:,} cross-sections with {corners:,} points has more than {MAX_CORNERS:,} corners"
+        raise LimitError("size", message, hint="use fewer :segments in the path or in the profile")
+
+
+def _ring_faces(contours: Contours, rings: int, caps: tuple[IntArray, IntArray] | None) -> IntArray:
+    """Return the faces between equal cross-sections, one after another; without ``caps``, of a closed chain."""
+    corners = sum(map(len, contours))
+    starts = np.cumsum([0, *map(len, contours)])
+    here = np.arange(corners)
+    following = np.concatenate([np.roll(here[a:b], -1) for a, b in pairwise(starts)])
+    base = corners * np.arange(rings - 1 if caps else rings)[:, None]
+    ahead = (base + corners) % (corners * rings)
+    a, b, c, d = base + here, base + following, ahead + following, ahead + here
+    sides = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)]).reshape(-1, 3)
+    if caps is None:
+        return np.asarray(sides, np.int64)
+    return np.concatenate([sides, caps[0][:, ::-1], caps[1] + corners * (rings - 1)])
+
+
+def _caps(contours: Contours) -> IntArray:
+    import manifold3d
+
+    return np.array(manifold3d.triangulate(list(contours)), np.int64).reshape(-1, 3)
+
+
+# --- sweeps ----------------------------------------------------------------------------------------------------------
+
+
+def swept(profile: Contours, path: FloatArray, twist: float, taper: FloatArray) -> Swept:
+    """Sweep a profile along a path (N, 3), its x and y along those of the rotation-minimising frames.
+
+    Joints are mitred, so that the cross-section of every straight piece is the profile. A path that comes back to
+    itself is swept in runs that do not. Where it bends more tightly than the profile allows, mitred pieces would fold;
+    a convex profile is there swept as convex pieces with bevelled joints, and any other is an error.
+
+    Raises
+    ------
+    SceneError
+        "solid" if the surface would fold, or if nothing is inside of the profile.
+    LimitError
+        "size" for too many points.
+    """
+    contours = normalized(profile)
+    if not contours:
+        hint = "outer contours must be counter-clockwise: `polygon` turns them"
+        raise SceneError("solid", "`sweep` got a profile with nothing inside", hint)
+    frames, spin = _finely(frames_of(path), twist)
+    stations = len(frames.points) - frames.closed
+    if stations > _MAX_STATIONS:
+        raise LimitError("size", f"`sweep` expects a path of at most {_MAX_STATIONS:,} points, got {stations:,}")
+    check_corners("sweep", stations, sum(map(len, contours)))
+    sections = _sections(np.concatenate(contours), frames, spin, taper)
+    ends = _ends(frames, sections)
+    if ends.folded.any():
+        _check_folds(frames, contours, ends.folded)
+    return Swept(tuple(_surfaces(frames, ends, contours)), tuple(_hulls(frames, sections, ends.folded)))
+
+
+def _finely(frames: PathFrames, twist: float) -> tuple[PathFrames, FloatArray]:
+    """Return frames, with more points where the profile turns about the path, and its angle (N,) at each point."""
+    spin = twist + frames.roll
+    share = np.diff(frames.along) / frames.along[-1]
+    counts = np.maximum(1, np.ceil(abs(spin) * share / (math.tau / SEGMENTS) - 1e-9)).astype(np.int64)
+    if counts.max() > 1:
+        steps = np.concatenate([np.arange(count) / count for count in counts])
+        which = np.repeat(np.arange(len(counts)), counts)
+        start, step = frames.points[:-1][which], np.diff(frames.points, axis=0)[which]
+        frames = frames_of(np.concatenate([start + steps[:, None] * step, frames.points[-1:]]))
+    return frames, np.asarray(spin * frames.along / frames.along[-1], np.float64)
+
+
+def _sections(corners: FloatArray, frames: PathFrames, spin: FloatArray, taper: FloatArray) -> FloatArray:
+    """Return the profile (N, K, 3) at each point of a path, in the axes of the frame."""
+    share = (frames.along / frames.along[-1])[:, None, None]
+    scaled = corners[None] * (1.0 + (taper - 1.0) * share)
+    return np.asarray(np.pad(scaled, ((0, 0), (0, 0), (0, 1))) @ np.swapaxes(rolls(spin), 1, 2), np.float64)
+
+
+def _around(frames: PathFrames) -> tuple[IntArray, IntArray]:
+    """Return the segments before and after each station; ends of an open path have one."""
+    count = len(frames.axes)
+    if frames.closed:
+        after = np.arange(count)
+        return (after - 1) % count, after
+    return np.maximum(np.arange(count + 1) - 1, 0), np.minimum(np.arange(count + 1), count - 1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ends:
+    """Cross-sections (N - 1, K, 3) at the start and the end of each segment, and which segments would fold."""
+
+    start: FloatArray
+    end: FloatArray
+    folded: npt.NDArray[np.bool_]
+
+
+def _ends(frames: PathFrames, sections: FloatArray) -> _Ends:
+    """Return the cross-sections in the planes between segments; beside one that folds, they are across the segment."""
+    before, after = _around(frames)
+    rings, sharp = _mitred(frames, sections, before, after)
+    count = len(frames.axes)
+    low, high = rings[:count], np.roll(rings, -1, axis=0)[:count]
+    folded = sharp[:count] | np.roll(sharp, -1)[:count]
+    across_low, across_high = _across(frames, sections)
+    while True:
+        beside_low = (before[:count] != after[:count]) & folded[before[:count]]
+        beside_high = np.roll(folded, -1) & (np.arange(count) < count - (not frames.closed))
+        start = np.where(beside_low[:, None, None], across_low, low)
+        end = np.where(beside_high[:, None, None], across_high, high)
+        forwards = np.einsum("skx,sx->sk", end - start, frames.directions).min(axis=1)
+        found = folded | (forwards <= 1e-9 * np.diff(frames.along))
+        if (found == folded).all():
+            return _Ends(start, end, folded)
+        folded = found
+
+
+def _mitred(
+    frames: PathFrames, sections: FloatArray, before: IntArray, after: IntArray
+) -> tuple[FloatArray, npt.NDArray[np.bool_]]:  # fmt: skip
+    """Return the cross-sections (S, K, 3) in the planes between segments, and which joints are too sharp for that."""
+    directions, stations = frames.directions, len(after)
+    normal = directions[before] + directions[after]
+    sharp = np.linalg.norm(normal, axis=1) < 2.0 / _MITRE
+    normal = np.where(sharp[:, None], directions[after], normal)
+    flat = sections[:stations] @ np.swapaxes(frames.axes[after], 1, 2)
+    slide = np.einsum("skx,sx->sk", flat, normal) / np.sum(directions[after] * normal, axis=1)[:, None]
+    rings = frames.points[:stations, None] + flat - slide[:, :, None] * directions[after][:, None]
+    return np.asarray(rings, np.float64), sharp
+
+
+def _across(frames: PathFrames, sections: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the cross-sections (N - 1, K, 3) across each segment at its start and at its end."""
+    turned = np.swapaxes(frames.axes, 1, 2)
+    return frames.points[:-1, None] + sections[:-1] @ turned, frames.points[1:, None] + sections[1:] @ turned
+
+
+def _check_folds(frames: PathFrames, contours: Contours, folded: npt.NDArray[np.bool_]) -> None:
+    """Raise an error unless the segments that fold can be made of convex pieces."""
+    if len(contours) > 1 or not _is_convex(contours[0]):
+        x, y, z = frames.points[int(np.argmax(folded))].tolist()
+        message = f"`sweep` would fold at [{x:.4g} {y:.4g} {z:.4g}]: the path bends too tightly for the profile"
+        raise SceneError("solid", message, "use a wider bend or a smaller profile; only convex profiles may fold")
+    count = int(folded.sum())
+    if 4 * count * len(contours[0]) > _MAX_FOLDED:
+        message = f"`sweep` folds, as the path bends too tightly, and {count:,} pieces are too many to join"
+        raise LimitError("size", message, hint="use a wider bend, or fewer :segments in the path and in the profile")
+
+
+def _hulls(frames: PathFrames, sections: FloatArray, folded: npt.NDArray[np.bool_]) -> list[FloatArray]:
+    """Return the corners of the convex pieces: one for each segment that folds, and one for each of its joints."""
+    start, end = _across(frames, sections)
+    found = [np.concatenate([start[number], end[number]]) for number in np.flatnonzero(folded).tolist()]
+    for one, other in zip(*(segments.tolist() for segments in _around(frames)), strict=True):
+        turn = np.cross(frames.directions[one], frames.directions[other])
+        if one != other and (folded[one] or folded[other]) and float(np.linalg.norm(turn)) > _STRAIGHT:
+            found.append(np.concatenate([end[one], start[other]]))
+    return found
+
+
+def _is_convex(contour: FloatArray) -> bool:
+    side = np.roll(contour, -1, axis=0) - contour
+    ahead = np.roll(side, -1, axis=0)
+    turn = side[:, 0] * ahead[:, 1] - side[:, 1] * ahead[:, 0]
+    return bool((turn >= -1e-9 * np.abs(turn).max()).all())
+
+
+def _surfaces(frames: PathFrames, ends: _Ends, contours: Contours) -> list[Surface]:
+    """Return the surfaces of the runs of a path that do not come back to themselves."""
+    reach = float(np.linalg.norm(ends.start - frames.points[:-1, None], axis=2).max())
+    runs = _runs(frames, reach, ends.folded)
+    if frames.closed and runs == [(0, len(frames.axes))]:
+        return [(ends.start.reshape(-1, 3), _ring_faces(contours, len(ends.start), None))]
+    caps, found = _caps(contours), []
+    for first, last in runs:
+        rings = np.concatenate([ends.start[first:last], ends.end[last - 1 : last]])
+        found.append((rings.reshape(-1, 3), _ring_faces(contours, len(rings), (caps, caps))))
+    return found
+
+
+def _runs(frames: PathFrames, reach: float, folded: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return ranges of segments without folds, in which segments far apart on the path are far apart in space.
+
+    What is within ``reach`` of two segments can only overlap if these are closer than twice that. Along a bend that
+    does not fold, that takes half a turn, and so a length of more than pi times the reach.
+    """
+    middle = (frames.points[:-1] + frames.points[1:]) / 2.0
+    length = np.diff(frames.along)
+    total, first = float(frames.along[-1]), 0
+    runs: list[tuple[int, int]] = []
+    for number in range(len(middle)):
+        run = slice(first, number)
+        between = frames.along[number] - frames.along[first + 1 : number + 1]
+        if frames.closed:
+            between = np.minimum(between, total - between - length[run] - length[number])
+        near = np.linalg.norm(middle[run] - middle[number], axis=1) < 2.0 * reach + (length[run] + length[number]) / 2.0
+        if folded[number] or (near & (between > math.pi * reach)).any():
+            runs.append((first, number))
+            first = number + 1 if folded[number] else number
+    return [(start, end) for start, end in (*runs, (first, len(middle))) if start < end]
+
+
+# --- lofts -----------------------------------------------------------------------------------------------------------
+
+
+def lofted(profiles: Sequence[Contours], poses: FloatArray) -> Surface:
+    """Return the surface through profiles with equal numbers of contours, under poses (P, 3, 4).
+
+    Raises SceneError("solid") for contours that do not correspond.
+    """
+    _check_contours(profiles)
+    matched = [_matched([profile[i] for profile in profiles]) for i in range(len(profiles[0]))]
+    sections = np.concatenate(matched, axis=1)
+    check_corners("loft", *sections.shape[:2])
+    rings = sections @ np.swapaxes(poses[:, :, :2], 1, 2) + poses[:, None, :, 3]
+    first, last = (tuple(each[place] for each in matched) for place in (0, -1))
+    return rings.reshape(-1, 3), _ring_faces(first, len(profiles), (_caps(first), _caps(last)))
+
+
+def _check_contours(profiles: Sequence[Contours]) -> None:
+    counts = list(map(len, profiles))
+    if len(set(counts)) > 1:
+        shown = ", ".join(map(str, counts[:8]))
+        raise SceneError("solid", f"`loft` expects profiles with equal numbers of contours, got {shown}")
+    for number, contours in enumerate(zip(*profiles, strict=True)):
+        signs = {area_of(contour) > 0.0 for contour in contours}
+        if len(signs) > 1:
+            message = f"`loft` expects corresponding contours to turn the same way, but those at {number} do not"
+            raise SceneError("solid", message, "outer contours are counter-clockwise, holes clockwise")
+    if sum(area_of(contour) for contour in profiles[0]) <= 0.0:
+        hint = "outer contours must be counter-clockwise: `polygon` turns them"
+        raise SceneError("solid", "`loft` got a profile with nothing inside", hint)
+
+
+def _matched(contours: Sequence[FloatArray]) -> FloatArray:
+    """Return contours (P, K, 2) with equal numbers of points.
+
+    Unless they have them already, each gets the points of all others, at the same shares of its length, so that no
+    corner is lost. The first point of each is the one that is best for the contour before.
+    """
+    if len({len(contour) for contour in contours}) == 1:
+        return np.stack(contours)
+    turned = [contours[0]]
+    for contour in contours[1:]:
+        turned.append(_turned_to(contour, turned[-1]))
+    closed = [np.concatenate([contour, contour[:1]]) for contour in turned]
+    shares = np.concatenate([lengths_to(contour)[:-1] / lengths_to(contour)[-1] for contour in closed])
+    shares = np.unique(np.round(shares, 9))
+    return np.stack([points_at(contour, shares) for contour in closed])
+
+
+def _turned_to(contour: FloatArray, before: FloatArray) -> FloatArray:
+    """Return a contour that starts at the corner from which it is closest to another one, both about their centres."""
+    shares = np.arange(SEGMENTS) / SEGMENTS
+    target = _centred(np.concatenate([before, before[:1]]), shares)
+    ahead = lengths_to(np.concatenate([contour, contour[:1]]))
+    closed = np.concatenate([contour, contour[:1]])
+    costs = []
+    for start in ahead[:-1] / ahead[-1]:
+        costs.append(float(np.sum((_centred(closed, (shares + start) % 1.0) - target) ** 2)))
+    return np.roll(contour, -int(np.argmin(costs)), axis=0)
+
+
+def _centred(closed: FloatArray, shares: FloatArray) -> FloatArray:
+    points = points_at(closed, shares)
+    return np.asarray(points - points.mean(axis=0), np.float64)
+
+
+# --- height fields ---------------------------------------------------------------------------------------------------
+
+
+def height_field(heights: FloatArray, size: FloatArray, base: float) -> Surface:
+    """Return the surface of a block around the y axis: heights (Z, X) above, and y = ``base`` below."""
+    rows, columns = heights.shape
+    along_x, along_z = (side * (np.arange(n) / (n - 1) - 0.5) for side, n in zip(size, (columns, rows), strict=True))
+    z, x = np.meshgrid(along_z, along_x, indexing="ij")
+    top = np.stack([x, heights, z], axis=-1).reshape(-1, 3)
+    number = np.arange(rows * columns).reshape(rows, columns)
+    a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+    upper = np.concatenate([np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)])
+    rim = np.concatenate([number[:, 0], number[-1, 1:], number[-2::-1, -1], number[0, -2:0:-1]])
+    below = top[rim] * [1.0, 0.0, 1.0] + [0.0, base, 0.0]
+    vertices = np.concatenate([top, below, [[0.0, base, 0.0]]])
+    low = len(top) + np.arange(len(rim))
+    after, low_after = np.roll(rim, -1), np.roll(low, -1)
+    center = np.full_like(low, len(vertices) - 1)
+    walls = [np.stack(face, axis=-1) for face in ((rim, low, low_after), (rim, low_after, after))]
+    bottom = np.stack([center, low_after, low], axis=-1)
+    return vertices, np.concatenate([upper, *walls, bottom])
