@@ -520,8 +520,7 @@ class Scene:
     def measure(self, word: str | None = None, frame: int = 0, limit: int = 100_000) -> Measures:
         """Return volume, surface, centre of mass and inertia of a frame, or of all entities of ``word`` in it.
 
-        What overlaps counts once; density is 1 and lengths are scene units. A primitive that meets no other is measured
-        exactly, others by their triangles.
+        What overlaps counts once; density is 1. A primitive that meets no other is measured exactly.
 
         Examples
         --------
