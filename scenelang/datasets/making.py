@@ -88,11 +88,11 @@ class Sample:
 
 
 class SampleFailure(Exception):
-    """A sample cannot be made; ``diagnostic`` says why."""
+    """A sample cannot be made; ``diagnostic`` says why, ``is_of_machine`` whether another run may make it."""
 
-    def __init__(self, diagnostic: Diagnostic) -> None:
+    def __init__(self, diagnostic: Diagnostic, is_of_machine: bool = False) -> None:
         super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
+        self.diagnostic, self.is_of_machine = diagnostic, is_of_machine
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +185,7 @@ class Maker:
                 raise SampleFailure(_in_terms_of_specs(error.diagnostic)) from error
             except (RecursionError, MemoryError, ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
                 message = f"the sample cannot be made: {type(error).__name__}: {error}"
-                raise SampleFailure(Diagnostic("sample", message)) from error
+                raise SampleFailure(Diagnostic("sample", message), isinstance(error, MemoryError)) from error
             if found is not None:
                 return found
             missed[why] += 1

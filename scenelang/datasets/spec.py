@@ -24,7 +24,7 @@ from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.reader import read
 from scenelang.interpreter.loading import entry_points_of
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.runtime.limits import Limits, ProcessorLimits
 from scenelang.session import IMPORT_FORM
 
 CODE = "dataset"
@@ -671,9 +671,14 @@ def _splits(table: TomlTable) -> SplitPlan | None:
     return SplitPlan(by, rules)
 
 
+def is_split_name(name: str) -> bool:
+    """Return whether a split may have this name, which begins the names of its files."""
+    return name.isidentifier() and len(name) <= _MAX_NAME
+
+
 def _rule(table: TomlTable, name: str) -> Any:
     value = table.take(name)
-    if not name.isidentifier() or len(name) > _MAX_NAME:
+    if not is_split_name(name):
         hint = f"use at most {_MAX_NAME} letters, digits and underscores"
         table.fail(name, f"`{name[:60]}` is not a name for a split", hint)
     if type(value) in (int, float):
@@ -742,7 +747,7 @@ def _output(table: TomlTable) -> OutputPlan:
 
 def _limits(table: TomlTable) -> Limits:
     default = Limits()
-    found = Limits(
+    found = ProcessorLimits(
         steps=table.number("steps", default.steps, 1, 10**15),
         depth=table.number("depth", default.depth, 1, 10**9),
         entities=table.number("entities", default.entities, 1, 10**12),
