@@ -101,7 +101,9 @@ def _quantity(name: str, column: Sequence[Any], counts: Counter[str]) -> Quantit
 
 
 def _shown(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(list(value) if isinstance(value, tuple) else value)
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_shown, value))}]"
+    return f"{value:.6g}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
 
 
 # --- the card --------------------------------------------------------------------------------------------------------

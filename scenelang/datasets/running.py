@@ -591,8 +591,8 @@ def _file_findings(
 
 
 def _duplicates(key: str, files: Mapping[str, bytes], pictures: dict[bytes, str]) -> Iterator[Diagnostic]:
-    """Yield a finding if another sample has the same scene and camera, or one of another split has the same scene or
-    picture, unless nothing is seen."""
+    """Yield a finding if another sample has the same picture, or the same values and camera, or if one of another split
+    has the same scene or picture, unless nothing is seen."""
     record = json.loads(files["json"])
     if not record.get("things"):
         return
@@ -605,11 +605,18 @@ def _duplicates(key: str, files: Mapping[str, bytes], pictures: dict[bytes, str]
             message = f"{key} of `{record['split']}` has the {what} of {other} of `{split}`, which leaks"
             yield Diagnostic("dataset", message, None, hint)
             return
+        if what == "picture" and index_of(other) != index_of(key):  # whatever seed it was drawn with
+            yield _repeats(key, other, "pictures")
+            return
     told = [record["values"], record["camera"], record["frame"]]
     mark = hashlib.blake2b(json.dumps(told, sort_keys=True).encode(), digest_size=12).digest()
     other = pictures.setdefault(mark, key)
     if other != key:
-        yield Diagnostic("dataset", f"{key} repeats {other}: equal values and cameras", None, "vary more, or make less")
+        yield _repeats(key, other, "values and cameras")
+
+
+def _repeats(key: str, other: str, what: str) -> Diagnostic:
+    return Diagnostic("dataset", f"{key} repeats {other}: equal {what}", None, "vary more, or make less")
 
 
 def _item_findings(key: str, files: Mapping[str, bytes], split: str, plan: Plan) -> list[str]:

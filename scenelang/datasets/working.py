@@ -434,6 +434,22 @@ _ACTOR_MEMORY = 500_000_000  # bytes that an actor asks for
 _IN_FLIGHT = 2  # shards that an actor has at a time, so that none waits for the driver
 
 
+_MOST_NODES = 8  # in a message
+_RAY_HINT = "`ray status` tells the address; a cluster with tokens needs RAY_AUTH_MODE=token in the environment"
+
+
+def _resources(given: Mapping[str, float]) -> str:
+    """Return resources of Ray as a text.
+
+    Examples
+    --------
+    >>> _resources({"CPU": 1.0, "GPU": 0.5, "memory": 5e8})
+    '1 CPU, 0.5 GPU and 500 MB'
+    """
+    cpus, gpus, memory = (given.get(name, 0.0) for name in ("CPU", "GPU", "memory"))
+    return f"{cpus:g} CPU, {gpus:g} GPU and {memory / 1e6:,.0f} MB"
+
+
 class RayActor:
     """A worker on a Ray cluster; evaluated scenes are reused from shard to shard."""
 
@@ -472,13 +488,33 @@ class RayPool:
             try:
                 ray.init(address=address, log_to_driver=False)
             except (ConnectionError, ValueError, RuntimeError) as error:
-                raise SceneError("backend", f"no Ray cluster at `{address}`: {str(error)[:200]}") from error
+                message = f"no Ray cluster at `{address}`: {str(error)[:200]}"
+                raise SceneError("backend", message, _RAY_HINT) from error
+        self._wanted = {"CPU": 1.0, "GPU": float(gpus), "memory": float(_ACTOR_MEMORY)}
         options = {"num_cpus": 1, "num_gpus": gpus, "memory": _ACTOR_MEMORY}  # one processor: Ray gives it one thread
         self._kind = ray.remote(**options)(RayActor)
+        self._check_resources()
         self._actors: dict[Any, int] = {}  # actors that run, with the number of shards that each has
         self._starting: dict[Any, Any] = {}  # actors that may yet have to wait for a processor, by what tells
         self._false_starts = 0
         self._running: dict[Any, tuple[Any, _Task]] = {}
+
+    def _fits(self, node: Mapping[str, float]) -> bool:
+        return all(node.get(name, 0.0) >= amount for name, amount in self._wanted.items())
+
+    def _nodes(self) -> list[Mapping[str, float]]:
+        """Return the resources of the nodes that are alive."""
+        return [node["Resources"] for node in self._ray.nodes() if node["Alive"]]
+
+    def _check_resources(self) -> None:
+        """Raise SceneError("backend") if no node has what an actor asks for, which Ray would wait for silently."""
+        nodes = self._nodes()
+        if not any(map(self._fits, nodes)):
+            listed = "; ".join(map(_resources, nodes[:_MOST_NODES])) + ("; ..." if len(nodes) > _MOST_NODES else "")
+            message = (
+                f"no node of the cluster has {_resources(self._wanted)} for a worker; it has {listed or 'no nodes'}"
+            )
+            raise SceneError("backend", message, "ask for less with --gpus, or add nodes to the cluster")
 
     def run(self, numbers: Collection[int]) -> Iterator[dict[str, Any]]:
         """Make the shards ``numbers``; raises SceneError if the file system fails or shards cannot be made."""
@@ -502,8 +538,9 @@ class RayPool:
 
     def _grow(self, shards: int) -> None:
         """Have as many actors as the cluster has processors now, but no more than shards."""
-        nodes = [node for node in self._ray.nodes() if node["Alive"]]
-        wanted = min(shards, max(1, int(sum(node["Resources"].get("CPU", 0.0) for node in nodes))))
+        if not self._actors:
+            self._check_resources()  # a node may have been lost
+        wanted = min(shards, max(1, int(sum(node.get("CPU", 0.0) for node in self._nodes()))))
         while len(self._actors) + len(self._starting) < wanted:
             actor = self._kind.remote(self._request)
             self._starting[actor.ready.remote()] = actor
