@@ -36,6 +36,8 @@ MAX_SHARD = 100_000
 _MAX_CHOICES = 100_000
 _MAX_SIDE = 8_192
 _MAX_IMPORTS = 1_000
+_BYTES_PER_PIXEL = 330  # of memory that a worker needs at least, measured with depth as the only label
+MEMORY_SLACK = 1.25  # times the limit of memory, where workers are ended
 _MAX_NAME = 64  # letters of a split
 _LARGEST = 1e300  # bound of a range, whose width is a number then
 _PROGRAMS = (".scene", ".json", ".py", ".txt", ".ipynb")
@@ -776,6 +778,7 @@ def _check_together(table: TomlTable, spec: Spec) -> None:
     _check_needs(table, spec)
     _check_projection(table, spec)
     _check_captions(table, spec)
+    _check_memory(table, spec)
     if "keypoints" in spec.labels.write and not spec.labels.keypoints:
         table.table("labels").fail("write", "`write`: keypoints of no words", 'name them: keypoints = ["eye"]')
     if spec.splits is not None and spec.splits.by not in ("scene", "program", *spec.params):
@@ -906,6 +909,17 @@ def _check_projection(table: TomlTable, spec: Spec) -> None:
     ):
         message = f"`formats`: {wrong[0]} has no orthographic cameras"
         table.table("output").fail("formats", message, f"leave out {', '.join(wrong)}, or use perspective cameras")
+
+
+def _check_memory(table: TomlTable, spec: Spec) -> None:
+    """Raise an error for pictures that cannot be made within the limit of memory."""
+    width, height, limit = spec.pictures.width, spec.pictures.height, spec.limits.memory
+    needed = width * height * _BYTES_PER_PIXEL
+    if needed > MEMORY_SLACK * limit:
+        path = ("limits", "memory") if "memory" in table.table("limits") else ("pictures", "size")
+        message = f"`{path[1]}`: {width:,} x {height:,} pixels need at least {needed / 1e9:.2g} GB of memory"
+        hint = "reduce `size` in [pictures], or raise `memory` in [limits]"
+        table.document.fail(path, f"{message}, more than the limit of {limit / 1e9:.2g} GB", hint)
 
 
 def _check_captions(table: TomlTable, spec: Spec) -> None:

@@ -25,7 +25,7 @@ from typing import IO, Any
 from scenelang.backends.base import require
 from scenelang.datasets.making import Maker, Sample, SampleFailure
 from scenelang.datasets.sampler import key_of
-from scenelang.datasets.spec import CODE, Spec, spec_of
+from scenelang.datasets.spec import CODE, MEMORY_SLACK, Spec, spec_of
 from scenelang.datasets.store import Plan, ShardFiles, Store, record_name
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
 
@@ -392,7 +392,7 @@ class Pool:
                 worker.resident = resident_bytes_of(worker.process.pid)
                 continue
             used = resident_bytes_of(worker.process.pid) - worker.resident
-            if used > self._limits.memory * 1.25:
+            if used > self._limits.memory * MEMORY_SLACK:
                 worker.verdict = Diagnostic("memory", f"the sample exceeds {self._limits.memory:,} bytes of memory")
             elif worker.is_late(self._limits.seconds):
                 worker.verdict = Diagnostic("time", f"the program exceeds {self._limits.seconds:g} seconds")

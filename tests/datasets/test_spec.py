@@ -96,6 +96,8 @@ ORTHOGRAPHIC = (
         (HEAD + "[splits]\nby = 'program'\ntrain = ['*.scene']\ntest = 'rest'", 5, 1, "`test`: every program is in another split", None),
         (HEAD + "[params]\nballs = { uniform = [1, 2, 3] }", 3, 11, "`uniform`: expected two numbers, got a list", None),
         (HEAD + "[params]\nballs = 2026-11-02", 3, 1, "got 2026-11-02", None),
+        (HEAD + "[pictures]\nsize = 4096", 3, 1, "`size`: 4,096 x 4,096 pixels need at least 5.5 GB of memory, more than the limit of 4 GB", "raise `memory`"),
+        (HEAD + "[pictures]\nsize = 512\n[limits]\nmemory = 50000000", 5, 1, "`memory`: 512 x 512 pixels need at least 0.087 GB", "reduce `size`"),
         (HEAD + "count = true", 2, 1, "expected a whole number, got true", None),
         (HEAD + "[filters]\npredicates = ['mine']", 3, 1, "unknown `mine`", "no package has"),
         (HEAD + "[filters.visible]\nball = 2", 3, 1, "expected 0.0 to 1.0", None),
