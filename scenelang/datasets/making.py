@@ -182,6 +182,8 @@ class Maker:
             try:
                 found, why = self._make(draw)
             except SceneError as error:
+                if error.name == "interrupted":  # by Ctrl-C, in the process that evaluates
+                    raise KeyboardInterrupt from error
                 raise SampleFailure(_in_terms_of_specs(error.diagnostic)) from error
             except (RecursionError, MemoryError, ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
                 message = f"the sample cannot be made: {type(error).__name__}: {error}"

@@ -172,12 +172,13 @@ def _check_bounds(spec: Spec, program: str, param: Param) -> None:
     limits = f"at least {low:g}" if high is None else f"at most {high:g}" if low is None else f"{low:g} to {high:g}"
     for value in extremes_of(spec.params[param.name]):
         if isinstance(value, bool) or not isinstance(value, int | float):
-            message = f"`{param.name}`: `{program}` accepts numbers only, got {shown(value)}"
+            message, hint = f"`{param.name}`: `{program}` accepts numbers only, got {shown(value)}", None
         elif not least <= value <= most:
             message = f"`{param.name}`: `{program}` accepts {limits}, but {value:g} may be drawn"
+            hint = "`min` and `max` bound a distribution"
         else:
             continue
-        raise _error(spec, ("params", param.name), message, "`min` and `max` bound a distribution")
+        raise _error(spec, ("params", param.name), message, hint)
 
 
 def _unknown_words(spec: Spec, names: SpecNames) -> Iterable[tuple[KeyPath, str, str | None]]:

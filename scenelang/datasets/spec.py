@@ -442,7 +442,7 @@ def _programs(table: TomlTable, folder: Path) -> tuple[str, ...]:
         table.fail("programs" if "programs" in table else None, "`programs`: name at least one program")
     for number, pattern in enumerate(given):
         matches = _matches(folder, pattern) if pattern else []
-        if not matches and pattern and (folder / pattern).exists():
+        if not matches and pattern and _exists(folder / pattern):
             message = f"`programs`: `{pattern[:80]}` {'has' if (folder / pattern).is_dir() else 'is'} no program"
             table.document.fail(("programs", str(number)), message, f"programs end in {', '.join(_PROGRAMS)}")
         if not matches:
@@ -454,9 +454,16 @@ def _programs(table: TomlTable, folder: Path) -> tuple[str, ...]:
     return tuple(found)
 
 
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # a name of thousands of letters
+        return False
+
+
 def _matches(folder: Path, pattern: str) -> list[str]:
     """Return the programs that a path or glob names, sorted; folders may be runs of a language model."""
-    paths = [pattern] if (folder / pattern).exists() else sorted(glob(pattern, root_dir=folder, recursive=True))
+    paths = [pattern] if _exists(folder / pattern) else sorted(glob(pattern, root_dir=folder, recursive=True))
     files: list[str] = []
     for path in paths:
         target = folder / path

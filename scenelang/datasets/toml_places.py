@@ -23,6 +23,7 @@ _PLAIN = re.compile(r"[^,\]}#\n]+")
 _AT_LINE = re.compile(r"\s*\(at line (\d+), column (\d+)\)")
 _DIGITS = re.compile(r"[0-9_]{2000,}")
 _INTEGERS = "integers have 64 bits: from -2^63 to 2^63 - 1"
+_MOST_SHOWN = 8  # items of a list in a message
 _MAX_SIZE = 1_000_000  # characters of a file
 
 
@@ -275,8 +276,12 @@ class TomlTable:
 
 def shown(value: Any) -> str:
     """Return a value for a message, in at most sixty characters."""
-    if isinstance(value, dict | list | tuple):
-        return "a table" if isinstance(value, dict) else "a list"
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list | tuple):
+        is_short = len(value) <= _MOST_SHOWN and not any(isinstance(each, dict | list | tuple) for each in value)
+        text = f"[{', '.join(map(shown, value))}]" if is_short else ""
+        return text if 2 < len(text) <= 60 else "an empty list" if not value else "a list"
     if isinstance(value, bool):
         return str(value).lower()
     return value.isoformat() if isinstance(value, date | time) else repr(value)[:60]

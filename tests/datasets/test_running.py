@@ -97,6 +97,19 @@ def test_a_killed_run_is_resumed(made: Path, folder: Path, tmp_path: Path, numbe
     assert not list(out.glob(".scenelang-*"))
 
 
+def test_an_interrupted_evaluation_is_no_failed_sample(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from scenelang.grammar.diagnostics import LimitError
+    from scenelang.interpreter.runtime.limits import Meter
+
+    def interrupt(self: Meter, steps: int) -> None:
+        raise LimitError("interrupted", "evaluation interrupted")
+
+    monkeypatch.setattr(Meter, "spend", interrupt)
+    spec = _failing(tmp_path, HOSTILE, "[params]\nn = 1")
+    with pytest.raises(KeyboardInterrupt):
+        dataset(spec, tmp_path / "out", jobs=0)
+
+
 def _no_worker_is_left(out: Path) -> bool:
     """Whether the workers have ended with their pool, at the latest after ten seconds."""
     for _ in range(100):

@@ -32,6 +32,7 @@ ORTHOGRAPHIC = (
         ("count = 3", 1, 1, "name at least one program", None),
         ("programs = ['no-*.scene']", 1, 13, "no program matches `no-*.scene`", "paths are relative"),
         ("programs = ['room.scene', 'spec.toml']", 1, 27, "`spec.toml` is no program", "programs end in .scene"),
+        (f"programs = ['{'x' * 5000}.scene']", 1, 13, "no program matches `xxx", None),
         ("programs = ['']", 1, 13, "no program matches ``", None),
         ("programs = ['room.scene', 'empty']", 1, 27, "`empty` has no program", None),
         ("programs = ['*.toml']", 1, 13, "no program matches `*.toml`", None),
@@ -94,7 +95,7 @@ ORTHOGRAPHIC = (
         (HEAD + "[params]\nballs = { normal = [1, 4], max = 3 }\n[splits]\nby = 'balls'\ntrain = { range = [4, 5] }\ntest = 'rest'", 6, 1, "`train`: no value", None),
         (HEAD + "[params]\nballs = [true, 1.5]\n[splits]\nby = 'balls'\ntrain = [true]\ntest = [true, 1.5]", 7, 1, "`test`: true is also in `train`", None),
         (HEAD + "[splits]\nby = 'program'\ntrain = ['*.scene']\ntest = 'rest'", 5, 1, "`test`: every program is in another split", None),
-        (HEAD + "[params]\nballs = { uniform = [1, 2, 3] }", 3, 11, "`uniform`: expected two numbers, got a list", None),
+        (HEAD + "[params]\nballs = { uniform = [1, 2, 3] }", 3, 11, "`uniform`: expected two numbers, got [1, 2, 3]", None),
         (HEAD + "[params]\nballs = 2026-11-02", 3, 1, "got 2026-11-02", None),
         (HEAD + "[pictures]\nsize = 4096", 3, 1, "`size`: 4,096 x 4,096 pixels need at least 5.5 GB of memory, more than the limit of 4 GB", "raise `memory`"),
         (HEAD + "[pictures]\nsize = 512\n[limits]\nmemory = 50000000", 5, 1, "`memory`: 512 x 512 pixels need at least 0.087 GB", "reduce `size`"),
@@ -175,7 +176,7 @@ def test_unknown_names_are_told_with_their_place(read: Read, text: str, line: in
         ("{ integer = [0, 3] }", "accepts 1 to 6, but 0 may be drawn"),
         ("{ uniform = [1, 6.5] }", "accepts 1 to 6, but 6.5 may be drawn"),
         ("{ normal = [3, 1] }", "accepts 1 to 6, but -3 may be drawn"),
-        ("{ value = [1, 2] }", "accepts numbers only, got a list"),
+        ("{ value = [1, 2] }", "accepts numbers only, got [1, 2]"),
         ("true", "accepts numbers only, got true"),
         ("{ normal = [3, 1], min = 1, max = 6 }", None),
         ("{ choice = [1, 9], weights = [1, 0] }", None),
@@ -187,8 +188,9 @@ def test_params_outside_the_bounds_of_a_program_are_told(read: Read, values: str
     if told is None:
         assert classes_of(spec)
         return
-    with pytest.raises(SceneError, match=told) as caught:
+    with pytest.raises(SceneError) as caught:
         classes_of(spec)
+    assert told in caught.value.message
     assert "`balls`: `room.scene` accepts" in caught.value.message
     assert isinstance(caught.value.span, Span)
     assert caught.value.span.source.position(caught.value.span.start) == (3, 1)
