@@ -15,7 +15,8 @@ from support import value
 
 from scenelang.interpreter.runtime.values import Array
 from scenelang.interpreter.scene.modelling import contours as shapes
-from scenelang.interpreter.scene.modelling.computing import ComputedSolid, computed
+from scenelang.interpreter.scene.modelling import curves, sweeping
+from scenelang.interpreter.scene.modelling.computing import OPERATIONS, ComputedSolid, computed
 from scenelang.interpreter.scene.modelling.expressions import Expression
 from scenelang.stdlib import random
 
@@ -23,6 +24,9 @@ FloatArray = npt.NDArray[np.float64]
 Arrays = Callable[[str], FloatArray]
 Numbers = Callable[[str], float]
 Refuses = Callable[[str, str], str]
+
+
+sweep_of = OPERATIONS["sweep"]
 
 
 def sweep(profile: FloatArray, path: FloatArray, twist: float = 0.0) -> ComputedSolid:
@@ -143,6 +147,22 @@ def test_any_path_gives_a_valid_solid(points: list[tuple[float, float, float]], 
     longest = np.linalg.norm(np.diff(path, axis=0), axis=1).max()
     total = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
     assert 0.5 * shapes.area_of(profile) * longest - 0.5 < solid.volume < 4.0 * shapes.area_of(profile) * (total + 1.0)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.tuples(*[st.floats(-2.0, 2.0)] * 3), min_size=3, max_size=8), st.booleans())
+def test_runs_that_do_not_meet_give_the_union_of_all_segments(
+    points: list[tuple[float, float, float]], is_smooth: bool
+) -> None:
+    path = np.round(points, 2)
+    if (np.linalg.norm(np.diff(path, axis=0), axis=1) < 0.05).any():
+        return
+    path = curves.catmull_rom(path, False, 5) if is_smooth else path
+    parameters = {"profile": (shapes.rectangle(0.4, 0.2, 0.0, 4),), "path": path, "twist": 0.0, "taper": np.ones(2)}
+    found = sweep_of(parameters, []).volume()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sweeping, "_runs", lambda frames, reach, folded: [(i, i + 1) for i in np.flatnonzero(~folded)])
+        assert sweep_of(parameters, []).volume() == pytest.approx(found, rel=1e-5)
 
 
 def test_other_profiles_may_not_fold(refuses: Refuses) -> None:

@@ -227,7 +227,7 @@ def _runs(frames: PathFrames, reach: float, folded: npt.NDArray[np.bool_]) -> li
     """Return ranges of segments without folds, in which segments far apart on the path are far apart in space.
 
     What is within ``reach`` of two segments can only overlap if these are closer than twice that. Along a bend that
-    does not fold, that takes half a turn, and so a length of more than pi times the reach.
+    does not fold, that takes half a turn, and so a length of more than pi times the reach; neighbours never do.
     """
     middle = (frames.points[:-1] + frames.points[1:]) / 2.0
     length = np.diff(frames.along)
@@ -235,11 +235,13 @@ def _runs(frames: PathFrames, reach: float, folded: npt.NDArray[np.bool_]) -> li
     runs: list[tuple[int, int]] = []
     for number in range(len(middle)):
         run = slice(first, number)
+        both = length[run] + length[number]
         between = frames.along[number] - frames.along[first + 1 : number + 1]
         if frames.closed:
-            between = np.minimum(between, total - between - length[run] - length[number])
-        near = np.linalg.norm(middle[run] - middle[number], axis=1) < 2.0 * reach + (length[run] + length[number]) / 2.0
-        if folded[number] or (near & (between > math.pi * reach)).any():
+            between = np.minimum(between, total - between - both)
+        distant = (between > 1e-9 * total) & (between + both > math.pi * reach)
+        near = np.linalg.norm(middle[run] - middle[number], axis=1) < 2.0 * reach + both / 2.0
+        if folded[number] or (near & distant).any():
             runs.append((first, number))
             first = number + 1 if folded[number] else number
     return [(start, end) for start, end in (*runs, (first, len(middle))) if start < end]
