@@ -38,6 +38,8 @@ def attribute_names() -> tuple[str, ...]:
 
 
 _TOPICS = ("paper", "forms", "poses", "combinators", "entities", "colors", "random")
+_WITH_USAGE = ("solids", "profiles", "paths")  # topics of names that no other language has
+_LONG_CXR = re.compile("c[ad]{3,4}r")
 _SURFACE = ("color", "emission", "opacity", "metallic", "roughness", "ior")
 
 
@@ -82,9 +84,16 @@ def _rest(without: Collection[str]) -> Iterator[str]:
     """Yield the remaining names, which work as in Scheme, Python or NumPy."""
     yield "\n## Other names\n"
     for topic, (title, _) in TOPICS.items():
-        names = [record.name for record in _of_topic(topic, without)]
+        found = [record for record in _of_topic(topic, without) if not _LONG_CXR.fullmatch(record.name)]
+        names = [_usage(record) if topic in _WITH_USAGE else record.name for record in found]
         if topic not in _TOPICS and names:
             yield f"- {title}: {', '.join(f'`{name}`' for name in names)}"
+
+
+def _usage(record: ReferenceRecord) -> str:
+    """Return a call without types and without the attributes of materials, which all solids have."""
+    call = re.sub(r"::[^\s)\]]+", "", record.signature.partition(" -> ")[0])
+    return re.sub(rf" \[:(?:{'|'.join((*_SURFACE, 'segments'))})\]", "", call)
 
 
 # Descriptions of names that a program does not define: library names, primitives, attributes, diagnostics.

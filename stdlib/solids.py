@@ -7,24 +7,25 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from scenelang.grammar.diagnostics import Note, SceneError
+from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Matrix, Procedure, Vector, make_list
+from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Procedure, Vector, make_list
 from scenelang.interpreter.scene import parts, pose
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling import curves
-from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, SEGMENTS, Expression, Operand, check_size
-from scenelang.interpreter.scene.modelling.solid import SolidShape
+from scenelang.interpreter.scene.modelling.expressions import SEGMENTS, Expression, Operand, check_size
+from scenelang.interpreter.scene.modelling.solid import SolidShape, operand_of
 from scenelang.interpreter.scene.modelling.sweeping import check_corners
 from scenelang.interpreter.scene.primitives.base import MATERIALS, color_of
-from scenelang.stdlib.operands import items, to_numpy
+from scenelang.stdlib.operands import from_numpy, items, to_numpy
 from scenelang.stdlib.paths import path_of
 from scenelang.stdlib.profiles import LEFT, TEXT, finite, one_or_two, outline_of, positive, profile_of, segment_count
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
+    from scenelang.interpreter.scene.modelling.measuring import Measures
 
 registry = Registry("solids")
 define = registry.define
@@ -58,41 +59,12 @@ def _leaves(rt: Runtime, name: str, value: Any, segments: int) -> list[Operand]:
         entity, matrix, word = stack.pop()
         rt.charge(1)
         if entity.is_primitive:
-            found.append(_leaf(name, entity, matrix, word or entity.word, segments))
+            found.append(operand_of(name, entity, matrix, word or entity.word, segments))
             rt.meter.check_growth(len(found), "a list of operands")
             continue
         for part in reversed(entity.children):
             stack.append((part.car, pose.compose(matrix, part.cdr), entity.word))
     return found
-
-
-def _leaf(name: str, entity: Entity, matrix: Matrix, word: str, segments: int) -> Operand:
-    shape = entity.shape
-    assert shape is not None
-    if isinstance(shape, SolidShape):
-        color = entity.embedding.attributes.get("color")
-        return Operand(shape.expression, tuple(matrix), None if color is None else shape.color)
-    what = None
-    if shape.is_semantic:
-        what = "a semantic primitive, which has no shape before a model draws it"
-    elif shape.is_block:
-        what = "made of Minecraft blocks"
-    elif shape.is_flat or not shape.has_geometry:
-        what = "flat, so it has no volume"
-    if what is not None:
-        raise _no_solid(name, entity, what)
-    parameters = {"segments": segments} if segments != SEGMENTS else {}
-    return Operand(Expression(PRIMITIVE, parameters, (), shape, word, shape.color, _site(entity)), tuple(matrix))
-
-
-def _no_solid(name: str, entity: Entity, what: str) -> SceneError:
-    notes = tuple(Note(f'"{entity.word}" is made here', span) for span in entity.call_sites[:1])
-    hint = "give it a `bind` that makes solids, or leave it out" if entity.shape and entity.shape.is_semantic else None
-    return SceneError("solid", f'`{name}` cannot use "{entity.word}": it is {what}', hint, notes=notes)
-
-
-def _site(entity: Entity) -> Any:
-    return entity.call_sites[0] if entity.call_sites else None
 
 
 # --- results ---------------------------------------------------------------------------------------------------------
@@ -278,8 +250,8 @@ def cut_plane(
     "split", f"solid::Parts tool::Parts [:segments::Integer] {LOOK}", "List[Entity]",
     "Return two solids: the part of a solid inside of `tool`, and the part outside.",
     ('(map volume (split (call "cube") (transform (call "cube") (translate [.75 0 0]))))', "(0.25 0.75)"),
-    picture='(map transform (split (call "sphere" :color (color "tomato")) (call "cube" :scale 1.3)) (list '
-            '(translate [-1.3 0 0]) (translate [1.3 0 0])))',
+    picture='(map transform (split (call "sphere" :color (color "tomato")) (transform (call "cube" :scale 3) '
+            '(translate [-1.3 0 0]))) (list (translate [-.4 0 0]) (translate [.4 0 0])))',
 )  # fmt: skip
 def split(rt: Runtime, solid: Any, tool: Any, segments: int = SEGMENTS, **look: Any) -> Any:
     return make_list([_boolean(rt, name, (solid, tool), segments, look) for name in ("intersection", "difference")])
@@ -493,17 +465,44 @@ def mesh(rt: Runtime, vertices: Any, faces: Any, **look: Any) -> Entity:
 # --- measures --------------------------------------------------------------------------------------------------------
 
 
-def _measured(rt: Runtime, name: str, x: Any) -> Any:
-    from scenelang.interpreter.scene.modelling.computing import manifold_of
+def _measured(rt: Runtime, name: str, x: Any) -> Measures:
+    from scenelang.interpreter.scene.modelling.measuring import measured
 
-    operand = solid_operand(rt, name, x)
-    rt.charge(64)
-    return manifold_of(operand.expression).manifold.transform(np.array(operand.pose).reshape(3, 4))
+    operands = _leaves(rt, name, x, SEGMENTS)
+    rt.charge(64 * len(operands))
+    return measured(operands)
 
 
 @define(
-    "volume", "x::Parts", "Float", "Return the volume of an entity or parts as one solid, in cubic scene units.",
+    "volume", "x::Parts", "Float",
+    "Return the volume of an entity or parts as one solid, in cubic scene units; 0 of nothing.",
     ('(volume (call "cube" :scale [1 2 3]))', "6.0"),
 )  # fmt: skip
 def volume(rt: Runtime, x: Any) -> float:
-    return float(_measured(rt, "volume", x).volume())
+    return _measured(rt, "volume", x).volume
+
+
+@define(
+    "surface-area", "x::Parts", "Float",
+    "Return the area of the surface of an entity or parts as one solid, in square scene units.",
+    ('(surface-area (call "cube" :scale [1 2 3]))', "22.0"),
+)  # fmt: skip
+def surface_area(rt: Runtime, x: Any) -> float:
+    return _measured(rt, "surface-area", x).area
+
+
+@define(
+    "centroid", "x::Parts", "Vector", "Return the centre of mass of an entity or parts of uniform density.",
+    ('(centroid (transform (call "cube") (translate [1 2 3])))', "[1.0 2.0 3.0]"),
+)  # fmt: skip
+def centroid(rt: Runtime, x: Any) -> Vector:
+    return Vector(_measured(rt, "centroid", x).centroid.tolist())
+
+
+@define(
+    "inertia", "x::Parts", "Array",
+    "Return the inertia tensor of an entity or parts of density 1 about its centre of mass, along its own axes.",
+    ('(round (inertia (call "cube" :scale 6)) 6)', "[[1296.0 0.0 0.0] [0.0 1296.0 0.0] [0.0 0.0 1296.0]]"),
+)  # fmt: skip
+def inertia(rt: Runtime, x: Any) -> Any:
+    return from_numpy(_measured(rt, "inertia", x).inertia)

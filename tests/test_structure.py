@@ -166,7 +166,7 @@ def test_the_command_line_is_one_user_of_the_api_among_others() -> None:
     assert [path.name for path in outside if re.search(r"argparse\.Namespace", path.read_text("utf-8"))] == []
     importers = [path for path in outside if any(name.startswith("scenelang.cli") for name, _ in imports(path))]
     assert [path.name for path in importers] == ["__main__.py"]
-    assert sum(len(p.read_text("utf-8").splitlines()) for p in (ROOT / "scenelang" / "cli").glob("*.py")) <= 2_560
+    assert sum(len(p.read_text("utf-8").splitlines()) for p in (ROOT / "scenelang" / "cli").glob("*.py")) <= 2_600
 
 
 def test_every_package_says_what_it_must_not_know() -> None:

@@ -14,9 +14,11 @@ import numpy.typing as npt
 from scenelang.backends.base import LOOKS, Accepts, Backend, BackendOptions, Option, Progress, Work, check_settings
 from scenelang.backends.exports.plan import (
     MAX_VERTICES,
+    SEGMENTS,
     ExportItem,
     ExportPlan,
     ExportSurface,
+    chosen,
     distinct,
     merged,
     planned,
@@ -29,10 +31,13 @@ from scenelang.backends.pictures.appearance import Look, look_of, to_srgb
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.show import plain_attributes
-from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY, Matrix, Pair
+from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY, Embedding, Matrix, Pair
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.bounds import entity_box
-from scenelang.interpreter.scene.entity import Entity, Scene, count_words, primitive_count
+from scenelang.interpreter.scene.entity import Entity, Scene, count_words, descendants, primitive_count
+from scenelang.interpreter.scene.modelling.solid import SolidShape
+from scenelang.interpreter.scene.modelling.solid import joined as joined_solid
+from scenelang.interpreter.scene.primitives.forms import segments_within
 
 # Metadata of an entity that an export includes besides geometry: word, handle, text, attributes.
 
@@ -187,6 +192,14 @@ INSTANCES = Option(
     minimum=1,
     maximum=1_000_000,
 )
+SIDES = Option(
+    "segments", "sides of a full circle (default: 64, fewer in very large files)", None, minimum=3, maximum=1024
+)
+TOLERANCE = Option(
+    "tolerance", "greatest distance of round surfaces from their triangles, in scene units; 0 for --segments", 0.0,
+    minimum=0.0,
+)  # fmt: skip
+WHOLE = Option("solid", "join everything to one watertight body", False)
 MAX_FILES = 10_000
 
 
@@ -199,6 +212,9 @@ class Job:
     instances: int = 100_000
     limit: int = 2_000_000
     progress: Progress = field(default=lambda _: None)
+    segments: int | None = None
+    tolerance: float | None = None
+    unit: str = "millimeter"
 
 
 Writer = Callable[[Job, Path], None]  # writes the file, and its accompanying files in the same directory
@@ -215,13 +231,13 @@ def mesh_backend(
     install: str = "scenelang",
     attributes: tuple[str, ...] = LOOKS,
 ) -> Backend:
-    """Return an export backend that writes meshes with ``write``; adds the options ``--depth`` and ``--parts``."""
+    """Return an export backend that writes meshes with ``write``; adds ``--depth``, ``--parts`` and ``--solid``."""
 
     def run(scene: Scene, path: Path, given: BackendOptions) -> list[Path]:
         return _export(made, write, scene, Path(path), given)
 
     accepts = Accepts(attributes=attributes, animated=animated)
-    made = Backend(name, doc, Work.EXPORT, endings, run, (DEPTH, PARTS, *options), accepts, packages, install)
+    made = Backend(name, doc, Work.EXPORT, endings, run, (DEPTH, PARTS, WHOLE, *options), accepts, packages, install)
     return made
 
 
@@ -230,14 +246,19 @@ def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: 
     check_settings(options, [backend])
     depth, parts = backend.setting(options, "depth"), backend.setting(options, "parts")
     frame = options.frame if options.frame is not None or backend.accepts.animated else 0
+    tolerance = _setting(backend, options, "tolerance") or None
+    if backend.setting(options, "solid"):
+        scene = _as_solids(scene, frame, _setting(backend, options, "segments"), tolerance)
     plan = planned(scene, frame, 1 if parts and depth is None else depth, options.limit, options.warn)
-    named = {option.name for option in backend.options}
     job = Job(
         plan,
-        fps=backend.setting(options, "fps") if "fps" in named else 24.0,
-        instances=backend.setting(options, "instance-limit") if "instance-limit" in named else 100_000,
+        fps=_setting(backend, options, "fps") or 24.0,
+        instances=_setting(backend, options, "instance-limit") or 100_000,
         limit=options.limit,
         progress=options.progress or (lambda _: None),
+        segments=_setting(backend, options, "segments"),
+        tolerance=tolerance,
+        unit=_setting(backend, options, "unit") or "millimeter",
     )
     with atomic_write_all(path.parent) as folder:
         names = _write_parts(write, job, folder, path) if parts else [path.name]
@@ -245,6 +266,40 @@ def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: 
             write(job, folder / path.name)
     job.progress(1.0)
     return [path.parent / name for name in names]
+
+
+def _setting(backend: Backend, options: BackendOptions, name: str) -> Any:
+    """Return the value of a setting, None for a backend that does not have it."""
+    return backend.setting(options, name) if any(option.name == name for option in backend.options) else None
+
+
+def _as_solids(scene: Scene, frame: int | None, segments: int | None, tolerance: float | None) -> Scene:
+    """Return the scene with each frame, or the chosen one, as one computed solid."""
+    scene = chosen(scene, frame)
+    sides = segments or SEGMENTS
+
+    def sides_of(entity: Entity) -> int:
+        return sides if tolerance is None else sides_within(entity, IDENTITY, tolerance)
+
+    roots = []
+    for root in scene.frames:
+        expression = joined_solid(root, sides_of)
+        if expression is None:
+            raise SceneError("solid", f'the scene "{scene.word}" has nothing with a volume')
+        look = next((e.embedding for e in descendants(root) if e.is_primitive), ANONYMOUS)
+        material = {name: value for name, value in look.attributes.items() if name in LOOKS and name != "color"}
+        shape = SolidShape.of(expression, material)
+        roots.append(Entity(scene.word, Embedding(None, None, material), (), shape))
+    return Scene(scene.word, roots, scene.animated)
+
+
+def sides_within(entity: Entity, world: Sequence[float], tolerance: float) -> int:
+    """Return the sides of full circles of a primitive for which its mesh is within ``tolerance`` under a pose."""
+    placed = None if entity.shape is None else entity.shape.placed()
+    if placed is None:
+        return SEGMENTS
+    linear = np.array(world).reshape(3, 4)[:, :3] @ placed.matrix[:, :3]
+    return segments_within(tolerance, float(np.linalg.norm(linear, 2)))
 
 
 def _write_parts(write: Writer, job: Job, folder: Path, path: Path) -> list[str]:
@@ -346,11 +401,12 @@ class PlacedMesh:
 
 @dataclass(frozen=True, slots=True)
 class WorldLeaf:
-    """An item that is a mesh, its world pose, and the words from the root to it."""
+    """An item that is a mesh, its world pose, the words from the root to it, and the part of the root that it is in."""
 
     item: ExportItem
     pose: Matrix
     path: tuple[str, ...]
+    branch: int = 0
 
 
 def leaves(plan: ExportPlan, limit: int) -> Iterator[WorldLeaf]:
@@ -367,8 +423,9 @@ def leaves(plan: ExportPlan, limit: int) -> Iterator[WorldLeaf]:
         leaf = stack.pop()
         if leaf.item.is_leaf:
             yield leaf
-        for child, place in reversed(leaf.item.parts):
-            stack.append(WorldLeaf(child, pose.compose(leaf.pose, place), (*leaf.path, child.word)))
+        for position, (child, place) in reversed(list(enumerate(leaf.item.parts))):
+            branch = leaf.branch if len(leaf.path) > 1 else position
+            stack.append(WorldLeaf(child, pose.compose(leaf.pose, place), (*leaf.path, child.word), branch))
 
 
 def _leaf_count(root: ExportItem) -> int:
@@ -379,26 +436,44 @@ def _leaf_count(root: ExportItem) -> int:
     return counts[id(root)]
 
 
-def placed(plan: ExportPlan, limit: int, ending: str) -> Iterator[PlacedMesh]:
-    """Yield every visible leaf with its triangles, one patch per material.
+def placed(job: Job, ending: str) -> Iterator[PlacedMesh]:
+    """Yield every visible leaf with its triangles in the world, one patch per material."""
+    surfaces = Surfaces(job, ending)
+    for leaf in surfaces.leaves:
+        for look, surface in surfaces.patches(leaf):
+            yield PlacedMesh(leaf.path, look, surface.under(np.array(leaf.pose).reshape(1, 3, 4)))
+
+
+class Surfaces:
+    """The leaves of a job with one frame, and their surfaces, each computed once for a number of sides.
 
     Round primitives have fewer sides if the file would be too large; raises LimitError if that is not enough.
     """
-    unsupported_frames(plan.roots, ending)
-    found = list(leaves(plan, min(limit, MAX_VERTICES)))
-    hint = "write .glb or .usd, which share repeated parts"
-    total = sum(primitive_count(leaf.item.entity) for leaf in found)
-    if total > limit:
-        raise LimitError(
-            "primitives", f"the scene expands to {total:,} primitives, more than the limit of {limit:,}", hint
-        )
-    segments = segments_for([leaf.item.entity for leaf in found], f"the {ending} file", hint)
-    patches: dict[int, Sequence[tuple[Look, ExportSurface]]] = {}
-    for leaf in found:
-        if id(leaf.item) not in patches:
-            patches[id(leaf.item)] = _patches(leaf.item, segments)
-        for look, surface in patches[id(leaf.item)]:
-            yield PlacedMesh(leaf.path, look, surface.under(np.array(leaf.pose).reshape(1, 3, 4)))
+
+    def __init__(self, job: Job, ending: str) -> None:
+        unsupported_frames(job.plan.roots, ending)
+        self.leaves = list(leaves(job.plan, min(job.limit, MAX_VERTICES)))
+        hint = "write .glb or .usd, which share repeated parts"
+        total = sum(primitive_count(leaf.item.entity) for leaf in self.leaves)
+        if total > job.limit:
+            message = f"the scene expands to {total:,} primitives, more than the limit of {job.limit:,}"
+            raise LimitError("primitives", message, hint)
+        self._job = job
+        self._sides = job.segments or segments_for([x.item.entity for x in self.leaves], f"the {ending} file", hint)
+        self._patches: dict[tuple[int, int], Sequence[tuple[Look, ExportSurface]]] = {}
+
+    def sides(self, leaf: WorldLeaf) -> int:
+        """Return the number of sides of full circles in a leaf."""
+        if self._job.tolerance is None or leaf.item.merged:
+            return self._sides
+        return sides_within(leaf.item.entity, leaf.pose, self._job.tolerance)
+
+    def patches(self, leaf: WorldLeaf) -> Sequence[tuple[Look, ExportSurface]]:
+        """Return the surface of a leaf in its own frame, one patch per material."""
+        key = id(leaf.item), self.sides(leaf)
+        if key not in self._patches:
+            self._patches[key] = _patches(leaf.item, key[1])
+        return self._patches[key]
 
 
 def _patches(item: ExportItem, segments: int) -> Sequence[tuple[Look, ExportSurface]]:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.exports.export import Job, PlacedMesh, mesh_backend, placed
+from scenelang.backends.exports.export import SIDES, TOLERANCE, Job, PlacedMesh, mesh_backend, placed
 from scenelang.backends.exports.plan import ExportSurface
 from scenelang.backends.pictures.appearance import Look, to_srgb
 from scenelang.interpreter.scene.primitives.mesh import triangle_normals
@@ -32,7 +32,7 @@ def _write_obj(job: Job, path: Path) -> None:
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write(f"# scenelang: y up, colours are sRGB\nmtllib {library.name}\n")
         start, numbers = 1, dict[tuple[str, ...], int]()
-        for one in placed(job.plan, job.limit, ".obj"):
+        for one in placed(job, ".obj"):
             name = _object_name(one, numbers)
             material = materials.setdefault(one.look, f"material_{len(materials) + 1}")
             file.write(f"o {name}\ng {' '.join(map(_escaped, one.path))}\nusemtl {material}\n")
@@ -81,7 +81,13 @@ def _material(name: str, look: Look) -> str:
     return "\n".join(lines) + "\n\n"
 
 
-OBJ = mesh_backend("obj", "Wavefront OBJ with materials, one object for each primitive or part", (".obj",), _write_obj)
+OBJ = mesh_backend(
+    "obj",
+    "Wavefront OBJ with materials, one object for each primitive or part",
+    (".obj",),
+    _write_obj,
+    options=(SIDES, TOLERANCE),
+)
 
 
 # Binary PLY: one mesh in world coordinates, with normals and the sRGB colour and opacity of every vertex.
@@ -98,7 +104,7 @@ _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 def _write_ply(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
     vertices, faces, start = [], [], 0
-    for one in placed(job.plan, job.limit, ".ply"):
+    for one in placed(job, ".ply"):
         rows = np.empty(len(one.surface.vertices), _VERTEX)
         rows["position"], rows["normal"], rows["color"] = one.surface.vertices, one.surface.normals, one.srgb()
         vertices.append(rows)
@@ -139,7 +145,9 @@ def write_ply(
             file.write(sides.tobytes())
 
 
-PLY = mesh_backend("ply", "PLY: one coloured mesh", (".ply",), _write_ply, attributes=("color", "opacity"))
+PLY = mesh_backend(
+    "ply", "PLY: one coloured mesh", (".ply",), _write_ply, options=(SIDES, TOLERANCE), attributes=("color", "opacity")
+)
 
 
 # Binary STL: the triangles in world coordinates with their normals; the format has no colours or names.
@@ -150,7 +158,7 @@ _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attrib
 
 def _write_stl(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
-    pieces = [_triangles(one.surface) for one in placed(job.plan, job.limit, ".stl")]
+    pieces = [_triangles(one.surface) for one in placed(job, ".stl")]
     with path.open("wb") as file:
         file.write(b"scenelang: y up".ljust(80, b" "))
         file.write(struct.pack("<I", sum(map(len, pieces))))
@@ -164,4 +172,11 @@ def _triangles(surface: ExportSurface) -> npt.NDArray[np.void]:
     return rows
 
 
-STL = mesh_backend("stl", "STL: one mesh without colours, for 3D printing", (".stl",), _write_stl, attributes=())
+STL = mesh_backend(
+    "stl",
+    "STL: one mesh without colours, for 3D printing",
+    (".stl",),
+    _write_stl,
+    options=(SIDES, TOLERANCE),
+    attributes=(),
+)

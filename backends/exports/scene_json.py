@@ -17,6 +17,8 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
 from scenelang.interpreter.runtime.values import Embedding, Matrix, Pair
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
+from scenelang.interpreter.scene.modelling.expressions import from_plain, to_plain
+from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.primitives import Primitive, class_of
 
 FORMAT = "scenelang-scene"
@@ -58,6 +60,8 @@ def _entity(entity: Entity, numbers: dict[int, int], folder: Path) -> dict[str, 
     file = getattr(entity.shape, "file", None)
     if file is not None:
         made["file"] = _relative(file, folder)
+    if isinstance(entity.shape, SolidShape):
+        made["solid"] = to_plain(entity.shape.expression, lambda path: _relative(path, folder))
     if entity.children:
         made["children"] = [[numbers[id(part.car)], list(part.cdr)] for part in entity.children]
     return made
@@ -220,7 +224,7 @@ class _Reader:
         if fields.get("primitive", False) is True:
             if children:
                 self.fail(f"{where} is a primitive but has children")
-            shape = self._shape(word, attributes, fields.get("file"), where)
+            shape = self._shape(word, attributes, fields, where)
         return Entity(word, Embedding(handle, text, attributes), children, shape)
 
     def _attributes(self, given: Any, where: str) -> dict[str, Any]:
@@ -254,9 +258,24 @@ class _Reader:
             self.fail(f"the pose of a child of {where} is not finite")
         return Pair(child, matrix)
 
-    def _shape(self, word: str, attributes: dict[str, Any], file: Any, where: str) -> Primitive:
+    def _shape(self, word: str, attributes: dict[str, Any], fields: dict[str, Any], where: str) -> Primitive:
+        if "solid" in fields:
+            return self._solid(fields["solid"], attributes, where)
+        return self._plain_shape(word, attributes, fields.get("file"), where)
+
+    def _plain_shape(self, word: str, attributes: dict[str, Any], file: Any, where: str) -> Primitive:
         cls = class_of(word)
         if not cls.is_file:
             return cls.from_attributes(word, attributes)
         asset = self.assets.measure(self.text(file, f"the file of {where}"))
         return cls.from_attributes(word, {**attributes, "file": asset.path}, asset)
+
+    def _solid(self, records: Any, attributes: dict[str, Any], where: str) -> Primitive:
+        def leaf(word: str, given: Any, file: Any) -> Primitive:
+            own = {str(name): value_of(value) for name, value in given.items() if value is not None}
+            return self._plain_shape(word, own, file, where)
+
+        try:
+            return SolidShape.of(from_plain(records, leaf), attributes)
+        except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
+            self.fail(f"the solid of {where} is malformed")

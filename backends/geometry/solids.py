@@ -106,14 +106,17 @@ class Solids(PosedForms):
 
     The material of solid ``i`` is row ``look[i]`` of ``looks``, ``words[word[i]]`` the primitive's word.
     ``semantic[i]`` marks the placeholder of a semantic primitive. ``instance[i]`` is its index in the flattened frame.
+    ``part_words[part[i]]`` is the word of the operand that a face of a computed solid comes from; -1 for none.
     """
 
     look: IntArray  # (N,)
     word: IntArray  # (N,)
     semantic: npt.NDArray[np.bool_]  # (N,)
     instance: IntArray  # (N,)
+    part: IntArray  # (N,)
     looks: Looks
     words: tuple[str, ...]
+    part_words: tuple[str, ...]
 
     @property
     def colors(self) -> FloatArray:
@@ -141,7 +144,7 @@ class Solids(PosedForms):
         return replace(self, **columns)
 
 
-_COLUMNS = ("forms", "ratios", "matrices", "look", "word", "semantic", "instance")
+_COLUMNS = ("forms", "ratios", "matrices", "look", "word", "semantic", "instance", "part")
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +166,8 @@ class _Triangles:
     local: FloatArray
     look: IntArray
     normals: FloatArray | None = None
+    part: IntArray | None = None
+    part_words: tuple[str, ...] = ()
 
 
 class FormTable:
@@ -219,11 +224,12 @@ def solids_of(frame: FlatFrame) -> Solids:
     if any(isinstance(piece, _Triangles) and piece.normals is not None for piece in pieces):
         forms = _with_faces(forms)
         columns[0]["ratios"] = _padded(columns[0]["ratios"], SMOOTH_FACE.ratios)
+    parts: dict[str, int] = {}
     for i, piece in enumerate(pieces):
         if isinstance(piece, _Triangles):
-            columns.append(_triangle_columns(frame, i, piece, int(word[i]), forms))
+            columns.append(_triangle_columns(frame, i, piece, int(word[i]), forms, parts))
     joined: dict[str, Any] = {name: np.concatenate([part[name] for part in columns]) for name in _COLUMNS}
-    return Solids(kinds=forms.kinds, **joined, looks=table.looks(), words=words)
+    return Solids(kinds=forms.kinds, **joined, looks=table.looks(), words=words, part_words=tuple(parts))
 
 
 def _with_faces(forms: PosedForms) -> PosedForms:
@@ -257,13 +263,17 @@ def _form_columns(
         "word": word[which],
         "semantic": semantic[which],
         "instance": instance,
+        "part": np.full(len(which), -1, np.int64),
     }
 
 
 def _triangle_columns(
-    frame: FlatFrame, primitive: int, mesh: _Triangles, word: int, forms: PosedForms
+    frame: FlatFrame, primitive: int, mesh: _Triangles, word: int, forms: PosedForms, parts: dict[str, int]
 ) -> dict[str, npt.NDArray[Any]]:
-    """Return the columns of all instances of one primitive that consists of many triangles."""
+    """Return the columns of all instances of one primitive that consists of many triangles.
+
+    ``parts`` are the numbers of words of parts, to which new ones are added.
+    """
     instance = np.flatnonzero(np.asarray(frame.index) == primitive)
     count, total = len(mesh.local), len(instance) * len(mesh.local)
     if total > MAX_TRIANGLES:
@@ -283,7 +293,14 @@ def _triangle_columns(
         "word": np.full(total, word, np.int64),
         "semantic": np.zeros(total, bool),
         "instance": np.repeat(instance, count),
+        "part": np.tile(_part_numbers(mesh, parts), len(instance)),
     }
+
+
+def _part_numbers(mesh: _Triangles, parts: dict[str, int]) -> IntArray:
+    if mesh.part is None:
+        return np.full(len(mesh.local), -1, np.int64)
+    return np.array([parts.setdefault(word, len(parts)) for word in mesh.part_words], np.int64)[mesh.part]
 
 
 def _triangle_forms(mesh: _Triangles, forms: PosedForms) -> tuple[Numbers, FloatArray]:
@@ -345,11 +362,12 @@ def _triangles(entity: Entity, mesh: Mesh, look: Look, table: _LookTable) -> _Tr
     normals = None
     if entity.shape is not None and not entity.shape.is_file:
         normals = _corner_normals(mesh, local, valid)
+    part = None if mesh.part is None else mesh.part[valid]
     if mesh.colors is None or not keeps_own_colors(entity, mesh):
-        return _Triangles(local, np.full(len(local), table.number(look)), normals)
+        return _Triangles(local, np.full(len(local), table.number(look)), normals, part, mesh.part_words)
     colors, inverse = np.unique(mesh.colors[valid], axis=0, return_inverse=True)
     numbers = [table.number(replace(look, color=tuple(color))) for color in colors.tolist()]
-    return _Triangles(local, np.array(numbers, np.int64)[inverse.reshape(-1)], normals)
+    return _Triangles(local, np.array(numbers, np.int64)[inverse.reshape(-1)], normals, part, mesh.part_words)
 
 
 def _corner_normals(mesh: Mesh, local: FloatArray, valid: IntArray) -> FloatArray:

@@ -313,6 +313,9 @@ def _pictures_of(
         words = {number: word_color(ancestry.entity(number).word) for number in used}
         yield f"semantic{ending}", colored(instance, words)
         yield f"instances{ending}", colored(instance, {n: instance_color(n) for n in used})
+    if truth.solids.part_words:
+        words = {number: word_color(word) for number, word in enumerate(truth.solids.part_words)}
+        yield "parts", colored(truth.part, words)
     place = np.rint(255 * matched.place).astype(np.uint8)
     grey = np.where(truth.seen, 96, 0).astype(np.uint8)[:, :, None]
     yield "correspondence", np.where((matched.unit >= 0)[:, :, None], place, grey)
@@ -366,6 +369,8 @@ def _arrays_of(
         "albedo": truth.albedo.astype(np.float32),
         "position": truth.position,
     }
+    if truth.solids.part_words:
+        arrays["part"] = truth.part.astype(np.int32)
     layers = {name: arrays[name].astype(np.float32) for name in ("depth", "normal", "albedo", "instance", "semantic")}
     layers[""] = layers.pop("albedo")
     return arrays, layers
@@ -411,6 +416,7 @@ def _legend(truth: Truth, handles: Sequence[str]) -> dict[str, Any]:
             }
             for i in shown
         ],
+        "parts": [{"id": i, "word": word, "color": word_color(word)} for i, word in enumerate(truth.solids.part_words)],
         "flow_state": {"gone": ground_truth.GONE, "hidden": ground_truth.HIDDEN, "visible": ground_truth.VISIBLE},
         "axes": "depth along the optical axis, in scene units; normals and positions in the world; pixels from the top "
         "left corner, their centres at half-integers",

@@ -37,6 +37,7 @@ class Truth:
     ``instance`` is the index in ``ancestry`` of the visible primitive, NOTHING on the background; ``depth`` the
     distance along the optical axis in scene units, infinity on the background; ``normal`` the unit normal in world
     coordinates, facing the camera; ``albedo`` linear sRGB; ``position`` in world coordinates. All (H, W) or (H, W, 3).
+    ``solids.part_words[part]`` is the word of the operand of a computed solid that is seen, NOTHING for other pixels.
 
     ``solids`` are those of the frame, in world coordinates.
     """
@@ -50,6 +51,7 @@ class Truth:
     normal: FloatArray
     albedo: FloatArray
     position: FloatArray
+    part: IntArray
 
     @property
     def seen(self) -> npt.NDArray[np.bool_]:
@@ -114,6 +116,8 @@ def truth_in(frame: Expanded, shot: Shot) -> Truth:
     albedo[hit] = solids.colors[number]
     instance = np.full(ids.size, NOTHING, np.int64)
     instance[hit] = ancestry.primitives[solids.instance[number]]
+    part = np.full(ids.size, NOTHING, np.int64)
+    part[hit] = solids.part[number]
     position[hit] = position[hit] / scale + center
     shape = ids.shape
     return Truth(
@@ -126,6 +130,7 @@ def truth_in(frame: Expanded, shot: Shot) -> Truth:
         normal.reshape(*shape, 3),
         albedo.reshape(*shape, 3),
         position.reshape(*shape, 3),
+        part.reshape(shape),
     )
 
 

@@ -290,7 +290,8 @@ def _shows(truth: Truth, row: int, column: int, instance: int) -> bool:
 def levels_data(things: Things, most: int) -> list[tuple[Uint16Array, list[dict[str, Any]]]]:
     """Return for each level of the hierarchy below the root, at most ``most``, its map (H, W) and the records of ids.
 
-    A pixel's id is that of its ancestor at the level, or of the primitive itself if it is at a higher level.
+    A pixel's id is that of its ancestor at the level, or of the primitive itself if it is at a higher level. The last
+    level has the parts of computed solids, by the words of their operands, if any are seen.
     """
     truth, ancestry = things.truth, things.truth.ancestry
     found = []
@@ -305,7 +306,26 @@ def levels_data(things: Things, most: int) -> list[tuple[Uint16Array, list[dict[
             for k, i in enumerate(shown.tolist())
         ]
         found.append((things.numbered(up, shown), records))
-    return found
+    parts = _parts_level(truth)
+    return [*found, parts] if parts is not None and len(found) < most else found
+
+
+def _parts_level(truth: Truth) -> tuple[Uint16Array, list[dict[str, Any]]] | None:
+    """Return the map (H, W) and the records of the parts of primitives, None if no computed solid shows several."""
+    words = truth.solids.part_words
+    if not (truth.part >= 0).any():
+        return None
+    key = np.where(truth.seen, truth.instance * (len(words) + 1) + truth.part + 1, NOTHING)
+    shown, place = np.unique(key, return_inverse=True)
+    first = int(shown[0] == NOTHING)
+    if len(shown) > MAX_THINGS:
+        raise LimitError("primitives", f"{len(shown):,} parts are visible, more than 65,535")
+    records = []
+    for k, number in enumerate(shown[first:].tolist()):
+        instance, part = divmod(number, len(words) + 1)
+        word = words[part - 1] if part else truth.ancestry.entity(instance).word
+        records.append({"id": k + 1, "word": word, "path": list(truth.ancestry.path(instance)), "part": part > 0})
+    return (place.reshape(key.shape) + 1 - first).astype(np.uint16), records
 
 
 def graph_data(

@@ -85,10 +85,13 @@ class ComparedSolid:
     p0: Point = _ORIGIN
     p1: Point = _ORIGIN
     radius: float = 0.0
+    is_computed: bool = False  # a computed solid, which equals those of its digest only
 
     @property
     def symmetry(self) -> Symmetry:
         """How the orientation of the primitive is compared."""
+        if self.is_computed:
+            return Symmetry(unknown=True)
         return _NO_ORIENTATION if self.is_block else class_of(self.word).symmetry
 
     @property
@@ -120,6 +123,8 @@ def solid_of(word: str, attributes: Mapping[str, Any], use_block_scale: bool = T
         size = _size(given.get("scale")) if use_block_scale else _ONES
         return ComparedSolid(_BLOCK, _BLOCK, _block_look(given), _ORIGIN, size)
     color = _color(given.get("color"))
+    if isinstance(given.get("solid"), str):
+        return ComparedSolid(word, f"{word} {given['solid']}", "", color, is_computed=True)
     numbers = {name: _checked(given[name]) for name in _geometry_of(cls) if given.get(name) is not None}
     detail, own_size = cls.comparison_key({**given, **numbers})
     kind = f"{word} {detail}" if detail else word

@@ -162,6 +162,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "tree": Command(PROGRAM, "programs", "print the entity hierarchy"),
         "count": Command(PROGRAM, "programs", "count the instances of every word"),
         "bounds": Command(PROGRAM, "programs", "print the exact bounding box of the scene or of a word"),
+        "measure": Command(PROGRAM, "programs", "print volume, surface, centre of mass and inertia"),
         "flatten": Command(PROGRAM, "programs", "list the primitives with their world matrices"),
     },
     "Export": {

@@ -232,7 +232,7 @@ def run_dataset(arguments: argparse.Namespace) -> int:
         report(arguments, found)
         return 1 if found else print_result(arguments, [], f"{words[0]} is complete and sound")
     if verb == "sample":
-        done(arguments, *running.write_sample(words[0], words[1], arguments.output))
+        done(arguments, *running.write_sample(words[0], words[1], arguments.output, arguments.count))
         return 0
     if verb == "make" and arguments.preview:
         from scenelang.datasets.describing import preview_dataset

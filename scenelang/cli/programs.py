@@ -26,6 +26,7 @@ from scenelang.cli.options import (
     reader,
     report,
     report_run,
+    scene_of,
     session_limit,
     session_of,
     usage_errors,
@@ -210,6 +211,19 @@ def run_bounds(arguments: argparse.Namespace) -> int:
         raise SceneError("empty-scene", f"{what} has no geometry and therefore no bounding box")
     facts = box_data(box)
     rows = [(name, *(f"{x:.6g}" for x in values)) for name, values in facts.items()]
+    return print_result(arguments, facts, table(rows, (False, True, True, True)))
+
+
+def add_measure(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--word", help="word whose entities to measure, in world coordinates")
+    parser.add_argument("--frame", type=whole, default=0, metavar="N", help="frame to measure (default 0)")
+
+
+def run_measure(arguments: argparse.Namespace) -> int:
+    with bounded(arguments):
+        facts = scene_of(arguments).measure(arguments.word, arguments.frame, session_limit(arguments)).data()
+    shown = {name: values if isinstance(values, list) else [values] for name, values in facts.items()}
+    rows = [(name, *(f"{x:.6g}" for x in row), *[""] * (3 - len(row))) for name, row in list(shown.items())[:4]]
     return print_result(arguments, facts, table(rows, (False, True, True, True)))
 
 

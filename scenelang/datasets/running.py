@@ -396,7 +396,7 @@ def finish(store: Store, plan: Plan) -> None:
 
 
 @typed
-def dataset_sample(spec: str | Path, key: str) -> dict[str, bytes]:
+def dataset_sample(spec: str | Path, key: str, count: int | None = None) -> dict[str, bytes]:
     """Make one sample of a dataset again, byte for byte, from its key.
 
     Parameters
@@ -405,6 +405,8 @@ def dataset_sample(spec: str | Path, key: str) -> dict[str, bytes]:
         Spec of the dataset.
     key : str
         Key of a sample, or of one of its pictures.
+    count : int, optional
+        Number of samples of the dataset; by default that of the spec.
 
     Returns
     -------
@@ -418,9 +420,10 @@ def dataset_sample(spec: str | Path, key: str) -> dict[str, bytes]:
     """
     read = read_spec(spec)
     index = index_of(key)
-    if index >= read.count:
-        message = f"`{key[:60]}`: the spec has {read.count:,} samples, up to {key_of(read.count - 1)}"
-        raise SceneError("value", message, "raise its `count`, which changes no sample")
+    samples = read.count if count is None else count
+    if index >= samples:
+        message = f"`{key[:60]}`: there are {samples:,} samples, up to {key_of(samples - 1)}"
+        raise SceneError("value", message, "raise the count of the spec, or give `--count`: it changes no sample")
     try:
         sample = Maker(read).make(index)
     except SampleFailure as failure:
@@ -431,9 +434,9 @@ def dataset_sample(spec: str | Path, key: str) -> dict[str, bytes]:
     return {f"{item.key}.{ending}": data for item in chosen for ending, data in item.files.items()}
 
 
-def write_sample(spec: str | Path, key: str, folder: str | Path) -> list[Path]:
+def write_sample(spec: str | Path, key: str, folder: str | Path, count: int | None = None) -> list[Path]:
     """Write the files of one sample, made again, to a folder, and return their paths; raises as ``dataset_sample``."""
-    found = dataset_sample(spec, key)
+    found = dataset_sample(spec, key, count)
     target = make_folder(Path(folder))
     for name, data in found.items():
         with atomic_write(target / name) as temporary:

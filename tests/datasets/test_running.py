@@ -548,8 +548,8 @@ def test_a_key_above_the_count_is_told(folder: Path, tmp_path: Path, capsys: pyt
     for key in ("000000010", "000000010-v001", "999999999999"):
         assert main(["dataset", "sample", str(folder / "spec.toml"), key, "-o", str(tmp_path / "one")]) == 1
         told = capsys.readouterr().err
-        assert f"`{key}`: the spec has 10 samples, up to 000000009" in told
-        assert "raise its `count`, which changes no sample" in told
+        assert f"`{key}`: there are 10 samples, up to 000000009" in told
+        assert "raise the count of the spec, or give `--count`: it changes no sample" in told
     assert not (tmp_path / "one").exists()
 
 

@@ -266,5 +266,5 @@ def test_documented_commands_can_be_run_in_turn() -> None:
         for name in ("README.md", "docs/datasets.md")
         for folder in re.findall(r"^scenelang dataset \S+\.toml .*-o (\S+)", (root / name).read_text("utf-8"), re.M)
     ]
-    assert len(made) > 2
+    assert len(made) >= 2
     assert len(set(made)) == len(made)

@@ -154,7 +154,7 @@ def _made(node: Expression, operands: Sequence[_Made]) -> _Made:
         assert node.shape is not None
         manifold = manifold_of_mesh(leaf_mesh(node.shape, int(node.parameters.get("segments", SEGMENTS))), node.word)
     else:
-        manifold = OPERATIONS[node.operation](node.parameters, [made.manifold for made in placed])
+        manifold = _operated(node, [made.manifold for made in placed])
     check_status(manifold, node.operation)
     if not placed or node.operation in REPLACING:
         manifold = manifold.as_original()
@@ -167,6 +167,17 @@ def _made(node: Expression, operands: Sequence[_Made]) -> _Made:
         for number in manifold.to_mesh64().run_original_id:
             sources.setdefault(number, FaceSource(node.color, first.word))
     return _Made(manifold, sources)
+
+
+def _operated(node: Expression, operands: Sequence[Manifold]) -> Manifold:
+    """Carry out an operation, whose parameters may come from a file that anyone wrote."""
+    operation = OPERATIONS.get(node.operation)
+    if operation is None:
+        raise SceneError("solid", f"`{node.operation}` is no operation on solids")
+    try:
+        return operation(node.parameters, operands)
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise SceneError("solid", f"`{node.operation}` cannot be computed: {error}") from error
 
 
 def _placed(made: _Made, pose: Sequence[float], color: Point | None) -> _Made:
@@ -188,8 +199,9 @@ def _recolored(
     first = manifold3d.Manifold.reserve_ids(len(old))
     numbers = list(range(first, first + len(old)))
     renumbered = manifold3d.Mesh64(
-        vert_properties=mesh.vert_properties, tri_verts=mesh.tri_verts, merge_from_vert=mesh.merge_from_vert,
-        merge_to_vert=mesh.merge_to_vert, run_index=mesh.run_index, run_original_id=numbers, face_id=mesh.face_id,
+        np.array(mesh.vert_properties), np.array(mesh.tri_verts), np.array(mesh.merge_from_vert, np.uint64),
+        np.array(mesh.merge_to_vert, np.uint64), run_index=np.array(mesh.run_index, np.uint64),
+        run_original_id=np.array(numbers, np.uint32),
     )  # fmt: skip
     return (
         {number: FaceSource(color, sources[before].word) for number, before in zip(numbers, old, strict=True)},
@@ -212,7 +224,7 @@ def manifold_of_mesh(mesh: Mesh, word: str) -> Manifold:
     """Return the manifold of a closed mesh whose vertices may be split; raises SceneError("solid") for others."""
     import manifold3d
 
-    vertices, faces = welded(mesh.vertices, mesh.faces)
+    vertices, faces, _ = welded(mesh.vertices, mesh.faces)
     made = manifold3d.Manifold(manifold3d.Mesh64(vertices, faces.astype(np.uint64)))
     if made.status() != manifold3d.Error.NoError:
         raise SceneError("solid", f'"{word}" is no closed solid: {open_edges(vertices, faces)}')
@@ -223,14 +235,18 @@ def manifold_of_mesh(mesh: Mesh, word: str) -> Manifold:
     return made
 
 
-def welded(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Join vertices that are at the same place up to rounding, and drop the faces that vanish."""
+def welded(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray, IntArray]:
+    """Join vertices that are at the same place up to rounding, and drop the faces that vanish.
+
+    Returns vertices, faces, and for each face the index that it had.
+    """
     size = float(np.ptp(vertices, axis=0).max(initial=0.0)) if len(vertices) else 0.0
     grid = np.rint((vertices - vertices.min(axis=0, initial=0.0)) / (max(size, 1e-300) * 1e-9))
     _, first, place = np.unique(grid, axis=0, return_index=True, return_inverse=True)
     found = np.asarray(place.reshape(-1)[faces], np.int64)
     a, b, c = found.T
-    return vertices[first], found[(a != b) & (b != c) & (c != a)]
+    kept = np.flatnonzero((a != b) & (b != c) & (c != a))
+    return vertices[first], found[kept], kept
 
 
 def open_edges(vertices: FloatArray, faces: IntArray) -> str:
@@ -405,7 +421,9 @@ def _surface(made: _Made) -> ComputedSolid:
     properties = np.array(mesh.vert_properties, np.float64)
     colors = np.array([each.color for each in sources], np.float64)[source]
     faces = np.array(mesh.tri_verts, np.int64)
-    surface = Mesh(properties[:, :3], properties[:, 3:6], faces, colors)
+    words = tuple(dict.fromkeys(each.word for each in sources))
+    part = np.array([words.index(each.word) for each in sources], np.int64)[source] if len(words) > 1 else None
+    surface = Mesh(properties[:, :3], properties[:, 3:6], faces, colors, part, words)
     return ComputedSolid(surface, source, sources, hull, manifold.volume(), manifold.surface_area())
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass
-from scenelang.interpreter.scene.modelling.expressions import Expression
+from scenelang.grammar.diagnostics import Note, SceneError
+from scenelang.interpreter.runtime.values import IDENTITY
+from scenelang.interpreter.scene.entity import Entity, descendants
+from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, SEGMENTS, Expression, Operand
 from scenelang.interpreter.scene.primitives.base import Primitive, Symmetry, color_of
 
 if TYPE_CHECKING:
@@ -67,3 +70,67 @@ class SolidShape(Primitive):
 
     def area(self) -> float:
         return self.computed.area
+
+
+# --- entities as operands --------------------------------------------------------------------------------------------
+
+
+def operand_of(name: str, entity: Entity, pose: Sequence[float], word: str, segments: int = SEGMENTS) -> Operand:
+    """Return a primitive entity as an operand of ``name``.
+
+    ``word`` is what its faces show in masks, ``segments`` the sides of its full circles. Raises SceneError("solid") for
+    a primitive that is no solid, with the place where it is made.
+    """
+    shape = entity.shape
+    assert shape is not None
+    if isinstance(shape, SolidShape):
+        color = entity.embedding.attributes.get("color")
+        return Operand(shape.expression, tuple(pose), None if color is None else shape.color)
+    what = _why_no_solid(shape)
+    if what is not None:
+        notes = tuple(Note(f'"{entity.word}" is made here', span) for span in entity.call_sites[:1])
+        hint = "give it a `bind` that makes solids, or leave it out" if shape.is_semantic else None
+        raise SceneError("solid", f'`{name}` cannot use "{entity.word}": it is {what}', hint, notes=notes)
+    parameters = {"segments": segments} if segments != SEGMENTS else {}
+    site = entity.call_sites[0] if entity.call_sites else None
+    return Operand(Expression(PRIMITIVE, parameters, (), shape, word, shape.color, site), tuple(pose))
+
+
+def _why_no_solid(shape: Primitive) -> str | None:
+    if shape.is_semantic:
+        return "a semantic primitive, which has no shape before a model draws it"
+    if shape.is_block:
+        return "made of Minecraft blocks"
+    if shape.is_flat or not shape.has_geometry:
+        return "flat, so it has no volume"
+    return None
+
+
+def joined(root: Entity, segments_of: Callable[[Entity], int] = lambda _: SEGMENTS) -> Expression | None:
+    """Return the union of all primitives below an entity as one solid, by level, so that shared parts are joined once.
+
+    Semantic primitives count as their boxes; flat ones, which have no volume, are left out. None if nothing remains.
+    """
+    made: dict[int, Expression | None] = {}
+    word: dict[int, str] = {}
+    for entity in reversed(list(descendants(root))):  # parents first
+        for part in entity.children:
+            word.setdefault(id(part.car), entity.word if part.car.is_primitive else part.car.word)
+    for entity in descendants(root):
+        if entity.is_primitive:
+            made[id(entity)] = _joined_leaf(entity, word.get(id(entity), entity.word), segments_of(entity))
+            continue
+        operands = [(made[id(part.car)], part.cdr) for part in entity.children]
+        parts = tuple(Operand(found, tuple(pose)) for found, pose in operands if found is not None)
+        made[id(entity)] = Expression("union-solid", operands=parts, word=entity.word) if parts else None
+    return made[id(root)]
+
+
+def _joined_leaf(entity: Entity, word: str, segments: int) -> Expression | None:
+    shape = entity.shape
+    if shape is None or shape.is_flat or not shape.has_geometry:
+        return None
+    if isinstance(shape, SolidShape):
+        operand = operand_of("union-solid", entity, IDENTITY, word)
+        return Expression("union-solid", operands=(operand,), word=word)
+    return Expression(PRIMITIVE, {"segments": segments}, (), shape, word, shape.color)

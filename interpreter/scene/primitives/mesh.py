@@ -37,12 +37,16 @@ class Mesh:
         Vertex indices, counter-clockwise seen from outside.
     colors : (F, 3) or None
         Linear sRGB, if the faces have their own colours.
+    part : (F,) or None
+        For each face, the index in ``part_words`` of the word of the part that it was made as; None if it is whole.
     """
 
     vertices: FloatArray
     normals: FloatArray | None
     faces: IntArray
     colors: FloatArray | None = None
+    part: IntArray | None = None
+    part_words: tuple[str, ...] = ()
 
     @property
     def corners(self) -> FloatArray:

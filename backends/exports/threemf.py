@@ -1,0 +1,150 @@
+"""Export to 3MF, the format of printers and slicers: named parts with colours, in real units.
+
+Each part of the root is an object of its word, whose components are the meshes below it; equal meshes are stored once.
+3MF is z up and has no mirrored transforms, so mirrored meshes are stored themselves (3MF Core Specification 1.3).
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.base import Option
+from scenelang.backends.exports.export import (
+    SIDES,
+    TOLERANCE,
+    Job,
+    Surfaces,
+    WorldLeaf,
+    mesh_backend,
+)
+from scenelang.backends.exports.plan import ExportSurface
+from scenelang.backends.pictures.appearance import Look, to_srgb
+from scenelang.interpreter.scene.modelling.computing import welded
+
+FloatArray = npt.NDArray[np.float64]
+
+UNITS = ("millimeter", "centimeter", "meter", "inch", "foot", "micron")
+_TYPES = """<?xml version="1.0" encoding="UTF-8"?>
+<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
+<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
+<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>
+</Types>
+"""
+_RELATIONS = """<?xml version="1.0" encoding="UTF-8"?>
+<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
+<Relationship Target="/3D/3dmodel.model" Id="rel0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>
+</Relationships>
+"""
+_NAMESPACE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+_MATERIALS = 1  # the id of the table of colours
+_STANDING = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])  # y up to z up
+_MIRROR = np.array([-1.0, 1.0, 1.0])
+_TIME = (1980, 1, 1, 0, 0, 0)  # the same bytes for the same scene
+
+
+def _write_3mf(job: Job, path: Path) -> None:
+    """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
+    model = _Model(job)
+    text = "".join(model.lines())
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS), ("3D/3dmodel.model", text)):
+            archive.writestr(zipfile.ZipInfo(name, _TIME), data, zipfile.ZIP_DEFLATED)
+
+
+class _Model:
+    """The document: colours, meshes, parts and what is built."""
+
+    def __init__(self, job: Job) -> None:
+        self._job, self._surfaces = job, Surfaces(job, ".3mf")
+        self._colors: dict[str, int] = {}
+        self._meshes: dict[tuple[int, int, int, bool], int] = {}
+        self._objects: list[str] = []
+        self._next = _MATERIALS + 1
+
+    def lines(self) -> Iterator[str]:
+        parts = self._parts()
+        unit = self._job.unit
+        yield f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="{unit}" xml:lang="en-US" xmlns="{_NAMESPACE}">\n'
+        yield '<metadata name="Application">scenelang</metadata>\n<resources>\n'
+        yield f'<basematerials id="{_MATERIALS}">\n'
+        yield from (f'<base name="{color}" displaycolor="{color}"/>\n' for color in self._colors)
+        yield "</basematerials>\n"
+        yield from self._objects
+        yield "</resources>\n<build>\n"
+        yield from (f'<item objectid="{number}" transform="{_spelled(np.eye(3, 4))}"/>\n' for number in parts)
+        yield "</build>\n</model>\n"
+
+    def _parts(self) -> list[int]:
+        """Make the objects, and return the numbers of those that are built."""
+        groups: dict[int, tuple[str, list[WorldLeaf]]] = {}
+        for leaf in self._surfaces.leaves:
+            word = leaf.path[1] if len(leaf.path) > 1 else leaf.path[0]
+            groups.setdefault(leaf.branch, (word, []))[1].append(leaf)
+        found = []
+        for word, members in groups.values():
+            components = [line for leaf in members for line in self._components(leaf)]
+            if components:
+                found.append(self._add(f"name={quoteattr(word)}", f"<components>\n{''.join(components)}</components>"))
+        return found
+
+    def _components(self, leaf: WorldLeaf) -> Iterator[str]:
+        pose = np.array(leaf.pose, np.float64).reshape(3, 4)
+        pose = np.concatenate([_STANDING @ pose[:, :3], (_STANDING @ pose[:, 3])[:, None]], axis=1)
+        mirrored = bool(np.linalg.det(pose[:, :3]) < 0.0)
+        if mirrored:
+            pose[:, :3] *= _MIRROR
+        for place, (look, surface) in enumerate(self._surfaces.patches(leaf)):
+            key = id(leaf.item), self._surfaces.sides(leaf), place, mirrored
+            if key not in self._meshes:
+                self._meshes[key] = self._mesh(leaf.item.word, look, surface, mirrored)
+            yield f'<component objectid="{self._meshes[key]}" transform="{_spelled(pose)}"/>\n'
+
+    def _mesh(self, word: str, look: Look, surface: ExportSurface, mirrored: bool) -> int:
+        vertices, faces, kept = welded(surface.vertices, surface.faces)
+        colors = self._face_colors(look, surface, kept)
+        if mirrored:
+            vertices, faces = vertices * _MIRROR, faces[:, ::-1]
+        common = int(np.bincount(colors).argmax()) if len(colors) else 0
+        points = ('<vertex x="%.9g" y="%.9g" z="%.9g"/>\n' * len(vertices)) % tuple((vertices + 0.0).ravel().tolist())
+        lines = [f"<mesh>\n<vertices>\n{points}</vertices>\n<triangles>\n"]
+        for (a, b, c), color in zip(faces.tolist(), colors.tolist(), strict=True):
+            own = "" if color == common else f' pid="{_MATERIALS}" p1="{color}"'
+            lines.append(f'<triangle v1="{a}" v2="{b}" v3="{c}"{own}/>\n')
+        lines.append("</triangles>\n</mesh>")
+        return self._add(f'name={quoteattr(word)} pid="{_MATERIALS}" pindex="{common}"', "".join(lines))
+
+    def _face_colors(self, look: Look, surface: ExportSurface, kept: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        """Return the number of the colour of each of the faces ``kept``."""
+        linear = np.array(look.color)[None] if surface.colors is None else surface.colors[surface.faces[kept, 0]]
+        srgb = np.rint(255.0 * to_srgb(np.clip(linear, 0.0, 1.0))).astype(np.int64)
+        opacity = round(255 * look.opacity)
+        distinct, inverse = np.unique(srgb, axis=0, return_inverse=True)
+        numbers = [self._color((*row, opacity)) for row in distinct.tolist()]
+        found = np.array(numbers, np.int64)[inverse.reshape(-1)]
+        return np.broadcast_to(found, len(kept)) if len(found) == 1 else found
+
+    def _color(self, rgba: Sequence[int]) -> int:
+        return self._colors.setdefault("#" + "".join(f"{value:02X}" for value in rgba), len(self._colors))
+
+    def _add(self, attributes: str, content: str) -> int:
+        number, self._next = self._next, self._next + 1
+        self._objects.append(f'<object id="{number}" type="model" {attributes}>\n{content}\n</object>\n')
+        return number
+
+
+def _spelled(pose: FloatArray) -> str:
+    """Return a transform as 3MF has it: for row vectors, column by column."""
+    return " ".join(f"{value + 0.0:.9g}" for value in pose.T.ravel().tolist())
+
+
+THREE_MF = mesh_backend(
+    "3mf", "3MF for printers and slicers: named parts with colours", (".3mf",), _write_3mf,
+    options=(SIDES, TOLERANCE, Option("unit", "what a scene unit is in print", "millimeter", UNITS)),
+    attributes=("color", "opacity"),
+)  # fmt: skip

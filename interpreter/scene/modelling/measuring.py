@@ -1,0 +1,188 @@
+"""Volume, surface, centre of mass and inertia of what a scene has, as one solid of uniform density.
+
+Primitives that touch no other part have the volumes and surfaces of their closed forms; where parts meet, Manifold
+joins them first, so that nothing counts twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar.datum import dataclass
+from scenelang.grammar.diagnostics import LimitError
+from scenelang.interpreter.loading import np
+from scenelang.interpreter.runtime.values import IDENTITY, Matrix
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.modelling.computing import manifold_of
+from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, Expression, Operand
+from scenelang.interpreter.scene.modelling.solid import operand_of
+from scenelang.interpreter.scene.pose import compose
+from scenelang.interpreter.scene.primitives.base import Primitive
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+_SIMILAR = 1e-9  # relative difference of the lengths of axes below which a pose keeps shapes similar
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measures:
+    """Measures of a solid in scene units, with density 1.
+
+    Attributes
+    ----------
+    volume, area
+        Enclosed volume, and area of the surface.
+    centroid : (3,)
+        Centre of mass; the origin for an empty solid.
+    inertia : (3, 3)
+        Inertia tensor about the centre of mass, along the axes of the scene.
+    """
+
+    volume: float
+    area: float
+    centroid: FloatArray
+    inertia: FloatArray
+
+    @property
+    def moments(self) -> FloatArray:
+        """Principal moments of inertia (3,), ascending."""
+        return np.asarray(np.linalg.eigvalsh(self.inertia), np.float64)
+
+    def data(self) -> dict[str, Any]:
+        """Return the measures as JSON data."""
+        return {
+            "volume": self.volume, "area": self.area, "centroid": self.centroid.tolist(),
+            "moments": self.moments.tolist(), "inertia": self.inertia.tolist(),
+        }  # fmt: skip
+
+
+def measures_of(root: Entity, word: str | None = None, limit: int = 100_000) -> Measures:
+    """Return the measures of a frame, or of all entities of a word in it, as one solid in the world.
+
+    Semantic primitives count as their boxes, flat ones not at all. Raises SceneError and LimitError as ``measured``
+    does, and LimitError for more than ``limit`` primitives.
+    """
+    found: list[Operand] = []
+    stack: list[tuple[Entity, Matrix, bool]] = [(root, IDENTITY, word is None)]
+    while stack:
+        entity, pose, counts = stack.pop()
+        counts = counts or entity.word == word
+        if entity.is_primitive and counts:
+            found += _operand(entity, pose)
+        if len(found) > limit:
+            raise LimitError("primitives", f"more than {limit:,} primitives to measure", "measure a word of fewer")
+        stack.extend((part.car, compose(pose, part.cdr), counts) for part in reversed(entity.children))
+    return measured(found)
+
+
+def _operand(entity: Entity, pose: Matrix) -> list[Operand]:
+    shape = entity.shape
+    if shape is None or shape.is_flat or not shape.has_geometry:
+        return []
+    if shape.is_semantic:
+        return [Operand(Expression(PRIMITIVE, shape=shape), tuple(pose))]
+    return [operand_of("measure", entity, pose, entity.word)]
+
+
+def measured(operands: Sequence[Operand]) -> Measures:
+    """Return the measures of the union of solids.
+
+    Raises
+    ------
+    SceneError
+        "solid" if one of them cannot be computed.
+    LimitError
+        "size" if there would be too many triangles.
+    """
+    parts = [_measured_group(group) for group in _groups(operands)] if operands else []
+    volume = sum(part.volume for part in parts)
+    if volume <= 0.0:
+        return Measures(0.0, 0.0, np.zeros(3), np.zeros((3, 3)))
+    centroid = sum((part.volume * part.centroid for part in parts), np.zeros(3)) / volume
+    inertia = sum((part.inertia + _shifted(part.volume, part.centroid - centroid) for part in parts), np.zeros((3, 3)))
+    return Measures(volume, sum(part.area for part in parts), centroid, inertia)
+
+
+def _shifted(mass: float, offset: FloatArray) -> FloatArray:
+    """Return what the parallel axis theorem adds for a mass at ``offset`` from the axes."""
+    found: FloatArray = mass * (float(offset @ offset) * np.eye(3) - np.outer(offset, offset))
+    return found
+
+
+def _groups(operands: Sequence[Operand]) -> list[list[Operand]]:
+    """Return the operands in groups whose bounding boxes are apart."""
+    boxes = np.array([_box(operand) for operand in operands])
+    group = np.arange(len(operands))
+
+    def root(i: int) -> int:
+        while group[i] != i:
+            group[i] = group[group[i]]
+            i = int(group[i])
+        return i
+
+    order = np.argsort(boxes[:, 0], kind="stable")
+    active: list[int] = []
+    for i in order.tolist():  # a sweep along x
+        active = [j for j in active if boxes[j, 3] >= boxes[i, 0]]
+        for j in active:
+            if (boxes[j, 1:3] <= boxes[i, 4:6]).all() and (boxes[i, 1:3] <= boxes[j, 4:6]).all():
+                group[root(i)] = root(j)
+        active.append(i)
+    found: dict[int, list[Operand]] = {}
+    for i, operand in enumerate(operands):
+        found.setdefault(root(i), []).append(operand)
+    return list(found.values())
+
+
+def _box(operand: Operand) -> tuple[float, ...]:
+    shape = operand.expression.shape
+    if shape is not None:
+        return shape.box_under(operand.pose)
+    manifold = manifold_of(operand.expression).manifold
+    if manifold.is_empty():
+        return (0.0,) * 6
+    return tuple(manifold.transform(np.array(operand.pose).reshape(3, 4)).bounding_box())
+
+
+def _measured_group(group: Sequence[Operand]) -> Measures:
+    whole = group[0].expression if len(group) == 1 else Expression("union-solid", operands=tuple(group))
+    pose = np.array(group[0].pose if len(group) == 1 else np.eye(3, 4), np.float64).reshape(3, 4)
+    manifold = manifold_of(whole).manifold.transform(pose)
+    if manifold.is_empty():
+        return Measures(0.0, 0.0, np.zeros(3), np.zeros((3, 3)))
+    volume, area = manifold.volume(), manifold.surface_area()
+    mesh = manifold.to_mesh64()
+    centroid, inertia = _moments(np.asarray(mesh.vert_properties)[np.asarray(mesh.tri_verts, np.int64)][:, :, :3])
+    shape = whole.shape if whole.operation == PRIMITIVE else None
+    if shape is not None:
+        exact, area = _exact(shape, pose, area)
+        inertia, volume = inertia * (exact / volume), exact
+    return Measures(volume, area, centroid, inertia)
+
+
+def _exact(shape: Primitive, pose: FloatArray, area: float) -> tuple[float, float]:
+    """Return volume and surface of a primitive in closed form; the surface only under a pose that keeps its shape."""
+    volume = shape.volume() * abs(float(np.linalg.det(pose[:, :3])))
+    lengths = np.linalg.svd(pose[:, :3], compute_uv=False)
+    if lengths[0] - lengths[2] <= _SIMILAR * lengths[0]:
+        return volume, shape.area() * float(lengths[0]) ** 2
+    return volume, area
+
+
+def _moments(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the centre of mass of a closed mesh with the ``corners`` (F, 3, 3), and its inertia tensor about it.
+
+    Sums over the tetrahedra between the faces and a point (Tonon, 2004).
+    """
+    start = corners[0, 0]
+    a, b, c = (corners[:, k] - start for k in range(3))
+    volumes = np.einsum("ni,ni->n", a, np.cross(b, c)) / 6.0
+    total, sums = float(volumes.sum()), a + b + c
+    center = np.einsum("n,ni->i", volumes, sums) / (4.0 * total)
+    second = sum(np.einsum("n,ni,nj->ij", volumes, each, each) for each in (a, b, c, sums)) / 20.0
+    second = second - total * np.outer(center, center)
+    return start + center, np.asarray(np.trace(second) * np.eye(3) - second, np.float64)

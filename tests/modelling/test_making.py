@@ -1,0 +1,129 @@
+"""Exports for making things: 3MF, one watertight body, and triangles by size."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+import scenelang as sl
+from scenelang.grammar.diagnostics import SceneError
+
+ROOT = Path(__file__).parents[2]
+BRACKET = """
+(bind "bolt" (lambda () (call "cylinder" :radius .2 :p0 [0 -1 0] :p1 [0 1 0] :color [0 0 1])))
+(bind "plate" (lambda () (difference (call "cube" :scale [2 .4 2] :color [1 0 0]) (call "bolt"))))
+(bind "foot" (lambda () (call "sphere" :radius .3 :color [0 1 0])))
+(bind "thing" (lambda ()
+  (union (call "plate") (transform (call "foot") (translate [.8 -.2 .8]))
+         (transform (call "foot") (@ (scale [-1 1 1]) (translate [.8 -.2 .8]))))))
+"""
+
+
+@pytest.fixture(scope="module")
+def thing() -> sl.Scene:
+    return sl.evaluate(BRACKET)
+
+
+def read_3mf(path: Path) -> Any:
+    """The model as the consortium's own library reads it, without warnings."""
+    lib3mf = pytest.importorskip("lib3mf")
+    wrapper = lib3mf.get_wrapper()
+    model = wrapper.CreateModel()
+    reader = model.QueryReader("3mf")
+    reader.SetStrictModeActive(True)
+    reader.ReadFromFile(str(path))
+    assert reader.GetWarningCount() == 0
+    return model
+
+
+def objects_of(model: Any) -> dict[str, list[Any]]:
+    found: dict[str, list[Any]] = {}
+    each = model.GetMeshObjects()
+    while each.MoveNext():
+        mesh = each.GetCurrentMeshObject()
+        found.setdefault(mesh.GetName(), []).append(mesh)
+    return found
+
+
+def test_3mf_has_named_parts_that_are_solid(thing: sl.Scene, tmp_path: Path) -> None:
+    thing.export(tmp_path / "a.3mf")
+    model = read_3mf(tmp_path / "a.3mf")
+    meshes = objects_of(model)
+    assert set(meshes) == {"difference", "sphere"}
+    assert all(mesh.IsManifoldAndOriented() for each in meshes.values() for mesh in each)
+    parts = model.GetComponentsObjects()
+    names = []
+    while parts.MoveNext():
+        names.append(parts.GetCurrentComponentsObject().GetName())
+    assert names == ["plate", "foot", "foot"]
+    assert len(meshes["sphere"]) == 2  # one is mirrored
+
+
+def test_3mf_is_z_up_with_the_sizes_of_the_scene(thing: sl.Scene, tmp_path: Path) -> None:
+    thing.export(tmp_path / "a.3mf", settings={"unit": "centimeter"})
+    text = zipfile.ZipFile(tmp_path / "a.3mf").read("3D/3dmodel.model").decode()
+    assert 'unit="centimeter"' in text
+    mesh = trimesh.load(tmp_path / "a.3mf", force="mesh")
+    low, high = np.array(thing.bounds).reshape(2, 3)
+    standing = np.array([[low[0], -high[2], low[1]], [high[0], -low[2], high[1]]])
+    assert mesh.bounds == pytest.approx(standing, abs=1e-6)
+
+
+def test_3mf_has_the_colours_of_faces(thing: sl.Scene, tmp_path: Path) -> None:
+    thing.export(tmp_path / "a.3mf")
+    text = zipfile.ZipFile(tmp_path / "a.3mf").read("3D/3dmodel.model").decode()
+    colors = {line.split('"')[1] for line in text.splitlines() if line.startswith("<base ")}
+    assert colors == {"#FF0000FF", "#0000FFFF", "#00FF00FF"}
+    assert ' p1="' in text
+
+
+def test_equal_scenes_are_equal_files(thing: sl.Scene, tmp_path: Path) -> None:
+    thing.export(tmp_path / "a.3mf")
+    sl.evaluate(BRACKET).export(tmp_path / "b.3mf")
+    assert (tmp_path / "a.3mf").read_bytes() == (tmp_path / "b.3mf").read_bytes()
+
+
+@pytest.mark.parametrize("ending", ["stl", "obj", "ply", "3mf"])
+def test_solid_exports_are_one_watertight_body(thing: sl.Scene, tmp_path: Path, ending: str) -> None:
+    thing.export(tmp_path / f"a.{ending}", settings={"solid": True})
+    mesh = trimesh.load(tmp_path / f"a.{ending}", force="mesh")
+    mesh.merge_vertices(merge_norm=True, merge_tex=True)
+    assert mesh.is_watertight
+    assert mesh.body_count == 1
+    assert mesh.volume == pytest.approx(sl.evaluate(BRACKET).measure().volume, rel=1e-3)
+
+
+def test_the_union_of_an_example_is_watertight_and_has_its_bounds(tmp_path: Path) -> None:
+    scene = sl.load(ROOT / "examples" / "menger-sponge.scene", defines={"level": 2})
+    scene.export(tmp_path / "a.stl", settings={"solid": True})
+    mesh = trimesh.load(tmp_path / "a.stl")
+    assert mesh.is_watertight
+    assert mesh.bounds == pytest.approx(np.array(scene.bounds).reshape(2, 3), abs=1e-6)
+    assert mesh.volume == pytest.approx((20 / 27) ** 2, rel=1e-5)
+
+
+def test_nothing_solid_is_an_error(tmp_path: Path) -> None:
+    flat = sl.evaluate('(bind "it" (lambda () (call "cube" :scale [1 0 1])))')
+    with pytest.raises(SceneError, match="nothing with a volume"):
+        flat.export(tmp_path / "a.stl", settings={"solid": True})
+
+
+def test_segments_and_tolerance_decide_on_triangles(tmp_path: Path) -> None:
+    scene = sl.evaluate(
+        '(bind "it" (lambda () (union (call "sphere") (transform (call "sphere") (@ (translate [9 0 0]) (scale .01))))))'
+    )
+    faces = {}
+    for name, settings in (("few", {"segments": 12}), ("many", {"segments": 96}), ("by-size", {"tolerance": 0.002})):
+        scene.export(tmp_path / f"{name}.stl", settings=settings)
+        faces[name] = trimesh.load(tmp_path / f"{name}.stl")
+    assert len(faces["few"].faces) < len(faces["by-size"].faces) < len(faces["many"].faces)
+    large, small = sorted(faces["by-size"].split(), key=lambda body: -body.volume)
+    assert len(large.faces) > 10 * len(small.faces)
+    assert np.abs(np.linalg.norm(large.triangles_center, axis=1) - 1.0).max() < 0.004
+    with pytest.raises(SceneError, match="must be 3 or more"):
+        scene.export(tmp_path / "x.stl", settings={"segments": 2})
