@@ -21,6 +21,7 @@ registry = Registry("paths")
 define = registry.define
 
 _MAX_DEGREE = 64  # of a Bezier curve: beyond, its control points say little about it
+_BLOCK = 4096  # poses between two checks of the limits
 _POINTS = "at least two different points [x y z]"
 
 
@@ -201,10 +202,13 @@ def _frames(rt: Runtime, name: str, value: Any) -> curves.PathFrames:
 )  # fmt: skip
 def frame_at(rt: Runtime, path: Any, t: Any, upright: bool = False) -> Any:
     shares, is_one = _shares(rt, "frame-at", t)
-    points, axes = _frames(rt, "frame-at", path).posed_at(shares)
-    rt.charge(len(shares) >> (0 if upright else 2))
-    if upright:
-        axes = np.array([curves.first_frame(direction) for direction in axes[:, :, 2]]).reshape(-1, 3, 3)
-    poses = np.concatenate([axes, points[:, :, None]], axis=2).reshape(-1, 12)
-    found = [Matrix(numbers) for numbers in poses.tolist()]
+    frames, found = _frames(rt, "frame-at", path), []
+    for start in range(0, len(shares), _BLOCK):
+        block = shares[start : start + _BLOCK]
+        rt.charge(1 + (len(block) >> 1))
+        points, axes = frames.posed_at(block)
+        if upright:
+            axes = curves.upright_frames(axes[:, :, 2])
+        poses = np.concatenate([axes, points[:, :, None]], axis=2).reshape(-1, 12)
+        found += [Matrix(numbers) for numbers in poses.tolist()]
     return found[0] if is_one else make_list(found)

@@ -465,7 +465,24 @@ def _gradient_noise(points: Numpy, seed: int) -> Numpy:
     return np.asarray(low + w * (high - low))
 
 
-def _noise_points(rt: Runtime, name: str, value: Any, seed: int, octaves: int) -> tuple[Numpy, tuple[int, ...]]:
+def _summed(rt: Runtime, points: Numpy, seed: int, octaves: int, gain: float, lacunarity: float) -> Numpy:
+    """Return the weighted mean (N,) of noises at points (N, 3)."""
+    found = np.empty(len(points))
+    for start in range(0, len(points), _BLOCK):
+        block, total = points[start : start + _BLOCK], np.zeros(len(points[start : start + _BLOCK]))
+        rt.charge(1 + (len(block) * octaves >> (5 if len(block) > 1 else 1)))
+        weight, weights = 1.0, 0.0
+        for octave in range(octaves):
+            number = (seed + octave) % (1 << 31)
+            is_one = len(block) == 1
+            total += weight * (_noise_at(block[0].tolist(), number) if is_one else _gradient_noise(block, number))
+            weights += weight
+            block, weight = block * lacunarity, weight * gain
+        found[start : start + _BLOCK] = total / weights
+    return found
+
+
+def _noise_points(rt: Runtime, name: str, value: Any, seed: int) -> tuple[Numpy, tuple[int, ...]]:
     """Return points (N, 3) and the shape of their result; a number is a point on the x axis."""
     points = np.asarray(to_numpy(rt, value, name), np.float64)
     if points.ndim and not 1 <= points.shape[-1] <= 3:
@@ -477,7 +494,6 @@ def _noise_points(rt: Runtime, name: str, value: Any, seed: int, octaves: int) -
     width, shape = (points.shape[-1], points.shape[:-1]) if points.ndim else (1, ())
     flat = points.reshape(-1, width)
     rt.meter.reserve(flat.shape[0] * 512)
-    rt.charge(1 + (flat.shape[0] * octaves >> (5 if shape else 1)))
     return np.pad(flat, ((0, 0), (0, 3 - width))), shape
 
 
@@ -522,10 +538,8 @@ def _lattice_list(seed: int) -> list[int]:
     ("(round (noise [.5 .25]) 6)", "0.456787"),
 )
 def noise(rt: Runtime, point: Any, *, seed: int = 0) -> Any:
-    points, shape = _noise_points(rt, "noise", point, seed, 1)
-    if not shape:
-        return _noise_at(points[0].tolist(), seed)
-    return from_numpy(_gradient_noise(points, seed).reshape(shape))
+    points, shape = _noise_points(rt, "noise", point, seed)
+    return from_numpy(_summed(rt, points, seed, 1, 1.0, 1.0).reshape(shape))
 
 
 @registry.define(
@@ -543,12 +557,5 @@ def fbm(
         raise SceneError("value", f"`fbm` expects 1 to {_MAX_OCTAVES} :octaves, got {octaves}")
     if not 0.0 < gain <= 1e3 or not 0.0 < lacunarity <= 1e3:
         raise SceneError("value", "`fbm` expects a :gain and a :lacunarity above 0 and up to 1,000")
-    points, shape = _noise_points(rt, "fbm", point, seed, octaves)
-    total: Any = np.zeros(len(points)) if shape else 0.0
-    weight, weights = 1.0, 0.0
-    for octave in range(octaves):
-        number = (seed + octave) % (1 << 31)
-        total += weight * (_gradient_noise(points, number) if shape else _noise_at(points[0].tolist(), number))
-        weights += weight
-        points, weight = points * lacunarity, weight * gain
-    return from_numpy((total / weights).reshape(shape)) if shape else total / weights
+    points, shape = _noise_points(rt, "fbm", point, seed)
+    return from_numpy(_summed(rt, points, seed, octaves, float(gain), float(lacunarity)).reshape(shape))

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 Contours = tuple["FloatArray", ...]
 Point2 = tuple[float, float]
 
-MAX_CROSSINGS = 20_000_000  # pairs of edges that may cross in one operation
+MAX_CROSSINGS = 4_000_000  # pairs of edges that may cross in one operation: about 3 s
+MAX_OFFSET = 1_000_000  # points of an offset profile before it is simplified
 _MAX_PIECES = 256  # of a flattened curve
 _SAME = 1e-9
 
@@ -116,8 +117,22 @@ def offset(contours: Contours, distance: float, join: str, segments: int) -> Con
     import manifold3d
 
     check_crossings("offset-profile", contours)
+    _check_offset(contours, segments)
     grown = section_of(contours).offset(distance, manifold3d.JoinType[join], 4.0, segments)
     return contours_of(grown.simplify(abs(distance) * 1e-6))
+
+
+def _check_offset(contours: Contours, segments: int) -> None:
+    """Raise LimitError("size") if round joints would have too many points: each has those of the angle it turns by."""
+    total = 0.0
+    for contour in contours:
+        side = np.roll(contour, -1, axis=0) - contour
+        angle = np.arctan2(side[:, 1], side[:, 0])
+        turn = np.abs((np.roll(angle, -1) - angle + math.pi) % math.tau - math.pi)
+        total += len(contour) + segments * float(turn.sum()) / math.tau
+    if total > MAX_OFFSET:
+        message = f"`offset-profile` would make about {total:,.0f} points, more than {MAX_OFFSET:,}"
+        raise LimitError("size", message, hint="use fewer :segments")
 
 
 def check_crossings(name: str, contours: Sequence[FloatArray]) -> int:
