@@ -425,3 +425,45 @@ def test_the_inertia_of_parts_that_are_apart_is_that_of_their_union() -> None:
     joined = f"(union-solid {parts})"
     apart, whole = (np.array(json.loads(log_of(f"(inertia {text})").replace(" ", ","))) for text in (parts, joined))
     assert apart == pytest.approx(whole, rel=1e-12)
+
+
+# --- limits ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_tool_of_a_sum_must_be_convex() -> None:
+    with pytest.raises(SceneError, match="not convex"):
+        volume('(minkowski (call "cube") (call "torus" :radius .3))')
+
+
+def test_long_chains_are_neither_slow_nor_recursive(tmp_path: Path) -> None:
+    scene = scene_of(
+        "(chain 2000 (call \"cube\"))",
+        "(define (chain n x) (if (= n 0) x (chain (- n 1) (difference x (transform (call \"cube\" :scale .01) (translate [(* .001 n) .5 0]))))))",
+    )  # fmt: skip
+    write_scene(scene, tmp_path / "a.json")
+    assert solid_in(read_scene(tmp_path / "a.json")) == solid_in(scene)
+
+
+def test_commands_end_long_computations(tmp_path: Path) -> None:
+    import subprocess
+    import sys
+
+    (tmp_path / "a.scene").write_text(
+        '(bind "a" (lambda () (union-solid (for/union ((i (iota 4000))) '
+        '(transform (call "sphere" :radius .3) (translate [(sin i) (cos i) (sin (* 3 i))]))))))'
+    )
+    for command in (["check", "--run"], ["render", "-o", str(tmp_path / "a.png")]):
+        words = [
+            sys.executable,
+            "-m",
+            "scenelang",
+            command[0],
+            str(tmp_path / "a.scene"),
+            *command[1:],
+            "--max-seconds",
+            "1",
+        ]
+        done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+        assert done.returncode == 1
+        assert "E507" in done.stderr + done.stdout
+    assert not (tmp_path / "a.png").exists()

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     IntArray = npt.NDArray[np.int64]
 
 MAX_TRIANGLES = 2_000_000  # of a solid, operands included
-MAX_PAIRS = 4_000_000  # of faces of a Minkowski sum, which takes time in proportion
+MAX_PAIRS = 200_000  # of faces of a Minkowski sum, each of which takes some 60 microseconds
+_CONVEX = 1e-6  # share of the hull that a convex tool may lack
 _KEPT_TRIANGLES = 8_000_000  # of computed nodes
 _SHARP = 40.0  # degrees between faces from which an edge is drawn sharp
 
@@ -305,6 +306,10 @@ def _hull(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
 
 def _minkowski(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
     base, tool = operands
+    if tool.volume() < (1.0 - _CONVEX) * tool.hull().volume():
+        raise SceneError(
+            "solid", "the tool of `minkowski` is not convex", "take its `hull`, or join sums of convex tools"
+        )
     _check_pairs("minkowski", base, tool)
     return base.minkowski_sum(tool)
 

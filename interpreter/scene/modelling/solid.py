@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass
@@ -70,6 +70,16 @@ class SolidShape(Primitive):
 
     def area(self) -> float:
         return self.computed.area
+
+
+def compute_all(roots: Iterable[Entity]) -> None:
+    """Compute the solids of frames now, so that errors and limits are met before a backend begins.
+
+    Raises SceneError and LimitError as ``computed`` does.
+    """
+    for entity in descendants(*roots):
+        if isinstance(entity.shape, SolidShape):
+            _ = entity.shape.computed
 
 
 # --- entities as operands --------------------------------------------------------------------------------------------
