@@ -89,16 +89,26 @@ def points_of(rt: Runtime, name: str, value: Any, what: str, widths: Sequence[in
 
 
 def profile_of(rt: Runtime, name: str, value: Any) -> Contours:
-    """Return a profile as contours (K, 2): one array of points, or a list of them."""
+    """Return a profile as contours (K, 2): one array of points, or a list of them.
+
+    A single contour is an outer one, whichever way it goes around.
+    """
     members = _contours_in(rt, name, value)
     if members is None:
-        return (_contour(rt, name, value),)
+        return (counter_clockwise(_contour(rt, name, value)),)
     rt.meter.check_growth(len(members), "a profile")
     contours = tuple(_contour(rt, name, member) for member in members)
     total = sum(map(len, contours))
     if total > MAX_POINTS:
         raise SceneError("value", f"`{name}` expects a profile of at most {MAX_POINTS:,} points, got {total:,}")
     return contours
+
+
+def counter_clockwise(contour: Numpy) -> Numpy:
+    """Return a contour (K, 2) that goes around counter-clockwise."""
+    x, y = contour.T
+    is_clockwise = float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) < 0.0
+    return contour[::-1] if is_clockwise else contour
 
 
 def _contours_in(rt: Runtime, name: str, value: Any) -> list[Any] | None:

@@ -175,7 +175,7 @@ def test_other_profiles_may_not_fold(refuses: Refuses) -> None:
         ("value", "(sweep (circle 1) [[0 0 0]])", "two different points"),
         ("value", "(sweep (circle 1) (polyline (circle 4) :closed #t) :twist 1)", "do not meet"),
         ("value", "(sweep (circle 1) [[0 0 0] [1 0 0]] :taper -1)", "at least 0"),
-        ("solid", "(volume (sweep [[0 0] [0 1] [1 0]] [[0 0 0] [1 0 0]]))", "nothing inside"),
+        ("solid", "(volume (sweep (list [[0 0] [0 1] [1 0]]) [[0 0 0] [1 0 0]]))", "nothing inside"),
         ("size", "(volume (sweep (circle .01 :segments 1000) (helix 9 9 100)))", "1,000,000 corners"),
         ("size", "(volume (sweep (circle .01 :segments 3) (helix 9 9 500)))", "20,000 points"),
         ("size", "(volume (sweep (circle .3) (helix .2 1 3)))", "folds"),
@@ -223,8 +223,8 @@ def test_poses_of_profiles(number: Numbers, array: Arrays) -> None:
         ("value", "(loft (list (circle 1) (circle 1)) :heights [1 2 3])", "each of 2 profiles, got 3"),
         ("value", "(loft (list (circle 1) (circle 1)) :heights [1 2] :poses (list))", "not both"),
         ("solid", "(volume (loft (list (circle 1) (list (circle 1) (circle .5)))))", "equal numbers of contours, got 1, 2"),
-        ("solid", "(volume (loft (list (circle 1) (ref (profile-difference (circle 2) (circle 1)) 1))))", "the same way"),
-        ("solid", "(volume (loft (list [[0 0] [0 1] [1 0]] [[0 0] [0 1] [1 0]])))", "nothing inside"),
+        ("solid", "(volume (loft (list (circle 1) (list (ref (profile-difference (circle 2) (circle 1)) 1)))))", "the same way"),
+        ("solid", "(volume (loft (list (list [[0 0] [0 1] [1 0]]) (list [[0 0] [0 1] [1 0]]))))", "nothing inside"),
     ],
 )  # fmt: skip
 def test_wrong_lofts(refuses: Refuses, name: str, expression: str, part: str) -> None:
