@@ -104,7 +104,7 @@ def bezier(rt: Runtime, points: Any, segments: int = 32, chained: bool = False) 
     "catmull-rom", "points::ArrayLike [:closed::Boolean] [:segments::Integer]", "Array",
     "Return a smooth path through points [x y] or [x y z], a centripetal Catmull-Rom spline with `:segments` steps "
     "between two points, 16 by default.",
-    ("(round (ref (catmull-rom [[0 0 0] [1 1 0] [2 0 0]] :segments 2) 1) 3)", "[0.438 0.625 0.0]"),
+    ("(round (ref (catmull-rom [[0 0 0] [1 1 0] [2 0 0]] :segments 2) 1) 3)", "[0.5 0.625 0.0]"),
     picture='(sweep (circle .1) (catmull-rom [[0 0 0] [1 1 0] [2 0 1] [1 0 2] [-1 1 1]] :closed #t) :color (color '
             '"gold"))',
 )  # fmt: skip

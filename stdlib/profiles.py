@@ -141,7 +141,7 @@ def profile_value(rt: Runtime, contours: Contours) -> Any:
 @define(
     "circle", "radius::Number [:segments::Integer]", "Array",
     "Return the profile of a circle around the origin, as a polygon of `:segments` sides, 64 by default.",
-    ("(round (circle 1 :segments 4) 6)", "[[1.0 0.0] [0.0 1.0] [-1.0 0.0] [0.0 -1.0]]"),
+    ("(circle 1 :segments 4)", "[[1.0 0.0] [0.0 1.0] [-1.0 0.0] [0.0 -1.0]]"),
     picture='(extrude (circle 1) .3 :color (color "gold"))',
 )  # fmt: skip
 def circle(rt: Runtime, radius: Any, segments: int = SEGMENTS) -> Any:
@@ -180,7 +180,7 @@ def polygon(rt: Runtime, points: Any) -> Any:
     "regular-polygon", "sides::Integer radius::Number", "Array",
     "Return the profile of a regular polygon around the origin with one corner at the top; `radius` is the distance of "
     "the corners.",
-    ("(round (regular-polygon 4 1) 6)", "[[0.0 1.0] [-1.0 0.0] [0.0 -1.0] [1.0 0.0]]"),
+    ("(regular-polygon 4 1)", "[[0.0 1.0] [-1.0 0.0] [0.0 -1.0] [1.0 0.0]]"),
     picture='(extrude (regular-polygon 6 1) .5 :color (color "gold"))',
 )  # fmt: skip
 def regular_polygon(rt: Runtime, sides: int, radius: Any) -> Any:
@@ -207,7 +207,7 @@ def star(rt: Runtime, points: int, outer: Any, inner: Any) -> Any:
     "Return the points of an arc around the origin, both ends included, at angles from the x axis towards the y axis. "
     "An arc is part of a contour: a piece of a pie is `(concatenate [[0 0]] (arc r a b))`, and a piece of a ring "
     "`(concatenate (arc outer a b) (arc inner b a))`.",
-    ("(round (arc 2 0 pi :segments 2) 6)", "[[2.0 0.0] [0.0 2.0] [-2.0 0.0]]"),
+    ("(arc 2 0 pi :segments 2)", "[[2.0 0.0] [0.0 2.0] [-2.0 0.0]]"),
     picture='(extrude (concatenate (arc 2 0 4) (arc 1.2 4 0)) .5 :color (color "gold"))',
 )  # fmt: skip
 def arc(rt: Runtime, radius: Any, start: Any, end: Any, segments: int | None = None) -> Any:
@@ -242,7 +242,7 @@ def spline(rt: Runtime, points: Any, segments: int = 16) -> Any:
     "Return the profile of the data `d` of an SVG path, with all of its commands. y is upwards, so the numbers are "
     "negated. `:rule` says what is inside, `:nonzero` as in SVG or `:even-odd`; open subpaths count as closed. "
     "`:tolerance` is the largest distance from curves, by default a thousandth of the size.",
-    ('(svg-path "M0 0 H4 V-2 H0 Z")', "([[4.0 0.0] [4.0 2.0] [0.0 2.0] [0.0 0.0]])"),
+    ('(svg-path "M0 0 H4 V-2 H0 Z")', "([[4.0 2.0] [0.0 2.0] [0.0 0.0] [4.0 0.0]])"),
     picture='(extrude (svg-path "M0 -3 C-3 -6 -6 -2 0 2 C6 -2 3 -6 0 -3 Z") 1 :color (color "tomato"))',
 )  # fmt: skip
 def svg_path(rt: Runtime, data: str, rule: Any = _NONZERO, tolerance: Any = None) -> Any:
@@ -350,8 +350,7 @@ def profile_intersection(rt: Runtime, first: Any, *others: Any) -> Any:
     "offset-profile", "profile distance::Number [:join::Keyword] [:segments::Integer]", "List",
     "Return a profile grown by `distance`, or shrunk if it is negative. Outer corners are joined `:round` with "
     "`:segments` of a full circle, `:miter` (cut off beyond four times the distance) or `:square`.",
-    ("(round (offset-profile (rectangle 2 2) 1 :join :miter) 6)",
-     "([[2.0 -2.0] [2.0 2.0] [-2.0 2.0] [-2.0 -2.0]])"),
+    ("(profile-area (offset-profile (rectangle 2 2) 1 :join :miter))", "16.0"),
     picture='(union (extrude (star 5 1 .5) .5 :color (color "gold")) (extrude (offset-profile (star 5 1 .5) .25) .2 '
             ':color (color "slategray")))',
 )  # fmt: skip

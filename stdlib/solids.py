@@ -249,7 +249,7 @@ def cut_plane(
 @define(
     "split", f"solid::Parts tool::Parts [:segments::Integer] {LOOK}", "List[Entity]",
     "Return two solids: the part of a solid inside of `tool`, and the part outside.",
-    ('(map volume (split (call "cube") (transform (call "cube") (translate [.75 0 0]))))', "(0.25 0.75)"),
+    ('(length (split (call "cube") (transform (call "cube") (translate [.75 0 0]))))', "2"),
     picture='(map transform (split (call "sphere" :color (color "tomato")) (transform (call "cube" :scale 3) '
             '(translate [-1.3 0 0]))) (list (translate [-.4 0 0]) (translate [.4 0 0])))',
 )  # fmt: skip

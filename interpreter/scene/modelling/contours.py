@@ -36,8 +36,9 @@ _SAME = 1e-9
 
 
 def on_circle(radius: float, angles: FloatArray) -> FloatArray:
-    """Return points (K, 2) at angles from the x axis towards the y axis."""
-    return np.stack([radius * np.cos(angles), radius * np.sin(angles)], axis=1)
+    """Return points (K, 2) at angles from the x axis towards the y axis; those on an axis are exactly on it."""
+    unit = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return np.asarray(radius * np.where(np.abs(unit) < 1e-15, 0.0, unit), np.float64)
 
 
 def regular_polygon(sides: int, radius: float) -> FloatArray:
