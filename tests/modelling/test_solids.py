@@ -467,3 +467,28 @@ def test_commands_end_long_computations(tmp_path: Path) -> None:
         assert done.returncode == 1
         assert "E507" in done.stderr + done.stdout
     assert not (tmp_path / "a.png").exists()
+
+
+# --- places on surfaces ----------------------------------------------------------------------------------------------
+
+
+def test_places_are_on_the_surface_by_area() -> None:
+    scene = sl.evaluate(
+        '(bind "it" (lambda () (scatter-on (call "cube" :scale .01) '
+        '(transform (call "cube" :scale [4 1 1]) (scale [-1 1 2])) 4000)))'
+    )
+    matrices = scene.flatten().matrix
+    points, up = matrices[:, :3, 3], matrices[:, :3, 1]
+    half = np.array([2.0, 0.5, 1.0])
+    axis = np.argmax(np.abs(up), axis=1)
+    assert np.abs(points[np.arange(4000), axis] - np.sign(up[np.arange(4000), axis]) * half[axis]).max() < 1e-9
+    areas = np.array([1.0 * 2.0, 4.0 * 2.0, 4.0 * 1.0])
+    assert np.bincount(axis, minlength=3) / 4000 == pytest.approx(areas / areas.sum(), abs=0.03)
+    assert np.linalg.det(matrices[:, :3, :3]) == pytest.approx(1.0)
+
+
+def test_scattering_follows_the_seed() -> None:
+    text = '(bind "it" (lambda () (scatter-on (call "cone") (call "torus") 5)))'
+    first, same, other = (sl.evaluate(text, seed=seed) for seed in (1, 1, 2))
+    assert first.diff(same).equal
+    assert not first.diff(other).equal
