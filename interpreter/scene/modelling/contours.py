@@ -120,6 +120,26 @@ def offset(contours: Contours, distance: float, join: str, segments: int) -> Con
     return contours_of(grown.simplify(abs(distance) * 1e-6))
 
 
+def hull(contours: Sequence[FloatArray]) -> Contours:
+    """Return the convex hull of contours."""
+    return contours_of(section_of(contours).hull())
+
+
+def minkowski(base: Contours, tool: Contours) -> Contours:
+    """Return what a convex tool covers that is moved over a profile.
+
+    That is the base, moved to a point of the tool, and what the tool covers on its way along each edge.
+    """
+    import manifold3d
+
+    corners = np.concatenate(tool)
+    pieces = [section_of(base).translate(corners.mean(axis=0).tolist())]
+    for contour in base:
+        for start, end in zip(contour, np.roll(contour, -1, axis=0), strict=True):
+            pieces.append(manifold3d.CrossSection.hull_points(np.concatenate([corners + start, corners + end])))
+    return contours_of(manifold3d.CrossSection.batch_boolean(pieces, manifold3d.OpType.Add))
+
+
 def check_crossings(name: str, contours: Sequence[FloatArray]) -> int:
     """Return how many pairs of edges may cross, a bound; raises LimitError("size") if there are too many."""
     if not contours:
