@@ -679,6 +679,8 @@ _FILES = {
 }
 
 _PYTHON = {
+    "openscad-syntax": "Correct the OpenSCAD program: the message says what was expected at this place.",
+    "openscad-unsupported": "Write this part in another way, as the hint says, or by hand in the converted program.",
     "python-syntax": "Correct the Python code at the indicated place, or request a new program from the model.",
     "python-forbidden": "Remove it: a scene program may only compute shapes and numbers and draw random numbers.",
     "python-unsupported": "Rewrite it with plain functions, loops and lists; `docs/transpiler.md` lists what is "
@@ -753,9 +755,7 @@ _WARNINGS = {
     "ignored-block": "Put the whole program in one code block.",
     "python-ignored": "No action is required; set the random seed with `--seed N`.",
     "draw-order": "Compare the result with the original; draw random numbers in only one place if the order matters.",
-    "openscad-ignored": DiagnosticCode(
-        "W806", "A part of an OpenSCAD program was left out of the conversion, or replaced."
-    ),
+    "openscad-ignored": "Look whether the converted program needs the part; docs/from-openscad.md tells more.",
     "print-limit": "Print less, or run with `--quiet`.",
 }
 

@@ -365,16 +365,16 @@ def profile_minkowski(rt: Runtime, base: Any, tool: Any) -> Any:
 
 
 @define(
-    "offset-profile", "profile distance::Number [:join::Keyword] [:segments::Integer]", "List",
+    "offset-profile", "profile distance::Number [:join::Keyword] [:segments::Integer] [:limit::Number]", "List",
     "Return a profile grown by `distance`, or shrunk if it is negative. Outer corners are joined `:round` with "
-    "`:segments` of a full circle, `:miter` (cut off beyond four times the distance) or `:square`.",
+    "`:segments` of a full circle, `:miter` (cut off beyond `:limit` times the distance, 4 by default) or `:square`.",
     ("(round (offset-profile (rectangle 2 2) 1 :join :miter) 6)",
      "([[2.0 -2.0] [2.0 2.0] [-2.0 2.0] [-2.0 -2.0]])"),
     picture='(union (extrude (star 5 1 .5) .5 :color (color "gold")) (extrude (offset-profile (star 5 1 .5) .25) .2 '
             ':color (color "slategray")))',
 )  # fmt: skip
 def offset_profile(
-    rt: Runtime, profile: Any, distance: Any, join: Any = _ROUND, segments: int = SEGMENTS
+    rt: Runtime, profile: Any, distance: Any, join: Any = _ROUND, segments: int = SEGMENTS, limit: Any = 4
 ) -> Any:  # fmt: skip
     name = "offset-profile"
     contours = profile_of(rt, name, profile)
@@ -382,7 +382,9 @@ def offset_profile(
     length = finite(name, "the distance", distance)
     _charge_for(rt, name, contours)
     rt.charge(sum(map(len, contours)) * (sides if kind == "Round" else 4) >> 6)
-    return profile_value(rt, shapes.offset(contours, length, kind, sides) if length else contours)
+    return profile_value(
+        rt, shapes.offset(contours, length, kind, sides, positive(name, ":limit", limit)) if length else contours
+    )
 
 
 @define(

@@ -24,6 +24,16 @@ from scenelang.stdlib.library import build_library
 _MAX_ROUNDS = 40
 _ROOT = -1
 _SPECIALS = {"$fn": 0.0, "$fa": 12.0, "$fs": 2.0}
+_RESERVED = {"scene", "pi", "tau", "none", "else", "profile", "number"}
+# Names of the library that conversions write besides those in helpers.
+_WRITTEN = """
+@ * + - / < <= = > >= abs acos and append apply array asin atan call ceiling chr circle color cos cross
+degrees determinant difference dot empty? equal? exp expt extrude floor hull hypot intersection lathe length
+list log log10 max max-of mesh min min-of minkowski none? norm not offset-profile ord polygon profile-
+difference profile-hull profile-intersection profile-minkowski profile-union radians range rectangle ref
+reflect remainder rgb rotate scale sign sin sqrt string-append tan text-outline transform transform-profile
+translate union union-solid number? string? boolean? procedure?
+"""
 _UPRIGHT = "(rotate (radians -90) [1 0 0])"
 
 
@@ -50,7 +60,9 @@ def converted(text: str, name: str = "<text>", word: str = "part") -> tuple[str,
             facts.mark("assumed")
         if not facts.changed:
             return format_text(made, INDENTS), list(program.converter.warnings.values())
-    raise SceneError("openscad-unsupported", "the kinds of this program's values cannot be found out", None, Span(source, 0, 1))
+    raise SceneError(
+        "openscad-unsupported", "the kinds of this program's values cannot be found out", None, Span(source, 0, 1)
+    )
 
 
 class _Program:
@@ -76,9 +88,10 @@ class _Program:
         return "\n\n".join(lines) + "\n"
 
     def _scope(self) -> Scope:
-        library = build_library()
-        taken = {*library.builtins, *FORMS, *library_names(), *HELPERS, "scene", "pi", "tau", "none", "p", "i", "else"}
-        return Scope(None, {}, {}, {}, taken)
+        builtins = {*build_library().builtins, *library_names()}
+        words = set(re.findall(r"[^\s()\[\]]+", " ".join(HELPERS.values()))) | set(_WRITTEN.split())
+        taken = {*(builtins & words), *FORMS, *HELPERS, *_RESERVED}
+        return Scope(None, {}, {}, {}, taken, frozenset(builtins))
 
     def _header(self) -> str:
         return f"; Converted from {Path(self.source.name).name} (OpenSCAD) by `scenelang import`."
@@ -106,7 +119,7 @@ class _Program:
             drawing = place.united(flat, span)
             text = place.place(drawing)
             if drawing.may_be_empty:
-                text = f"({self.converter.helper('if-profile')} {text} (lambda (p) (extrude p 1)))"
+                text = f"({self.converter.helper('if-profile')} {text} (lambda (profile) (extrude profile 1)))"
                 return Shape(text, 3, True)
             return Shape(f"(extrude {text} 1)", 3)
         shape = place.united(shapes, span)

@@ -87,9 +87,9 @@ def joined(a: Kind, b: Kind) -> Kind:
     if is_number(a) and is_number(b):
         return NUM
     if is_sequence(a) and is_sequence(b):
-        assert a.item is not None and b.item is not None
+        first, second = a.item or ANY, b.item or ANY
         size = a.size if a.size == b.size else 0
-        return Kind(a.name, size, joined(a.item, b.item)) if a.name == b.name else list_of(joined(a.item, b.item))
+        return Kind(a.name, size, joined(first, second)) if a.name == b.name else list_of(joined(first, second))
     return ANY
 
 
@@ -160,6 +160,7 @@ class Scope:
     functions: dict[str, Function] = field(default_factory=dict)
     modules: dict[str, Function] = field(default_factory=dict)
     taken: set[str] = field(default_factory=set)
+    builtins: frozenset[str] = frozenset()  # names that no function or module may get, of the outermost scope
 
     def variable(self, name: str) -> Code | None:
         return self.variables.get(name) or (self.parent.variable(name) if self.parent else None)
@@ -170,15 +171,17 @@ class Scope:
     def module(self, name: str) -> Function | None:
         return self.modules.get(name) or (self.parent.module(name) if self.parent else None)
 
-    def is_taken(self, name: str) -> bool:
-        return name in self.taken or (self.parent is not None and self.parent.is_taken(name))
+    def is_taken(self, name: str, is_called: bool = False) -> bool:
+        if name in self.taken or (is_called and name in self.builtins):
+            return True
+        return self.parent is not None and self.parent.is_taken(name, is_called)
 
     def fresh(self, name: str, what: str) -> str:
         """Return a name of the Scene Language for a name of OpenSCAD, unlike those that are visible."""
         base = re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-") or "x"
         base = base if base[0].isalpha() else f"x-{base}"
         endings = ["", f"-{what}", *(f"-{number}" for number in range(2, 10_000))]
-        found = next(base + ending for ending in endings if not self.is_taken(base + ending))
+        found = next(base + ending for ending in endings if not self.is_taken(base + ending, what != "value"))
         self.taken.add(found)
         return found
 
@@ -245,8 +248,8 @@ _INVERSE = {"asin", "acos", "atan"}
 _COMPARED = {"<": "<", ">": ">", "<=": "<=", ">=": ">="}
 _TESTS = {"is_num": "number?", "is_string": "string?", "is_bool": "boolean?", "is_function": "procedure?"}
 _ABSENT_FUNCTIONS = {
-    "search": "write a recursive function or a comprehension", "parent_module": None, "dxf_cross": None, "dxf_dim": None,
-    "rands": "write the numbers out as a list",
+    "search": "write a recursive function or a comprehension", "parent_module": None, "dxf_cross": None,
+    "dxf_dim": None, "rands": "write the numbers out as a list",
 }  # fmt: skip
 
 
@@ -362,7 +365,9 @@ class Expressions:
         if not expr.is_assert or not expr.arguments:
             return body
         message = [self.text(each.value) for each in expr.arguments[1:2]]
-        return Code(f"(begin {call('assert', self.condition(expr.arguments[0].value), *message)} {body.text})", body.kind)
+        return Code(
+            f"(begin {call('assert', self.condition(expr.arguments[0].value), *message)} {body.text})", body.kind
+        )
 
     # --- operators ---------------------------------------------------------------------------------------------------
 
@@ -391,7 +396,7 @@ class Expressions:
             return Code(call("not", self.condition(expr.operands[0])), BOOL)
         operands = [self.code(each) for each in expr.operands]
         if operator == "unary -":
-            return self._negative(operands[0])
+            return self.negative(operands[0])
         if operator in ("==", "!="):
             return self._equal(operator, *operands)
         if operator in _COMPARED:
@@ -408,11 +413,12 @@ class Expressions:
             first, second = self.array(first), self.array(second)
         return Code(call("if", condition, first.text, second.text), joined(first.kind, second.kind))
 
-    def _negative(self, value: Code) -> Code:
+    def negative(self, value: Code) -> Code:
+        """Return a number or vector with its sign changed."""
         if value.number is not None and value.text == number_text(value.number):
             return constant(-value.number)
         if value.parts is not None:
-            return vector_code([self._negative(part) for part in value.parts])
+            return vector_code([self.negative(part) for part in value.parts])
         value = self.array(value)
         return Code(call("-", value.text), value.kind)
 
@@ -428,7 +434,7 @@ class Expressions:
             text = call("none?", a.text if b.kind == UNDEF else b.text)
         elif is_number(a.kind) and is_number(b.kind):
             text = call("=", a.text, b.text)
-        elif a.kind == b.kind and a.kind in (STR, BOOL) or STR in (a.kind, b.kind):
+        elif (a.kind == b.kind and a.kind in (STR, BOOL)) or STR in (a.kind, b.kind):
             text = call("equal?", a.text, b.text)
         else:
             text = call(self.c.helper("same?"), a.text, b.text)
@@ -487,7 +493,9 @@ class Expressions:
             return Code("(list)", list_of(UNKNOWN))
         if all(is_number(kind) or kind in (ANY, UNKNOWN) for kind in kinds):
             code = vector_code(items)
-            return code if all(map(is_number, kinds)) else Code(code.text, Kind("vec", len(items), ANY), None, code.parts)
+            return (
+                code if all(map(is_number, kinds)) else Code(code.text, Kind("vec", len(items), ANY), None, code.parts)
+            )
         first = kinds[0]
         if first.name == "vec" and first.size and all(kind.name == "vec" and kind.size == first.size for kind in kinds):
             text = f"[{' '.join(each.text for each in items)}]"
@@ -546,9 +554,9 @@ class Expressions:
         first, last = self.code(expr.first), self.code(expr.last)
         step = self.code(expr.step) if expr.step is not None else constant(1)
         if first.kind == INT and last.kind == INT and step.number == 1:
-            begin = () if first.text == "0" else (first.text,)
-            end = constant(last.number + 1).text if _is_literal(last) else _one_more(last.text)
-            return Code(call("range", *(begin or (("0",))), end), list_of(INT))
+            is_literal = last.number is not None and _is_literal(last)
+            end = constant((last.number or 0) + 1).text if is_literal else _one_more(last.text)
+            return Code(call("range", first.text, end), list_of(INT))
         kind = INT if first.kind == step.kind == INT else NUM
         return Code(call(self.c.helper("span"), first.text, step.text, last.text), list_of(kind))
 
@@ -647,10 +655,11 @@ class Expressions:
         return make(self, values)
 
     def _functions(self) -> list[str]:
-        scope, found = self.scope, []
+        found: list[str] = []
+        scope: Scope | None = self.scope
         while scope is not None:
             found += scope.functions
-            scope = scope.parent  # type: ignore[assignment]
+            scope = scope.parent
         return found
 
 
@@ -775,4 +784,3 @@ _BUILTINS: dict[str, tuple[int, int, _Make]] = {
     "version": (0, 0, _version),
     "version_num": (0, 1, lambda place, values: constant(20210100)),
 }
-

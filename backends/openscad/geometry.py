@@ -1,15 +1,16 @@
 """Modules of OpenSCAD as expressions of the Scene Language: shapes with two or three dimensions.
 
-OpenSCAD finds out at run time whether an object is flat; here profiles and solids are different values, so a module that
-is called with flat children and with solid ones is written twice. Objects may be empty in OpenSCAD, which our booleans
-refuse: where that can happen, a helper leaves the empty ones out.
+OpenSCAD finds out at run time whether an object is flat; here profiles and solids are different values, so a module
+that is called with flat children and with solid ones is written twice. Objects may be empty in OpenSCAD, which
+booleans here refuse: where that can happen, a helper leaves the empty ones out.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 from scenelang.backends.openscad.expressions import (
     ANY,
@@ -30,7 +31,6 @@ from scenelang.backends.openscad.expressions import (
 )
 from scenelang.backends.openscad.syntax import (
     Argument,
-    Assignment,
     Branch,
     Constant,
     FunctionDefinition,
@@ -82,7 +82,7 @@ def placed(c: Converter, shape: Shape) -> str:
     if shape.dimensions != 2:
         poses = [text for _, text in shape.moves]
         return call("transform", base, poses[0] if len(poses) == 1 else call("@", *poses))
-    inside, base = base, "p" if shape.may_be_empty else base
+    inside, base = base, "profile" if shape.may_be_empty else base
     pending: list[tuple[str, str]] = []
     for kind, text in reversed(shape.moves):
         later = [_ORDER.index(each) for each, _ in pending]
@@ -94,7 +94,7 @@ def placed(c: Converter, shape: Shape) -> str:
             pending.append((kind, text))
     base = _profile_moved(base, pending)
     if shape.may_be_empty:
-        return call(c.helper("map-profile"), inside, f"(lambda (p) {base})")
+        return call(c.helper("map-profile"), inside, f"(lambda (profile) {base})")
     return base
 
 
@@ -156,13 +156,14 @@ class Geometry(Expressions):
     def declare(self, statements: Sequence[Statement]) -> list[tuple[tuple[str, ...], str]]:
         """Declare and convert the definitions of a scope; returns comments and texts."""
         texts: list[tuple[tuple[str, ...], str]] = []
-        functions = [self._declared(each) for each in statements if isinstance(each, FunctionDefinition | ModuleDefinition)]
-        values = {name: each for name, each in assigned(statements).items()}
+        functions = [
+            self._declared(each) for each in statements if isinstance(each, FunctionDefinition | ModuleDefinition)
+        ]
         constants = []
-        for name, each in values.items():
-            value = self.code(each.value)
+        for name, assignment in assigned(statements).items():
+            value = self.code(assignment.value)
             found = self.bind(name, value.kind, value.number)
-            constants.append((each.comments, f"(define {found} {value.text})"))
+            constants.append((assignment.comments, f"(define {found} {value.text})"))
         for each in functions:
             if isinstance(each.definition, FunctionDefinition) and self.scope.functions[each.definition.name] is each:
                 texts += self._function(each)
@@ -212,7 +213,9 @@ class Geometry(Expressions):
             parameters.insert(0, inner.children_name)
         for name in facts.all("dynamic", function.place):
             default = self.specials[str(name)]
-            parameters.append(f"(:{inner.bind(str(name), ANY)} {default.text})")
+            own = own_name(str(name))
+            inner.specials[str(name)] = Code(own, ANY)
+            parameters.append(f"(:{own} {default.text})")
         definitions, shapes = inner.block(definition.body)
         shape = inner.united(shapes, definition.span)
         if shape.dimensions:
@@ -257,7 +260,7 @@ class Geometry(Expressions):
         if dimensions == 2:
             may = any(shape.may_be_empty for shape in shapes)
             name = self.c.helper("profiles-union") if may else "profile-union"
-            return Shape(call(name, *map(self.place, shapes)), 2, is_empty)
+            return Shape(_called(name, list(map(self.place, shapes))), 2, is_empty)
         texts = [_with_comments(shape.comments, self.place(shape)) for shape in shapes]
         return Shape("(union\n" + "\n".join(texts) + ")", dimensions, is_empty)
 
@@ -274,6 +277,8 @@ class Geometry(Expressions):
 
     def _branch(self, branch: Branch) -> Shape:
         test = self.condition(branch.test)
+        if test in ("#t", "#f"):
+            return self.scoped(branch.yes if test == "#t" else branch.no, branch.span)
         yes, no = self.scoped(branch.yes, branch.span), self.scoped(branch.no, branch.span)
         dimensions = dimensions_of([yes, no], branch.span)
         nothing = "(list)" if dimensions == 2 else "(union)"
@@ -306,7 +311,7 @@ class Geometry(Expressions):
             self._unknown(instance)
         return handler(inner, instance)
 
-    def _unknown(self, instance: Instance) -> None:
+    def _unknown(self, instance: Instance) -> NoReturn:
         span, name = instance.span, instance.name
         if name == "projection":
             unsupported(span, "`projection`", "draw the outline as a profile")
@@ -374,9 +379,9 @@ class Geometry(Expressions):
     def _combined(self, name: str, dimensions: int, texts: list[str], shapes: list[Shape], color: str) -> Shape:
         look = [color] if color and dimensions != 2 else []
         if any(shape.may_be_empty for shape in shapes) and dimensions:
-            is_empty = shapes[0].may_be_empty if name == "difference" else any if name == "intersection" else all
-            may = is_empty if isinstance(is_empty, bool) else is_empty(shape.may_be_empty for shape in shapes)
-            text = call(self.c.helper(_SAFE[name, dimensions]), *texts)
+            empty = [shape.may_be_empty for shape in shapes]
+            may = empty[0] if name == "difference" else any(empty) if name == "intersection" else all(empty)
+            text = _called(self.c.helper(_SAFE[name, dimensions]), texts)
             made = Shape(text, dimensions, may)
             return self._painted(made, color) if look else made
         operation = _FLAT[name] if dimensions == 2 else name
@@ -385,12 +390,14 @@ class Geometry(Expressions):
             for each in texts[1:]:
                 text = call(operation, text, each, *look)
             return Shape(text, dimensions)
-        return Shape(call(operation, *texts, *look), dimensions)
+        return Shape(_called(operation, [*texts, *look]), dimensions)
 
     def _painted(self, shape: Shape, color: str) -> Shape:
         """Return a solid that was made elsewhere with one colour."""
         name = self.c.helper("painted") if shape.may_be_empty else "union-solid"
-        return Shape(call(name, shape._replace(moves=()).text, color), shape.dimensions, shape.may_be_empty, shape.moves)
+        return Shape(
+            call(name, shape._replace(moves=()).text, color), shape.dimensions, shape.may_be_empty, shape.moves
+        )
 
     # --- modules of the program --------------------------------------------------------------------------------------
 
@@ -401,6 +408,7 @@ class Geometry(Expressions):
         texts = self.operands(function, definition.parameters, instance.arguments, instance.span)
         texts += self._handed_down(function, instance)
         color, self.color = self.color, ""
+        self._set_for_children(definition)
         variant = 0
         if function.takes_children:
             definitions, shapes = self._members(instance)
@@ -422,6 +430,15 @@ class Geometry(Expressions):
         made = Shape(call(self.name_of(function, variant), *texts), dimensions, facts.holds("empty", place, variant))
         return self._painted(made, color) if color and dimensions == 3 else made
 
+    def _set_for_children(self, definition: FunctionDefinition | ModuleDefinition) -> None:
+        """Give the children of a call the special variables that the module sets itself."""
+        assert isinstance(definition, ModuleDefinition)
+        for name, each in assigned(definition.body).items():
+            if name.startswith("$") and isinstance(each.value, Constant):
+                self.specials[name] = self.code(each.value)
+            elif name.startswith("$"):
+                self.c.warn(each.span, f"the children of `{definition.name}` do not see its `{name}`")
+
     def _handed_down(self, function: Function, instance: Instance) -> list[str]:
         """Return the special variables that a module must get, because they differ from those of the file."""
         facts, texts = self.c.facts, []
@@ -437,7 +454,7 @@ class Geometry(Expressions):
             self.c.facts.mark("uses", self.owner, name)
             if value.text != default.text:
                 facts.mark("dynamic", function.place, name)
-                texts.append(f":{name.lstrip('$')} {value.text}")
+                texts.append(f":{own_name(name)} {value.text}")
         return texts
 
     def children(self, instance: Instance) -> Shape:
@@ -459,8 +476,10 @@ class Geometry(Expressions):
                 place = index.text if index.kind == INT else call("floor", index.text)
                 made = Shape(call("ref", name, place), dimensions, may_be_empty)
             else:
-                chosen = f"(for/list ((i {index.text})) (ref {name} i))"
-                made = Shape(chosen, 2, True, is_list=True) if dimensions == 2 else Shape(call("union", chosen), 3, True)
+                chosen = f"(for/list ((number {index.text})) (ref {name} number))"
+                made = (
+                    Shape(chosen, 2, True, is_list=True) if dimensions == 2 else Shape(call("union", chosen), 3, True)
+                )
         return self._painted(made, color) if color and dimensions == 3 else made
 
     # --- arguments ---------------------------------------------------------------------------------------------------
@@ -485,13 +504,20 @@ class Geometry(Expressions):
             if 3 <= fn.number <= MAX_SEGMENTS and fn.number == int(fn.number):
                 return fn.text
             return str(int(min(max(3, fn.number), MAX_SEGMENTS)))
-        literal = [each.number for each in (radius, fa, fs) if each.number is not None and each.text == number_text(each.number)]
+        literal = [
+            each.number
+            for each in (radius, fa, fs)
+            if each.number is not None and each.text == number_text(each.number)
+        ]
         if len(literal) == 3 and fn.number is not None:
             size, angle, length = literal
             return str(fragments_of(size, angle, length))
-        texts = [f":{name} {value.text}" for name, value, default in (("fn", fn, "0"), ("fa", fa, "12"), ("fs", fs, "2"))
-                 if value.text != default]  # fmt: skip
-        return call(self.c.helper("fragments"), radius.text, *texts)
+        return call(self.c.helper("fragments"), radius.text, *self.resolution())
+
+    def resolution(self) -> list[str]:
+        """Return `$fn`, `$fa` and `$fs` as keywords, those that are not the default."""
+        given = ((name, self.special(f"${name}").text) for name in ("fn", "fa", "fs"))
+        return [f":{name} {text}" for name, text in given if text != {"fn": "0", "fa": "12", "fs": "2"}[name]]
 
     def solid(self, *words: str, may_be_empty: bool = False) -> Shape:
         """Return a call that makes a solid, in the colour of the place."""
@@ -536,7 +562,9 @@ def _uses_children(tree: object) -> bool:
         each = stack.pop()
         if isinstance(each, tuple):
             stack += each
-        elif isinstance(each, Instance) and each.name == "children" or isinstance(each, Name) and each.name == "$children":
+        elif (isinstance(each, Instance) and each.name == "children") or (
+            isinstance(each, Name) and each.name == "$children"
+        ):
             return True
         elif hasattr(each, "__match_args__") and not isinstance(each, Span):
             stack += [getattr(each, name) for name in each.__match_args__ if name not in ("span", "comments")]
@@ -558,6 +586,17 @@ def _runs(argument: Argument) -> bool:
 
 def _with_comments(comments: Sequence[str], text: str) -> str:
     return "".join(f"; {line}\n" for line in comments) + text
+
+
+def _called(name: str, operands: Sequence[str]) -> str:
+    """Return a call, with an operand per line if it is long, which the formatter keeps."""
+    is_long = sum(map(len, operands)) > 70 and len(operands) > 1
+    return f"({name}\n" + "\n".join(operands) + ")" if is_long else call(name, *operands)
+
+
+def own_name(special: str) -> str:
+    """Return the parameter by which a module gets a special variable that differs from the file's."""
+    return f"{re.sub(r'[^A-Za-z0-9]+', '-', special).strip('-')}-here"
 
 
 def half(value: Code) -> str:
@@ -640,7 +679,11 @@ def _cylinder(place: Geometry, instance: Instance) -> Shape:
     largest = bottom
     if bottom.text != top.text:
         both = bottom.number is not None and top.number is not None
-        largest = max(bottom, top, key=lambda each: each.number or 0.0) if both else Code(call("max", bottom.text, top.text), NUM)
+        largest = (
+            max(bottom, top, key=lambda each: each.number or 0.0)
+            if both
+            else Code(call("max", bottom.text, top.text), NUM)
+        )
     sides = place.fragments(largest)
     keyword = [] if center is None else [f":center {center}"]
     if bottom.text == top.text:
@@ -698,7 +741,11 @@ def _text(place: Geometry, instance: Instance) -> Shape:
         place.c.warn(instance.span, "`direction` and `spacing` of `text` are ignored")
     size = given.get("size", constant(10))
     literal = size.number is not None and size.text == number_text(size.number)
-    em = number_text(round(size.number * 100 / 72, 6)) if literal and size.number is not None else f"(* {size.text} {100 / 72:.6f})"
+    em = (
+        number_text(round(size.number * 100 / 72, 6))
+        if literal and size.number is not None
+        else f"(* {size.text} {100 / 72:.6f})"
+    )
     words = ["text-outline", given["text"].text, f":size {em}"]
     align = given.get("halign")
     if align is not None and align.text != '"left"':
@@ -721,7 +768,7 @@ def _profile(place: Geometry, instance: Instance) -> tuple[Shape, str]:
     place.color = color
     if shape.dimensions == 3:
         unsupported(instance.span, f"`{instance.name}` of a solid")
-    return shape, "p" if shape.may_be_empty else place.place(shape)
+    return shape, "profile" if shape.may_be_empty else place.place(shape)
 
 
 def _from_profile(place: Geometry, shape: Shape, made: Shape) -> Shape:
@@ -731,7 +778,7 @@ def _from_profile(place: Geometry, shape: Shape, made: Shape) -> Shape:
     if not shape.may_be_empty:
         return made
     helper = place.c.helper("if-profile")
-    return Shape(call(helper, place.place(shape), f"(lambda (p) {made.text})"), 3, True, made.moves)
+    return Shape(call(helper, place.place(shape), f"(lambda (profile) {made.text})"), 3, True, made.moves)
 
 
 _EXTRUDE = ("height", "center", "convexity", "twist", "slices", "scale")
@@ -741,61 +788,40 @@ def _linear_extrude(place: Geometry, instance: Instance) -> Shape:
     given = place.named(instance, _EXTRUDE)
     shape, profile = _profile(place, instance)
     height = given.get("height", constant(100))
-    words = [profile, height.text]
+    words, name = [profile, height.text], "extrude"
     twist, taper = given.get("twist"), given.get("scale")
+    slices = _slices(place, given, twist)
     if twist is not None and twist.number != 0:
-        words.append(f":twist {call('radians', place._negative(twist).text)}")
-        words.append(f":slices {_slices(place, given, twist, height, profile)}")
-    elif "slices" in given:
-        words.append(f":slices {given['slices'].text}")
+        if slices is None:
+            name = place.c.helper("twisted")
+            words += [twist.text, *place.resolution()]
+        else:
+            words.append(f":twist {call('radians', place.negative(twist).text)}")
+    if slices is not None:
+        words.append(f":slices {slices}")
     if taper is not None:
         words.append(f":taper {taper.text}")
     center = _centered(place, given.get("center"))
     if center is not None:
         words.append(f":center {center}")
-    return _from_profile(place, shape, place.solid("extrude", *words))
+    return _from_profile(place, shape, place.solid(name, *words))
 
 
-def _slices(place: Geometry, given: Mapping[str, Code], twist: Code, height: Code, profile: str) -> str:
-    """Return the number of layers of a twist, by OpenSCAD's rules."""
+def _slices(place: Geometry, given: Mapping[str, Code], twist: Code | None) -> str | None:
+    """Return the number of layers of a twist by OpenSCAD's rules; None if it is not known here."""
     if "slices" in given:
         return given["slices"].text
     fn = place.special("$fn")
-    if fn.number is not None and fn.number > 0 and twist.number is not None:
+    if twist is not None and fn.number is not None and fn.number > 0 and twist.number is not None:
         return str(max(1, math.ceil(abs(twist.number) / 120), math.ceil(abs(twist.number) / 360 * fn.number)))
-    fa, fs = place.special("$fa"), place.special("$fs")
-    helper = place.c.helper("twist-slices")
-    return call(helper, profile, height.text, twist.text, f":fn {fn.text} :fa {fa.text} :fs {fs.text}")
+    return None
 
 
 def _rotate_extrude(place: Geometry, instance: Instance) -> Shape:
     given = place.named(instance, ("angle", "convexity"))
     shape, profile = _profile(place, instance)
-    angle = given.get("angle")
-    is_full = angle is None or (angle.number is not None and abs(angle.number) >= 360)
-    if is_full:
-        sides = _turn_sides(place, profile)
-        made = place.solid("lathe", profile, f":segments {sides}")
-        if not sides.isdigit() or int(sides) % 2:  # OpenSCAD begins at -x
-            made = made.moved("pose", "(rotate pi [0 1 0])")
-        return _from_profile(place, shape, made.moved("pose", "(rotate (radians 90) [1 0 0])"))
-    assert angle is not None
-    size = constant(abs(angle.number)) if angle.number is not None else Code(call("abs", angle.text), NUM)
-    sides = f"(max 1 (floor (/ (* {_turn_sides(place, profile)} {size.text}) 360)))"
-    made = place.solid(place.c.helper("part-lathe"), profile, call("radians", size.text), sides)
-    if angle.number is None:
-        made = made.moved("pose", f"(scale [1 1 (if (< {angle.text} 0) -1 1)])")
-    elif angle.number < 0:
-        made = made.moved("pose", "(scale [1 1 -1])")
-    return _from_profile(place, shape, made.moved("pose", "(rotate (radians 90) [1 0 0])"))
-
-
-def _turn_sides(place: Geometry, profile: str) -> str:
-    fn = place.special("$fn")
-    if fn.number is not None and fn.number > 0:
-        return place.fragments(constant(1))
-    reach = call(place.c.helper("profile-reach"), profile)
-    return place.fragments(Code(reach, NUM))
+    words = [f":angle {given['angle'].text}"] if "angle" in given else []
+    return _from_profile(place, shape, place.solid(place.c.helper("turned"), profile, *words, *place.resolution()))
 
 
 def _offset(place: Geometry, instance: Instance) -> Shape:
@@ -804,7 +830,7 @@ def _offset(place: Geometry, instance: Instance) -> Shape:
     if shape is NOTHING:
         return NOTHING
     if "delta" in given:
-        join = ":square" if given.get("chamfer", constant(0)).text == "#t" else ":miter"
+        join = ":square" if given.get("chamfer", constant(0)).text == "#t" else ":miter :limit 1000"
         words = [profile, given["delta"].text, f":join {join}"]
     else:
         distance = given.get("r", constant(1))
@@ -812,7 +838,7 @@ def _offset(place: Geometry, instance: Instance) -> Shape:
         words = [profile, distance.text, f":segments {place.fragments(size)}"]
     text = call("offset-profile", *words)
     if shape.may_be_empty:
-        text = call(place.c.helper("map-profile"), place.place(shape), f"(lambda (p) {text})")
+        text = call(place.c.helper("map-profile"), place.place(shape), f"(lambda (profile) {text})")
     return Shape(text, 2, True)
 
 
@@ -933,7 +959,10 @@ def _look(place: Geometry, color: Code, alpha: Code | None, span: Span) -> str:
         if len(color.parts) == 4:
             opacity = color.parts[3]
         numbers = [part.number for part in color.parts[:3]]
-        if all(part.text == number_text(part.number) for part in color.parts[:3] if part.number is not None) and None not in numbers:
+        if (
+            all(part.text == number_text(part.number) for part in color.parts[:3] if part.number is not None)
+            and None not in numbers
+        ):
             text = call("rgb", *(number_text(round(255 * number, 6)) for number in numbers if number is not None))
         else:
             text = call("rgb", *(f"(* 255 {part.text})" for part in color.parts[:3]))
@@ -951,4 +980,3 @@ _MODULES: dict[str, Handler] = {
     "rotate": _moving(_rotate), "scale": _moving(_scale), "mirror": _moving(_mirror),
     "multmatrix": _moving(_multmatrix), "resize": _moving(_resize),
 }  # fmt: skip
-

@@ -1,4 +1,4 @@
-"""Functions that converted programs define when they need them, by name: OpenSCAD's shapes and rules in our language."""
+"""Functions that converted programs define when they need them, by name: OpenSCAD's shapes and rules."""
 
 from __future__ import annotations
 
@@ -163,8 +163,8 @@ _TEXT = """
       (else 0)))
   (transform-profile outline :move [0 (- line)]))
 
-;;; The number of layers of a twisted extrusion.
-(define (twist-slices profile height twist (:fn 0) (:fa 12) (:fs 2))
+;;; An extrusion turned by `twist` degrees, clockwise, in layers as OpenSCAD counts them.
+(define (twisted profile height twist (:fn 0) (:fa 12) (:fs 2) (:taper 1) (:center #f) (:color none) (:opacity none))
   (define radius (max-of (map norm (profile-points profile))))
   (define turn (abs (radians twist)))
   (define arc-length (if (= turn 0) height (* turn (hypot radius (/ height turn)))))
@@ -172,11 +172,21 @@ _TEXT = """
     (if (> fn 0)
       (/ (* turn fn) tau)
       (min (/ (degrees turn) fa) (/ arc-length fs))))
-  (max 1 (ceiling (/ (degrees turn) 120)) (ceiling (- layers 1e-9))))
+  (define slices (max 1 (ceiling (/ (degrees turn) 120)) (ceiling (- layers 1e-9))))
+  (extrude profile height :twist (radians (- twist)) :slices slices :taper taper :center center :color color
+           :opacity opacity))
 
-;;; Part of a turn around the y axis, towards -z.
-(define (part-lathe profile angle sides (:color none) (:opacity none))
-  (lathe profile :angle angle :segments sides :color color :opacity opacity))
+;;; A profile turned around z by `angle` degrees, with as many sides as OpenSCAD takes.
+(define (turned profile (:angle 360) (:fn 0) (:fa 12) (:fs 2) (:color none) (:opacity none))
+  (define is-full (>= (abs angle) 360))
+  (define round-sides (fragments (profile-reach profile) :fn fn :fa fa :fs fs))
+  (define sides (if is-full round-sides (max 1 (floor (/ (* round-sides (abs angle)) 360)))))
+  (define part
+    (lathe profile :angle (if is-full tau (radians (abs angle))) :segments (max sides 3) :color color :opacity opacity))
+  (transform part
+             (@ (rotate (radians 90) [1 0 0])
+                (rotate (if (and is-full (odd? sides)) pi 0) [0 1 0])
+                (scale [1 1 (if (< angle 0) -1 1)]))))
 
 ;;; Three numbers of a vector of two or three.
 (define (triple v (filler 0))

@@ -56,7 +56,7 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """Operator with its operands; chains of ``+``, ``*``, ``&&`` and ``||`` have more than two. ``?`` is the ternary."""
+    """Operator with its operands; chains of ``+``, ``*``, ``&&`` and ``||`` have more than two, ``?`` has three."""
 
     span: Span
     operator: str
@@ -480,10 +480,14 @@ class _Parser:
             return self._branch(start, modifiers, comments)
         name = self._expect("name")
         if name.text in _ABSENT:
-            unsupported(self._span(name.start, name.start + len(name.text)), f"`{name.text}`: no {_ABSENT[name.text]} are read")
+            unsupported(
+                self._span(name.start, name.start + len(name.text)), f"`{name.text}`: no {_ABSENT[name.text]} are read"
+            )
         arguments = self._arguments()
         children = self._children()
-        return Instance(self._since(start), name.text, arguments, children, modifiers, comments + self._comment_behind())
+        return Instance(
+            self._since(start), name.text, arguments, children, modifiers, comments + self._comment_behind()
+        )
 
     def _children(self) -> tuple[Statement, ...]:
         if self._takes(";"):
@@ -612,7 +616,9 @@ class _Parser:
         self._next()
         name = self._expect("name")
         if name.text not in _COORDINATES:
-            failure(self._span(name.start, name.start + len(name.text)), f"expected `.x`, `.y` or `.z`, got `.{name.text}`")
+            failure(
+                self._span(name.start, name.start + len(name.text)), f"expected `.x`, `.y` or `.z`, got `.{name.text}`"
+            )
         number = _COORDINATES[name.text]
         return Item(self._since(start), value, Constant(self._since(start), float(number), str(number)))
 
@@ -694,7 +700,9 @@ class _Parser:
             kind = self._tokens[ahead].kind
             depth += (kind in ("(", "[")) - (kind in (")", "]"))
             if kind == ";" and depth:
-                unsupported(self._since(start), "`for (a = ...; test; ...)` in a list", "use a range or a recursive function")
+                unsupported(
+                    self._since(start), "`for (a = ...; test; ...)` in a list", "use a range or a recursive function"
+                )
             if depth <= 0:
                 break
         bindings = self._bindings()

@@ -111,12 +111,12 @@ def combined(name: str, kind: str, profiles: Sequence[Contours]) -> Contours:
     return contours_of(manifold3d.CrossSection.batch_boolean(sections, manifold3d.OpType[kind]))
 
 
-def offset(contours: Contours, distance: float, join: str, segments: int) -> Contours:
+def offset(contours: Contours, distance: float, join: str, segments: int, limit: float = 4.0) -> Contours:
     """Return a profile grown by a distance, or shrunk by a negative one; ``join`` is a join of Manifold."""
     import manifold3d
 
     check_crossings("offset-profile", contours)
-    grown = section_of(contours).offset(distance, manifold3d.JoinType[join], 4.0, segments)
+    grown = section_of(contours).offset(distance, manifold3d.JoinType[join], limit, segments)
     return contours_of(grown.simplify(abs(distance) * 1e-6))
 
 
