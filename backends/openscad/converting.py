@@ -83,7 +83,7 @@ class _Program:
         shape = self._solid(place, shapes)
         lines = [self._header(), *self._helpers()]
         lines += ["".join(f"; {line}\n" for line in comments) + text for comments, text in definitions]
-        body = place.place(shape.moved("pose", _UPRIGHT))
+        body = place.commented(shape.moved("pose", _UPRIGHT))
         lines.append(f"(bind {string_text(self.word)}\n(lambda ()\n; z is up in OpenSCAD, and y here\n{body}))")
         return "\n\n".join(lines) + "\n"
 

@@ -151,6 +151,10 @@ class Geometry(Expressions):
         """Return the text of an object."""
         return placed(self.c, shape)
 
+    def commented(self, shape: Shape) -> str:
+        """Return the text of an object below its comments."""
+        return _with_comments(shape.comments, self.place(shape))
+
     # --- scopes ------------------------------------------------------------------------------------------------------
 
     def declare(self, statements: Sequence[Statement]) -> list[tuple[tuple[str, ...], str]]:
@@ -223,7 +227,7 @@ class Geometry(Expressions):
         if shape.may_be_empty:
             facts.mark("empty", function.place, variant)
         head = " ".join((self.name_of(function, variant), *(text for text in parameters if text)))
-        body = "\n".join((*(_with_comments(*each) for each in definitions), inner.place(shape)))
+        body = "\n".join((*(_with_comments(*each) for each in definitions), inner.commented(shape)))
         return definition.comments if not index else (), f"(define ({head})\n{body})"
 
     def name_of(self, function: Function, variant: int) -> str:
@@ -533,6 +537,7 @@ class Geometry(Expressions):
 
     def triple(self, value: Code, filler: str) -> str:
         """Return a vector of three numbers."""
+        value = self.array(value)
         if value.parts is not None and value.kind.name == "vec":
             return f"[{' '.join([part.text for part in value.parts[:3]] + [filler] * (3 - len(value.parts)))}]"
         if value.kind.name == "vec" and value.kind.size == 3:
@@ -541,6 +546,7 @@ class Geometry(Expressions):
 
     def pair(self, value: Code) -> tuple[str, str]:
         """Return two numbers of a vector or number."""
+        value = self.array(value)
         if value.parts is not None and len(value.parts) >= 2:
             return value.parts[0].text, value.parts[1].text
         if is_number(value.kind):
@@ -631,7 +637,7 @@ def _either(place: Geometry, center: str | None, centred: Shape, corner: Callabl
 
 def _cube(place: Geometry, instance: Instance) -> Shape:
     given = place.named(instance, ("size", "center"))
-    size = given.get("size", constant(1))
+    size = place.array(given.get("size", constant(1)))
     center = _centered(place, given.get("center"))
     scale = place.triple(size, "1") if size.parts is not None else size.text
     centred = place.solid("call", '"cube"', f":scale {scale}")
