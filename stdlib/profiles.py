@@ -347,15 +347,43 @@ def profile_intersection(rt: Runtime, first: Any, *others: Any) -> Any:
 
 
 @define(
-    "offset-profile", "profile distance::Number [:join::Keyword] [:segments::Integer]", "List",
+    "profile-hull", "first others ...", "List", "Return the convex hull of all profiles.",
+    ("(profile-area (profile-hull (rectangle 2 2) (+ (rectangle 2 2) [4 0])))", "12.0"),
+    picture='(extrude (profile-hull (circle 1) (+ (circle .4) [2 0])) .4 :color (color "gold"))',
+)  # fmt: skip
+def profile_hull(rt: Runtime, first: Any, *others: Any) -> Any:
+    rt.meter.check_growth(len(others), "a list of profiles")
+    contours = [each for value in (first, *others) for each in profile_of(rt, "profile-hull", value)]
+    rt.charge(1 + (sum(map(len, contours)) >> 2))
+    return profile_value(rt, shapes.hull(contours))
+
+
+@define(
+    "profile-minkowski", "base tool", "List",
+    "Return the Minkowski sum of two profiles: what a convex `tool`, moved by its origin over all of `base`, covers.",
+    ("(profile-area (profile-minkowski (rectangle 2 2) (rectangle 1 1)))", "9.0"),
+    picture='(extrude (profile-minkowski (star 5 1 .4) (circle .2)) .3 :color (color "gold"))',
+)  # fmt: skip
+def profile_minkowski(rt: Runtime, base: Any, tool: Any) -> Any:
+    name = "profile-minkowski"
+    contours, moved = profile_of(rt, name, base), profile_of(rt, name, tool)
+    corners = sum(map(len, contours)) * sum(map(len, moved))
+    if corners > MAX_POINTS:
+        raise SceneError("value", f"`{name}` expects at most {MAX_POINTS:,} pairs of corners, got {corners:,}")
+    rt.charge(1 + corners)
+    return profile_value(rt, shapes.minkowski(contours, moved))
+
+
+@define(
+    "offset-profile", "profile distance::Number [:join::Keyword] [:segments::Integer] [:limit::Number]", "List",
     "Return a profile grown by `distance`, or shrunk if it is negative. Outer corners are joined `:round` with "
-    "`:segments` of a full circle, `:miter` (cut off beyond four times the distance) or `:square`.",
+    "`:segments` of a full circle, `:miter` (cut off beyond `:limit` times the distance, 4 by default) or `:square`.",
     ("(profile-area (offset-profile (rectangle 2 2) 1 :join :miter))", "16.0"),
     picture='(union (extrude (star 5 1 .5) .5 :color (color "gold")) (extrude (offset-profile (star 5 1 .5) .25) .2 '
             ':color (color "slategray")))',
 )  # fmt: skip
 def offset_profile(
-    rt: Runtime, profile: Any, distance: Any, join: Any = _ROUND, segments: int = SEGMENTS
+    rt: Runtime, profile: Any, distance: Any, join: Any = _ROUND, segments: int = SEGMENTS, limit: Any = 4
 ) -> Any:  # fmt: skip
     name = "offset-profile"
     contours = profile_of(rt, name, profile)
@@ -363,7 +391,9 @@ def offset_profile(
     length = finite(name, "the distance", distance)
     _charge_for(rt, name, contours)
     rt.charge(sum(map(len, contours)) * (sides if kind == "Round" else 4) >> 6)
-    return profile_value(rt, shapes.offset(contours, length, kind, sides) if length else contours)
+    return profile_value(
+        rt, shapes.offset(contours, length, kind, sides, positive(name, ":limit", limit)) if length else contours
+    )
 
 
 @define(

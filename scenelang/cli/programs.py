@@ -389,19 +389,21 @@ def run_lift(arguments: argparse.Namespace) -> int:
 
 
 def add_import(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", metavar="FILE", help="build to import: .schem, .litematic or .nbt")
+    parser.add_argument("file", metavar="FILE", help="file to import: .scad (OpenSCAD), .schem, .litematic or .nbt")
     parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
 
 
 def run_import(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.minecraft.export import imported
+    from scenelang.backends.minecraft import export as minecraft
+    from scenelang.backends.openscad import converting as openscad
 
     output = Path(arguments.output) if arguments.output else None
     if output is not None:
         if output.suffix != ".scene":
             raise UsageError("backend", f"cannot write a program to `{output.name}`", "use .scene")
         check_folder(output)
-    text, warnings = imported(Path(arguments.file))
+    path = Path(arguments.file)
+    text, warnings = openscad.imported(path) if path.suffix.lower() == ".scad" else minecraft.imported(path)
     deliver(text, arguments.output)
     if output is not None:
         done(arguments, output)

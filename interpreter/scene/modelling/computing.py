@@ -6,6 +6,7 @@ for each triangle of a result where it comes from, which gives colours and words
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from threading import Lock
@@ -16,7 +17,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling.contours import section_of
 from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, REPLACING, SEGMENTS, Expression, nodes_of
-from scenelang.interpreter.scene.modelling.sweeping import height_field, lofted, swept
+from scenelang.interpreter.scene.modelling.sweeping import height_field, lofted, swept, twisted
 from scenelang.interpreter.scene.primitives.base import Point, Primitive, mesh_of
 from scenelang.interpreter.scene.primitives.mesh import Mesh, posed
 
@@ -363,7 +364,13 @@ def _mesh(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
 def _extrude(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
     height, twist = float(parameters["height"]), float(parameters["twist"])
     taper = tuple(float(factor) for factor in parameters["taper"])
-    made = section_of(parameters["profile"]).extrude(height, int(parameters["slices"]), twist, (taper[0], taper[1]))
+    if twist:
+        found = twisted(
+            parameters["profile"], height, math.radians(twist), parameters["taper"], int(parameters["slices"]) + 1
+        )
+        made = manifold_of_mesh(Mesh(found[0], None, found[1]), "extrude")
+    else:
+        made = section_of(parameters["profile"]).extrude(height, int(parameters["slices"]), 0.0, (taper[0], taper[1]))
     return made.translate((0.0, 0.0, -height / 2.0)) if parameters["center"] else made
 
 

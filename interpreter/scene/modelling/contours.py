@@ -113,13 +113,13 @@ def combined(name: str, kind: str, profiles: Sequence[Contours]) -> Contours:
     return contours_of(manifold3d.CrossSection.batch_boolean(sections, manifold3d.OpType[kind]))
 
 
-def offset(contours: Contours, distance: float, join: str, segments: int) -> Contours:
+def offset(contours: Contours, distance: float, join: str, segments: int, limit: float = 4.0) -> Contours:
     """Return a profile grown by a distance, or shrunk by a negative one; ``join`` is a join of Manifold."""
     import manifold3d
 
     check_crossings("offset-profile", contours)
     _check_offset(contours, segments)
-    grown = section_of(contours).offset(distance, manifold3d.JoinType[join], 4.0, segments)
+    grown = section_of(contours).offset(distance, manifold3d.JoinType[join], limit, segments)
     return contours_of(grown.simplify(abs(distance) * 1e-6))
 
 
@@ -134,6 +134,26 @@ def _check_offset(contours: Contours, segments: int) -> None:
     if total > MAX_OFFSET:
         message = f"`offset-profile` would make about {total:,.0f} points, more than {MAX_OFFSET:,}"
         raise LimitError("size", message, hint="use fewer :segments")
+
+
+def hull(contours: Sequence[FloatArray]) -> Contours:
+    """Return the convex hull of contours."""
+    return contours_of(section_of(contours).hull())
+
+
+def minkowski(base: Contours, tool: Contours) -> Contours:
+    """Return what a convex tool covers that is moved over a profile.
+
+    That is the base, moved to a point of the tool, and what the tool covers on its way along each edge.
+    """
+    import manifold3d
+
+    corners = np.concatenate(tool)
+    pieces = [section_of(base).translate(corners.mean(axis=0).tolist())]
+    for contour in base:
+        for start, end in zip(contour, np.roll(contour, -1, axis=0), strict=True):
+            pieces.append(manifold3d.CrossSection.hull_points(np.concatenate([corners + start, corners + end])))
+    return contours_of(manifold3d.CrossSection.batch_boolean(pieces, manifold3d.OpType.Add))
 
 
 def check_crossings(name: str, contours: Sequence[FloatArray]) -> int:

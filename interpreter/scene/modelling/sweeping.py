@@ -247,6 +247,45 @@ def _runs(frames: PathFrames, reach: float, folded: npt.NDArray[np.bool_]) -> li
     return [(start, end) for start, end in (*runs, (first, len(middle))) if start < end]
 
 
+# --- twists ----------------------------------------------------------------------------------------------------------
+
+
+def twisted(profile: Contours, height: float, twist: float, taper: FloatArray, layers: int) -> Surface:
+    """Return the surface of a profile extruded along z, turned by ``twist`` radians and scaled by ``taper`` at the top.
+
+    The sides between layers are split along their shorter diagonals: the solid is then the mirror image of that of the
+    opposite twist, and its volume the closest to that of the smooth one.
+    """
+    contours = normalized(profile)
+    if not contours:
+        hint = "outer contours must be counter-clockwise: `polygon` turns them"
+        raise SceneError("solid", "`extrude` got a profile with nothing inside", hint)
+    corners = np.concatenate(contours)
+    check_corners("extrude", layers + 1, len(corners))
+    share = np.linspace(0.0, 1.0, layers + 1)
+    scaled = corners[None] * (1.0 + (taper - 1.0) * share[:, None, None])
+    c, s = np.cos(twist * share)[:, None], np.sin(twist * share)[:, None]
+    x, y = scaled[:, :, 0], scaled[:, :, 1]
+    rings = np.stack([c * x - s * y, s * x + c * y, np.broadcast_to(height * share[:, None], x.shape)], axis=-1)
+    starts = np.cumsum([0, *map(len, contours)])
+    after = np.concatenate(
+        [start + np.roll(np.arange(len(each)), -1) for start, each in zip(starts, contours, strict=False)]
+    )
+    base = (np.arange(layers) * len(corners))[:, None]
+    low, low_after = base + np.arange(len(corners)), base + after
+    high, high_after = low + len(corners), low_after + len(corners)
+    points = rings.reshape(-1, 3)
+    rise = np.linalg.norm(points[low] - points[high_after], axis=-1) - np.linalg.norm(
+        points[low_after] - points[high], axis=-1
+    )
+    size = float(np.abs(corners).max())
+    first = (rise < -1e-9 * size) | ((np.abs(rise) <= 1e-9 * size) & (twist < 0.0))
+    one = np.where(first[..., None], np.stack([low, low_after, high_after], -1), np.stack([low, low_after, high], -1))
+    two = np.where(first[..., None], np.stack([low, high_after, high], -1), np.stack([low_after, high_after, high], -1))
+    caps = _caps(contours)
+    return points, np.concatenate([one.reshape(-1, 3), two.reshape(-1, 3), caps[:, ::-1], caps + layers * len(corners)])
+
+
 # --- lofts -----------------------------------------------------------------------------------------------------------
 
 
