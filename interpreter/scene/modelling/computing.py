@@ -435,7 +435,9 @@ def _surface(made: _Made) -> ComputedSolid:
     faces = np.array(mesh.tri_verts, np.int64)
     words = tuple(dict.fromkeys(each.word for each in sources))
     part = np.array([words.index(each.word) for each in sources], np.int64)[source] if len(words) > 1 else None
-    surface = Mesh(properties[:, :3], properties[:, 3:6], faces, colors, part, words)
+    joint = np.arange(len(properties))
+    joint[np.asarray(mesh.merge_from_vert, np.int64)] = np.asarray(mesh.merge_to_vert, np.int64)
+    surface = Mesh(properties[:, :3], properties[:, 3:6], faces, colors, part, words, joint[faces])
     return ComputedSolid(surface, source, sources, hull, manifold.volume(), manifold.surface_area())
 
 
