@@ -14,7 +14,7 @@ from scenelang.interpreter.runtime.values import NIL, Keyword, MutableList, Pair
 from scenelang.interpreter.scene.modelling import contours as shapes
 from scenelang.interpreter.scene.modelling import curves
 from scenelang.interpreter.scene.modelling.contours import Contours
-from scenelang.interpreter.scene.modelling.expressions import SEGMENTS
+from scenelang.interpreter.scene.modelling.operations import SEGMENTS
 from scenelang.interpreter.scene.modelling.outlines import TextStyle, Typeface, bundled, text_outline
 from scenelang.stdlib.operands import Numpy, from_numpy, items, to_numpy
 

@@ -15,7 +15,7 @@ from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Matrix, Pr
 from scenelang.interpreter.scene import parts, pose
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling import curves
-from scenelang.interpreter.scene.modelling.expressions import SEGMENTS, Expression, Operand, check_size
+from scenelang.interpreter.scene.modelling.operations import SEGMENTS, Expression, Operand, check_size
 from scenelang.interpreter.scene.modelling.solid import SolidShape, operand_of
 from scenelang.interpreter.scene.modelling.sweeping import check_corners
 from scenelang.interpreter.scene.primitives.base import MATERIALS, color_of

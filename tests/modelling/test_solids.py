@@ -19,7 +19,7 @@ from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Scene, count_words, descendants
 from scenelang.interpreter.scene.modelling import computing
 from scenelang.interpreter.scene.modelling.computing import computed, manifold_of
-from scenelang.interpreter.scene.modelling.expressions import from_plain, nodes_of, to_plain
+from scenelang.interpreter.scene.modelling.operations import from_plain, nodes_of, to_plain
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 
 CUBE = '(call "cube" :color [.8 .2 .1])'

@@ -17,7 +17,7 @@ from scenelang.interpreter.runtime.values import Array
 from scenelang.interpreter.scene.modelling import contours as shapes
 from scenelang.interpreter.scene.modelling import curves, sweeping
 from scenelang.interpreter.scene.modelling.computing import OPERATIONS, ComputedSolid, computed
-from scenelang.interpreter.scene.modelling.expressions import Expression
+from scenelang.interpreter.scene.modelling.operations import Expression
 from scenelang.stdlib import random
 
 FloatArray = npt.NDArray[np.float64]

@@ -16,7 +16,7 @@ from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling.contours import section_of
-from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, REPLACING, SEGMENTS, Expression, nodes_of
+from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, REPLACING, SEGMENTS, Expression, nodes_of
 from scenelang.interpreter.scene.modelling.sweeping import height_field, lofted, swept, twisted
 from scenelang.interpreter.scene.primitives.base import Point, Primitive, mesh_of
 from scenelang.interpreter.scene.primitives.mesh import Mesh, posed

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling.curves import bezier
-from scenelang.interpreter.scene.modelling.expressions import SEGMENTS
+from scenelang.interpreter.scene.modelling.operations import SEGMENTS
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -9,7 +9,7 @@ from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import Note, SceneError
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import Entity, descendants
-from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, SEGMENTS, Expression, Operand
+from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, SEGMENTS, Expression, Operand
 from scenelang.interpreter.scene.primitives.base import Primitive, Symmetry, color_of
 
 if TYPE_CHECKING:

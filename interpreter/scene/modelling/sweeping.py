@@ -12,7 +12,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling.contours import Contours, area_of, normalized
 from scenelang.interpreter.scene.modelling.curves import PathFrames, frames_of, lengths_to, points_at, rolls
-from scenelang.interpreter.scene.modelling.expressions import SEGMENTS
+from scenelang.interpreter.scene.modelling.operations import SEGMENTS
 
 if TYPE_CHECKING:
     import numpy.typing as npt
