@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import time
+from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import pytest
 import trimesh
@@ -27,6 +29,12 @@ VOLUMES = json.loads((HERE / "volumes.json").read_text("utf-8"))
 def volume(text: str) -> float:
     """The volume of a converted program's scene."""
     return sl.evaluate(text).measure().volume
+
+
+def is_closed(mesh: Any) -> bool:
+    """Whether a surface runs along each edge as often in one direction as in the other; it may touch itself there."""
+    there = Counter(map(tuple, mesh.edges.tolist()))
+    return all(count == there[b, a] for (a, b), count in there.items())
 
 
 def volume_of(program: str) -> float:
@@ -64,7 +72,7 @@ def test_a_program_has_the_volume_that_openscad_gives(
     assert main(["export", str(program), "-o", str(made), "--solid"]) == 0
     capsys.readouterr()
     mesh = trimesh.load(made, force="mesh", process=False)  # merging vertices would join edges that only touch
-    assert mesh.is_watertight
+    assert is_closed(mesh)
     assert abs(mesh.volume) == pytest.approx(VOLUMES[path.stem], rel=1e-3)
 
 
