@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import time
 from collections import Counter
 from pathlib import Path
@@ -13,7 +14,7 @@ import trimesh
 
 import scenelang as sl
 from scenelang.backends.openscad.converting import converted, imported
-from scenelang.backends.openscad.expressions import ANY, INT, NUM, UNKNOWN, joined, list_of, vector
+from scenelang.backends.openscad.terms import ANY, INT, NUM, UNKNOWN, joined, list_of, vector
 from scenelang.backends.openscad.geometry import fragments_of
 from scenelang.backends.openscad.syntax import MAX_NESTING
 from scenelang.cli.main import main
@@ -160,6 +161,18 @@ def test_kinds_join() -> None:
     assert joined(vector(2), vector(3)) == vector(0)
     assert joined(vector(2), list_of(INT)).name == "list"
     assert joined(INT, vector(2)) == ANY
+
+
+ROWS = re.findall(
+    r"^\| `(.*?)` \| `(.*?)` \|", (HERE.parents[1] / "docs" / "from-openscad.md").read_text("utf-8"), re.MULTILINE
+)
+
+
+@pytest.mark.parametrize(("program", "expected"), ROWS)
+def test_the_table_of_the_documentation(program: str, expected: str) -> None:
+    text, _ = converted(program)
+    assert expected in " ".join(text.split())
+    assert volume(text) > 0.0
 
 
 # --- mistakes --------------------------------------------------------------------------------------------------------
