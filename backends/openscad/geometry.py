@@ -12,6 +12,21 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, NoReturn
 
+from scenelang.backends.openscad.syntax import (
+    Argument,
+    Branch,
+    Constant,
+    FunctionDefinition,
+    Instance,
+    Items,
+    ModuleDefinition,
+    Name,
+    Range,
+    Statement,
+    assigned,
+    failure,
+    unsupported,
+)
 from scenelang.backends.openscad.terms import (
     ANY,
     INT,
@@ -28,21 +43,6 @@ from scenelang.backends.openscad.terms import (
     is_number,
     number_text,
     vector_code,
-)
-from scenelang.backends.openscad.syntax import (
-    Argument,
-    Branch,
-    Constant,
-    FunctionDefinition,
-    Instance,
-    Items,
-    ModuleDefinition,
-    Name,
-    Range,
-    Statement,
-    assigned,
-    failure,
-    unsupported,
 )
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import suggest
