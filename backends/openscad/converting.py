@@ -11,10 +11,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from scenelang.backends.files import read_regular
-from scenelang.backends.openscad.expressions import Code, Converter, Facts, Scope, constant, string_text
+from scenelang.backends.openscad.definitions import HELPERS
 from scenelang.backends.openscad.geometry import NOTHING, Geometry, Shape
-from scenelang.backends.openscad.helpers import HELPERS
 from scenelang.backends.openscad.syntax import MAX_SIZE, Branch, Instance, Statement, parse
+from scenelang.backends.openscad.terms import Code, Converter, Facts, Scope, constant, string_text
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.formatter import format_text

@@ -12,7 +12,22 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, NoReturn
 
-from scenelang.backends.openscad.expressions import (
+from scenelang.backends.openscad.syntax import (
+    Argument,
+    Branch,
+    Constant,
+    FunctionDefinition,
+    Instance,
+    Items,
+    ModuleDefinition,
+    Name,
+    Range,
+    Statement,
+    assigned,
+    failure,
+    unsupported,
+)
+from scenelang.backends.openscad.terms import (
     ANY,
     INT,
     NUM,
@@ -28,21 +43,6 @@ from scenelang.backends.openscad.expressions import (
     is_number,
     number_text,
     vector_code,
-)
-from scenelang.backends.openscad.syntax import (
-    Argument,
-    Branch,
-    Constant,
-    FunctionDefinition,
-    Instance,
-    Items,
-    ModuleDefinition,
-    Name,
-    Range,
-    Statement,
-    assigned,
-    failure,
-    unsupported,
 )
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import suggest
@@ -835,17 +835,18 @@ def _offset(place: Geometry, instance: Instance) -> Shape:
     shape, profile = _profile(place, instance)
     if shape is NOTHING:
         return NOTHING
+    distance = given.get("delta", given.get("r", constant(1)))
     if "delta" in given:
         join = ":square" if given.get("chamfer", constant(0)).text == "#t" else ":miter :limit 1000"
-        words = [profile, given["delta"].text, f":join {join}"]
+        words = [profile, distance.text, f":join {join}"]
     else:
-        distance = given.get("r", constant(1))
         size = constant(abs(distance.number)) if distance.number is not None else Code(call("abs", distance.text), NUM)
         words = [profile, distance.text, f":segments {place.fragments(size)}"]
     text = call("offset-profile", *words)
     if shape.may_be_empty:
         text = call(place.c.helper("map-profile"), place.place(shape), f"(lambda (profile) {text})")
-    return Shape(text, 2, True)
+    grows = distance.number is not None and distance.number > 0
+    return Shape(text, 2, shape.may_be_empty or not grows)
 
 
 # --- movements -------------------------------------------------------------------------------------------------------
