@@ -118,6 +118,9 @@ CODES: dict[str, DiagnosticCode] = {
     "python-name": DiagnosticCode("E804", "A name in the Python code is not defined."),
     "python-call": DiagnosticCode("E805", "A call in the Python code does not match the function's signature."),
     "python-exception": DiagnosticCode("E806", "The Python code raises an exception."),
+    # E81x: OpenSCAD
+    "openscad-syntax": DiagnosticCode("E811", "The OpenSCAD program has a mistake."),
+    "openscad-unsupported": DiagnosticCode("E812", "This part of OpenSCAD cannot be converted."),
     # E9xx: language models
     "model-key": DiagnosticCode("E901", "The API key for the language model provider is missing or invalid."),
     "model-offline": DiagnosticCode("E902", "The language model API cannot be reached."),
@@ -214,6 +217,9 @@ CODES: dict[str, DiagnosticCode] = {
     "python-ignored": DiagnosticCode("W803", "A Python statement has no effect on the scene and was ignored."),
     "draw-order": DiagnosticCode(
         "W804", "A generator and the loop over it both draw random numbers; the generator now draws first."
+    ),
+    "openscad-ignored": DiagnosticCode(
+        "W806", "A part of an OpenSCAD program was left out of the conversion, or replaced."
     ),
     "print-limit": DiagnosticCode("W501", "The log is full; further output of the program is discarded."),
 }
@@ -673,6 +679,8 @@ _FILES = {
 }
 
 _PYTHON = {
+    "openscad-syntax": "Correct the OpenSCAD program: the message says what was expected at this place.",
+    "openscad-unsupported": "Write this part in another way, as the hint says, or by hand in the converted program.",
     "python-syntax": "Correct the Python code at the indicated place, or request a new program from the model.",
     "python-forbidden": "Remove it: a scene program may only compute shapes and numbers and draw random numbers.",
     "python-unsupported": "Rewrite it with plain functions, loops and lists; `docs/transpiler.md` lists what is "
@@ -747,6 +755,7 @@ _WARNINGS = {
     "ignored-block": "Put the whole program in one code block.",
     "python-ignored": "No action is required; set the random seed with `--seed N`.",
     "draw-order": "Compare the result with the original; draw random numbers in only one place if the order matters.",
+    "openscad-ignored": "Look whether the converted program needs the part; docs/from-openscad.md tells more.",
     "print-limit": "Print less, or run with `--quiet`.",
 }
 

@@ -29,6 +29,7 @@ DOCUMENTS = (
     "docs/maps.md",
     "docs/datasets.md",
     "docs/minecraft.md",
+    "docs/from-openscad.md",
     "docs/splatting.md",
     "docs/imagine.md",
     "docs/grammar.md",

@@ -151,7 +151,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "expand": Command(PROGRAM, "programs", "print the program after macro expansion"),
         "transpile": Command(OWN, "programs", "convert Python written by a language model to a program"),
         "lift": Command(PROGRAM, "programs", "rewrite a program as a person would write it"),
-        "import": Command(OUTPUT, "programs", "convert a Minecraft build to a program: .schem .litematic .nbt"),
+        "import": Command(OUTPUT, "programs", "convert OpenSCAD or a Minecraft build: .scad .schem .litematic .nbt"),
     },
     "Inspect scenes": {
         "render": Command(PROGRAM, "pictures", "render an image or a video of the scene"),

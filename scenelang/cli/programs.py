@@ -44,6 +44,7 @@ from scenelang.grammar.diagnostics import (
 )
 from scenelang.grammar.settings import line_range, part_of_one
 from scenelang.interpreter.scene.entity import count_words
+from scenelang.interpreter.scene.modelling.solid import compute_all
 from scenelang.reports import deliver, painted, print_json, say, table
 
 if TYPE_CHECKING:
@@ -101,7 +102,15 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
         source = session.source(path)
     if arguments.geometry:
         return session.check_geometry(source)
-    return (session.evaluate(source) if arguments.evaluate else session.check(source)).diagnostics
+    if not arguments.evaluate:
+        return session.check(source).diagnostics
+    result = session.evaluate(source)
+    try:
+        with bounded(arguments):
+            compute_all(() if result.scene is None else result.scene.frames)
+    except SceneError as error:
+        return [*result.diagnostics, error.diagnostic]
+    return result.diagnostics
 
 
 def run_run(arguments: argparse.Namespace) -> int:
@@ -380,19 +389,21 @@ def run_lift(arguments: argparse.Namespace) -> int:
 
 
 def add_import(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", metavar="FILE", help="build to import: .schem, .litematic or .nbt")
+    parser.add_argument("file", metavar="FILE", help="file to import: .scad (OpenSCAD), .schem, .litematic or .nbt")
     parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
 
 
 def run_import(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.minecraft.export import imported
+    from scenelang.backends.minecraft import export as minecraft
+    from scenelang.backends.openscad import converting as openscad
 
     output = Path(arguments.output) if arguments.output else None
     if output is not None:
         if output.suffix != ".scene":
             raise UsageError("backend", f"cannot write a program to `{output.name}`", "use .scene")
         check_folder(output)
-    text, warnings = imported(Path(arguments.file))
+    path = Path(arguments.file)
+    text, warnings = openscad.imported(path) if path.suffix.lower() == ".scad" else minecraft.imported(path)
     deliver(text, arguments.output)
     if output is not None:
         done(arguments, output)

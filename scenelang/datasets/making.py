@@ -34,6 +34,7 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import count_words, descendants, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.scene.modelling.solid import compute_all
 from scenelang.scene import Scene, literal
 from scenelang.session import Options, Session
 
@@ -278,6 +279,7 @@ class Maker:
         self._watch(True)
         try:
             result = Session(options).evaluate(source)
+            compute_all(() if result.scene is None else result.scene.frames)
         finally:
             self._watch(False)
         graph = result.require()

@@ -12,7 +12,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling.contours import Contours, area_of, normalized
 from scenelang.interpreter.scene.modelling.curves import PathFrames, frames_of, lengths_to, points_at, rolls
-from scenelang.interpreter.scene.modelling.expressions import SEGMENTS
+from scenelang.interpreter.scene.modelling.operations import SEGMENTS
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -26,6 +26,7 @@ MAX_CORNERS = 1_000_000  # of a surface: it has about twice as many triangles
 _MAX_STATIONS = 20_000  # points of a path, each compared with the others
 _MAX_FOLDED = 30_000  # corners of the convex pieces of a sweep that folds, whose union takes seconds
 _MITRE = 4.0  # a mitred joint is at most so many times as wide as the profile
+_LAYERS = 8  # of a loft between two different profiles
 _STRAIGHT = 1e-6  # sine of the smallest turn that leaves a gap
 
 
@@ -226,7 +227,7 @@ def _runs(frames: PathFrames, reach: float, folded: npt.NDArray[np.bool_]) -> li
     """Return ranges of segments without folds, in which segments far apart on the path are far apart in space.
 
     What is within ``reach`` of two segments can only overlap if these are closer than twice that. Along a bend that
-    does not fold, that takes half a turn, and so a length of more than pi times the reach.
+    does not fold, that takes half a turn, and so a length of more than pi times the reach; neighbours never do.
     """
     middle = (frames.points[:-1] + frames.points[1:]) / 2.0
     length = np.diff(frames.along)
@@ -234,14 +235,55 @@ def _runs(frames: PathFrames, reach: float, folded: npt.NDArray[np.bool_]) -> li
     runs: list[tuple[int, int]] = []
     for number in range(len(middle)):
         run = slice(first, number)
+        both = length[run] + length[number]
         between = frames.along[number] - frames.along[first + 1 : number + 1]
         if frames.closed:
-            between = np.minimum(between, total - between - length[run] - length[number])
-        near = np.linalg.norm(middle[run] - middle[number], axis=1) < 2.0 * reach + (length[run] + length[number]) / 2.0
-        if folded[number] or (near & (between > math.pi * reach)).any():
+            between = np.minimum(between, total - between - both)
+        distant = (between > 1e-9 * total) & (between + both > math.pi * reach)
+        near = np.linalg.norm(middle[run] - middle[number], axis=1) < 2.0 * reach + both / 2.0
+        if folded[number] or (near & distant).any():
             runs.append((first, number))
             first = number + 1 if folded[number] else number
     return [(start, end) for start, end in (*runs, (first, len(middle))) if start < end]
+
+
+# --- twists ----------------------------------------------------------------------------------------------------------
+
+
+def twisted(profile: Contours, height: float, twist: float, taper: FloatArray, layers: int) -> Surface:
+    """Return the surface of a profile extruded along z, turned by ``twist`` radians and scaled by ``taper`` at the top.
+
+    The sides between layers are split along their shorter diagonals: the solid is then the mirror image of that of the
+    opposite twist, and its volume the closest to that of the smooth one.
+    """
+    contours = normalized(profile)
+    if not contours:
+        hint = "outer contours must be counter-clockwise: `polygon` turns them"
+        raise SceneError("solid", "`extrude` got a profile with nothing inside", hint)
+    corners = np.concatenate(contours)
+    check_corners("extrude", layers + 1, len(corners))
+    share = np.linspace(0.0, 1.0, layers + 1)
+    scaled = corners[None] * (1.0 + (taper - 1.0) * share[:, None, None])
+    c, s = np.cos(twist * share)[:, None], np.sin(twist * share)[:, None]
+    x, y = scaled[:, :, 0], scaled[:, :, 1]
+    rings = np.stack([c * x - s * y, s * x + c * y, np.broadcast_to(height * share[:, None], x.shape)], axis=-1)
+    starts = np.cumsum([0, *map(len, contours)])
+    after = np.concatenate(
+        [start + np.roll(np.arange(len(each)), -1) for start, each in zip(starts, contours, strict=False)]
+    )
+    base = (np.arange(layers) * len(corners))[:, None]
+    low, low_after = base + np.arange(len(corners)), base + after
+    high, high_after = low + len(corners), low_after + len(corners)
+    points = rings.reshape(-1, 3)
+    rise = np.linalg.norm(points[low] - points[high_after], axis=-1) - np.linalg.norm(
+        points[low_after] - points[high], axis=-1
+    )
+    size = float(np.abs(corners).max())
+    first = (rise < -1e-9 * size) | ((np.abs(rise) <= 1e-9 * size) & (twist < 0.0))
+    one = np.where(first[..., None], np.stack([low, low_after, high_after], -1), np.stack([low, low_after, high], -1))
+    two = np.where(first[..., None], np.stack([low, high_after, high], -1), np.stack([low_after, high_after, high], -1))
+    caps = _caps(contours)
+    return points, np.concatenate([one.reshape(-1, 3), two.reshape(-1, 3), caps[:, ::-1], caps + layers * len(corners)])
 
 
 # --- lofts -----------------------------------------------------------------------------------------------------------
@@ -256,9 +298,40 @@ def lofted(profiles: Sequence[Contours], poses: FloatArray) -> Surface:
     matched = [_matched([profile[i] for profile in profiles]) for i in range(len(profiles[0]))]
     sections = np.concatenate(matched, axis=1)
     check_corners("loft", *sections.shape[:2])
-    rings = sections @ np.swapaxes(poses[:, :, :2], 1, 2) + poses[:, None, :, 3]
+    rings = _layered(sections @ np.swapaxes(poses[:, :, :2], 1, 2) + poses[:, None, :, 3])
     first, last = (tuple(each[place] for each in matched) for place in (0, -1))
-    return rings.reshape(-1, 3), _ring_faces(first, len(profiles), (_caps(first), _caps(last)))
+    vertices = rings.reshape(-1, 3)
+    faces = _ring_faces(first, len(rings), (_caps(first), _caps(last)))
+    return vertices, _with_short_diagonals(vertices, faces, (len(rings) - 1) * rings.shape[1])
+
+
+def _layered(rings: FloatArray) -> FloatArray:
+    """Return rings (R, K, 3) with more between those whose quadrilaterals are not flat, for smooth ruled surfaces."""
+    a, d = rings[:-1], rings[1:]
+    b, c = np.roll(a, -1, axis=1), np.roll(d, -1, axis=1)
+    volume = np.abs(np.sum(np.cross(b - a, c - a) * (d - a), axis=2))  # six times that of a tetrahedron
+    size = np.maximum(np.linalg.norm(c - a, axis=2), np.linalg.norm(d - b, axis=2))
+    is_flat = (volume <= 1e-6 * size**3).all(axis=1)
+    layers = [_between(*pair, 1 if flat else _LAYERS) for pair, flat in zip(pairwise(rings), is_flat, strict=True)]
+    found = np.concatenate([*layers, rings[-1:]])
+    check_corners("loft", *found.shape[:2])
+    return found
+
+
+def _between(low: FloatArray, high: FloatArray, count: int) -> FloatArray:
+    share = (np.arange(count) / count)[:, None, None]
+    return np.asarray(low * (1.0 - share) + high * share, np.float64)
+
+
+def _with_short_diagonals(vertices: FloatArray, faces: IntArray, count: int) -> IntArray:
+    """Return faces whose first ``count`` quadrilaterals, a b c and a c d, are divided by their shorter diagonals."""
+    a, b, c = faces[:count].T
+    d = faces[count : 2 * count, 2]
+    lengths = (np.linalg.norm(vertices[p] - vertices[q], axis=1) for p, q in ((b, d), (a, c)))
+    is_shorter = np.less(*lengths)[:, None]
+    one = np.where(is_shorter, np.stack([a, b, d], axis=-1), faces[:count])
+    other = np.where(is_shorter, np.stack([b, c, d], axis=-1), faces[count : 2 * count])
+    return np.concatenate([one, other, faces[2 * count :]])
 
 
 def _check_contours(profiles: Sequence[Contours]) -> None:

@@ -1,0 +1,248 @@
+"""Programs of OpenSCAD: they convert, check and are formatted, and their volumes are those that OpenSCAD computes."""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+import trimesh
+
+import scenelang as sl
+from scenelang.backends.openscad.converting import converted, imported
+from scenelang.backends.openscad.geometry import fragments_of
+from scenelang.backends.openscad.syntax import MAX_NESTING
+from scenelang.backends.openscad.terms import ANY, INT, NUM, UNKNOWN, joined, list_of, vector
+from scenelang.cli.main import main
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.formatter import format_text
+from scenelang.interpreter.expand.forms import INDENTS
+
+HERE = Path(__file__).parent
+PROGRAMS = sorted((HERE / "programs").glob("*.scad"))
+VOLUMES = json.loads((HERE / "volumes.json").read_text("utf-8"))
+
+
+def volume(text: str) -> float:
+    """The volume of a converted program's scene."""
+    return sl.evaluate(text).measure().volume
+
+
+def is_closed(mesh: Any) -> bool:
+    """Whether a surface runs along each edge as often in one direction as in the other; it may touch itself there."""
+    there = Counter(map(tuple, mesh.edges.tolist()))
+    return all(count == there[b, a] for (a, b), count in there.items())
+
+
+def volume_of(program: str) -> float:
+    return volume(converted(program)[0])
+
+
+def error(program: str) -> tuple[str, str, tuple[int, int]]:
+    """The code, message and place of a program's mistake."""
+    with pytest.raises(SceneError) as caught:
+        converted(program)
+    span = caught.value.span
+    assert span is not None
+    return caught.value.name, caught.value.message, span.source.position(span.start)
+
+
+# --- whole programs --------------------------------------------------------------------------------------------------
+
+
+def test_there_are_thirty_programs_with_a_volume() -> None:
+    assert len(PROGRAMS) >= 30
+    assert set(VOLUMES) == {path.stem for path in PROGRAMS}
+
+
+@pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.stem)
+def test_a_program_has_the_volume_that_openscad_gives(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:  # fmt: skip
+    text, _ = imported(path)
+    assert format_text(text, INDENTS) == text
+    program = tmp_path / "a.scene"
+    program.write_text(text, "utf-8")
+    assert main(["check", str(program)]) == 0
+    assert volume(text) == pytest.approx(VOLUMES[path.stem], rel=1e-3)
+    made = tmp_path / "a.3mf"
+    assert main(["export", str(program), "-o", str(made), "--solid"]) == 0
+    capsys.readouterr()
+    mesh = trimesh.load(made, force="mesh", process=False)  # merging vertices would join edges that only touch
+    assert is_closed(mesh)
+    assert abs(mesh.volume) == pytest.approx(VOLUMES[path.stem], rel=1e-3)
+
+
+def test_the_scene_stands_upright() -> None:
+    scene = sl.evaluate(converted("cube([1, 2, 3]);")[0])
+    low, high = scene.bounds
+    assert [round(float(x), 9) + 0.0 for x in (*low, *high)] == [0, 0, -2, 1, 3, 0]
+
+
+# --- what becomes of parts of the language ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("program", "expected"),
+    [
+        ("a = 1; b = a; a = 2; cube(b);", 8),  # the last assignment counts, at the first place
+        ("x = 2; module m() { x = x + 1; cube(x); } m();", 27),
+        ("function f(n) = n <= 0 ? 0 : n + f(n - 1); cube([f(3), 1, 1]);", 6),
+        ("f = function(x) x * 2; cube([f(3), 1, 1]);", 6),
+        ("module m(a, b = 2, c) cube([a, b, is_undef(c) ? 1 : c]); m(1); translate([9, 0, 0]) m(c = 3, a = 1);", 8),
+        ("for (i = [0 : 2 : 4]) translate([i * 3, 0, 0]) cube(1);", 3),
+        ("for (i = [1, 2], j = [0 : i - 1]) translate([i * 5, j * 5, 0]) cube(1);", 3),
+        ("cube(len([for (i = [0 : 5]) if (i % 2 == 0) i]));", 27),
+        ("cube([for (i = [1 : 3]) i]);", 6),
+        ("v = [1, 2, 3]; cube([v * v, 1, 1]);", 14),
+        ("m = [[0, 1], [2, 0]]; cube([(m * [3, 4])[1], 1, 1]);", 6),
+        ("cube([7 % 4, -7 % 4 + 5, 2 ^ 2]);", 24),
+        ("cube([round(2.5), round(-2.5) + 4, ceil(0.5)]);", 3),
+        ("if (0) cube(9); else if (\"a\") cube(1);", 1),
+        ("difference() { cube(2); if (false) cube(1); for (i = []) cube(1); }", 8),
+        ("difference() { cube(2); children_of(); } module children_of() { if (len(\"\") > 0) cube(1); }", 8),
+        ("*cube(5); #cube(1); %cube(9);", 1),
+        ("cube(5); !cube(1);", 1),
+        ("union() { x = 2; cube(x); }", 8),
+        ("let (x = 2) cube(x);", 8),
+        ("square(3);", 9),
+        ("linear_extrude(2) polygon([[0, 0], [0, 2], [2, 0]]);", 4),
+        ("linear_extrude(2) minkowski() { square(2); square(1); }", 18),
+        ("linear_extrude(1) resize2(); module resize2() offset(delta = 1) square(2);", 16),
+        ("hull() { cube(1); translate([1, 0, 0]) cube(1); }", 2),
+        ("minkowski() { cube(1); cube(1); }", 8),
+        ("resize([2, 0, 4]) cube(1);", 8),
+        ("render() cube(1);", 1),
+        ("module both() children(); both() cube(2); translate([5, 0, 0]) linear_extrude(1) both() square(1);", 9),
+        ("module pick() children(1); pick() { cube(1); cube(2); }", 8),
+        ("assert(true, \"yes\"); echo(1); cube(1);", 1),
+        ("color(\"red\") { cube(1); color(\"blue\") translate([2, 0, 0]) cube(1); }", 2),
+        ("8bit = 2; cube(8bit);", 8),
+        ("translate([1, 0]) cube(1);", 1),
+        ("cube(1);;", 1),
+        ("scale = 2; module list(length) cube(length); list(scale);", 8),
+    ],
+)  # fmt: skip
+def test_a_part_of_the_language(program: str, expected: float) -> None:
+    assert volume_of(program) == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_outermost_colour_wins() -> None:
+    text, _ = converted('color("red") color("blue") cube(1);')
+    assert '(color "red")' in text
+    assert "blue" not in text
+
+
+def test_comments_stay() -> None:
+    text, _ = converted("// Size.\nsize = 3; // mm\n/* The crate\n * of wood. */\ncube(size);")
+    assert text.index("; Size.") < text.index("; mm") < text.index("; The crate") < text.index("; of wood.")
+
+
+def test_what_is_left_out_is_said() -> None:
+    assert [each.message for each in converted('%cube(1); cube(2); linear_extrude(1) text("a");')[1]] == [
+        "objects marked `%` are left out", "`text` is drawn in DejaVu Sans, the bundled font",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("radius", "angle", "length", "expected"), [(1, 12, 2, 5), (10, 12, 2, 30), (3, 12, 2, 10), (10, 5, 0.1, 72)]
+)
+def test_circles_have_the_sides_of_openscad(radius: float, angle: float, length: float, expected: int) -> None:
+    assert fragments_of(radius, angle, length) == expected
+
+
+def test_kinds_join() -> None:
+    assert joined(INT, NUM) == NUM
+    assert joined(UNKNOWN, INT) == INT
+    assert joined(vector(2), vector(3)) == vector(0)
+    assert joined(vector(2), list_of(INT)).name == "list"
+    assert joined(INT, vector(2)) == ANY
+
+
+ROWS = re.findall(
+    r"^\| `(.*?)` \| `(.*?)` \|", (HERE.parents[1] / "docs" / "from-openscad.md").read_text("utf-8"), re.MULTILINE
+)
+
+
+@pytest.mark.parametrize(("program", "expected"), ROWS)
+def test_the_table_of_the_documentation(program: str, expected: str) -> None:
+    text, _ = converted(program)
+    assert expected in " ".join(text.split())
+    assert volume(text) > 0.0
+
+
+# --- mistakes --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("program", "name", "message", "place"),
+    [
+        ("cube(", "openscad-syntax", "expected a value", (1, 6)),
+        ("cube(1)", "openscad-syntax", "expected a name, got the end of the file", (1, 8)),
+        ("\n  cube(1;", "openscad-syntax", "expected `)`, got `;`", (2, 9)),
+        ('a = "x', "openscad-syntax", "this string is never closed", (1, 5)),
+        ("/* a", "openscad-syntax", "this comment is never closed", (1, 1)),
+        ("cube(1); @", "openscad-syntax", "unexpected character '@'", (1, 10)),
+        ("cube(sise);", "openscad-syntax", "the variable `sise` is not defined here", (1, 6)),
+        ("cub(1);", "openscad-syntax", "the module `cub` is not defined", (1, 1)),
+        ("cube(sinn(1));", "openscad-syntax", "the function `sinn` is not defined", (1, 6)),
+        ("a = [1].w;", "openscad-syntax", "expected `.x`, `.y` or `.z`, got `.w`", (1, 9)),
+        ("include <a.scad>", "openscad-unsupported", "`include <a.scad>`: files are not read", (1, 1)),
+        ('import("a.stl");', "openscad-unsupported", "`import`: no files are read", (1, 1)),
+        ('surface("a.dat");', "openscad-unsupported", "`surface`: no height maps are read", (1, 1)),
+        ("cube($t);", "openscad-unsupported", "`$t`: animations are not converted", (1, 6)),
+        ("projection() cube(1);", "openscad-unsupported", "`projection`", (1, 1)),
+        ("cube(rands(0, 1, 1)[0]);", "openscad-unsupported", "the function `rands`", (1, 6)),
+        ("union() { cube(1); square(1); }", "openscad-unsupported", "flat and solid objects together", (1, 1)),
+        ("union() { !cube(1); }", "openscad-unsupported", "`!` inside of other objects", (1, 11)),
+        ("x = 3;", "empty-scene", "`<text>` makes no objects", (1, 1)),
+    ],
+)
+def test_a_mistake_has_its_place(program: str, name: str, message: str, place: tuple[int, int]) -> None:
+    assert error(program) == (name, message, place)
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "a = " + "(" * 5000 + "1" + ")" * 5000 + ";", "a = " + "[" * 5000, "a = " + "-" * 5000 + "1;",
+        "a = " + "!(" * 5000, "a = 1" + " - 1" * 5000 + ";", "a = x" + "[0]" * 5000 + ";", "{" * 5000,
+        "translate([0, 0, 1]) " * 5000 + "cube(1);", "a = 1" + " ? 1 : 1" * 5000 + ";", "if (1) " * 5000 + "cube(1);",
+        "module m() " * 5000 + "cube(1);", "a = [" + "for (i = [0 : 1]) " * 5000 + "i];", "a = 2" + " ^ 2" * 5000 + ";",
+        "module a() " + "{" * 90 + "cube(1);" + "}" * 90 + " a();", "x = 1;" * 300_000,
+        "a = " + "let (b = 1) " * 5000 + "b;", "f = " + "function (x) " * 5000 + "x;",
+    ],
+)  # fmt: skip
+def test_hostile_texts_end_soon(program: str) -> None:
+    begin = time.monotonic()
+    try:
+        converted(program)
+    except SceneError as found:
+        assert found.span is not None  # noqa: PT017
+    assert time.monotonic() - begin < 10
+
+
+def test_the_deepest_nesting_works() -> None:
+    depth = MAX_NESTING // 2 - 4
+    assert volume_of(f"cube({'(' * depth}2{')' * depth});") == pytest.approx(8)
+    assert volume_of(f"a = 1{' + 1' * 3000}; cube([a, 1, 1]);") == pytest.approx(3001)
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program, made = tmp_path / "part.scad", tmp_path / "part.scene"
+    program.write_text("cube(3);\n%cube(4);\n")
+    assert main(["import", str(program), "-o", str(made)]) == 0
+    assert "W806" in capsys.readouterr().err
+    assert volume(made.read_text()) == pytest.approx(27)
+    program.write_text("cube(3);\n  sphere(")
+    assert main(["import", str(program)]) == 1
+    assert "part.scad:2:10" in capsys.readouterr().err
+    program.write_bytes(b"cube(\xff);")
+    assert main(["import", str(program)]) == 1
+    assert "UTF-8" in capsys.readouterr().err
+    assert main(["import", str(tmp_path / "none.scad")]) == 1
+    assert "No such file" in capsys.readouterr().err
