@@ -39,6 +39,16 @@ SHOWN: dict[str, tuple[str, str, int | None]] = {
     "materials": ("materials", "azimuth=14,elevation=32", None),
     "toys": ("toys", "azimuth=20,elevation=18", None),
     "datasets-clevr": ("datasets/clevr", "azimuth=25,elevation=30", None),
+    "making-gear-pair": ("making/gear-pair", "azimuth=25,elevation=40", None),
+    "making-mug": ("making/mug", "azimuth=-25,elevation=30", None),
+    "making-vase": ("making/vase", "azimuth=20,elevation=20", None),
+    "making-chess-king": ("making/chess-king", "azimuth=20,elevation=14", None),
+    "making-lamp": ("making/lamp", "azimuth=20,elevation=14", None),
+    "making-bracket": ("making/bracket", "azimuth=40,elevation=26", None),
+    "making-name-plate": ("making/name-plate", "azimuth=15,elevation=20", None),
+    "making-bottle": ("making/bottle", "azimuth=25,elevation=16", None),
+    "making-chair": ("making/chair", "azimuth=28,elevation=18", None),
+    "making-terrain": ("making/terrain", "azimuth=25,elevation=35", None),
     "water-mill": ("water-mill", "azimuth=35,elevation=25", None),
 }
 QUALITIES = {"final": "", "draft": "-draft"}

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.runtime.evaluate import IncrementalRun
     from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
     from scenelang.interpreter.scene.entity import Scene
+    from scenelang.interpreter.scene.modelling.outlines import Typeface
     from scenelang.interpreter.scene.primitives.asset import Asset
     from scenelang.interpreter.transpile.translate import Translation
     from scenelang.interpreter.transpile.writing.code import Finish
@@ -266,6 +267,16 @@ class Session:
         """Return the function that measures a mesh file; what reads meshes is imported at its first use."""
         files = cache(lambda: self._assets(main))
         return lambda file, charge: files().measure(file, charge)
+
+    def _load_font(self, main: Source) -> Callable[[str, Callable[[int], None]], Typeface]:
+        """Return the function that loads a font file; what reads fonts is imported at its first use."""
+
+        def load(file: str, charge: Callable[[int], None]) -> Typeface:
+            from scenelang.interpreter.scene.modelling.outlines import FontFiles
+
+            return FontFiles(self._folder(main), self._project(main), self.options.allow_outside).load(file, charge)
+
+        return load
 
     def folders(self, main: Source) -> tuple[str, ...]:
         """Return the folders that an evaluation may read, in addition to the package."""
@@ -602,7 +613,9 @@ class Session:
         options, library = self.options, self.library
         overrides = {name: _value_datum(name, text) for name, text in options.defines.items()}
         asset = self._measure_asset(main)
-        runtime = JournaledRuntime(library, options.limits, options.seed, options.z_entries, asset=asset)
+        runtime = JournaledRuntime(
+            library, options.limits, options.seed, options.z_entries, asset=asset, font=self._load_font(main)
+        )
         new_macros = lambda: _macro_runner(library, self._macro_limits, started)
         return TopLevel(library, runtime, main, self.importer(main), new_macros, overrides)
 
@@ -645,7 +658,7 @@ class Session:
         options = self.options
         return Runtime(
             self.library, options.limits, options.seed, options.z_entries, snapshots=snapshots,
-            asset=self._measure_asset(main),
+            asset=self._measure_asset(main), font=self._load_font(main),
         )  # fmt: skip
 
     def _run_once(self, program: Program, runtime: Runtime, word: str) -> Scene:

@@ -10,7 +10,7 @@ from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import Matrix, Vector, make_list
 from scenelang.interpreter.scene.modelling import curves
-from scenelang.interpreter.scene.modelling.expressions import SEGMENTS
+from scenelang.interpreter.scene.modelling.operations import SEGMENTS
 from scenelang.stdlib.operands import Numpy, from_numpy, to_numpy
 from scenelang.stdlib.profiles import MAX_POINTS, finite, points_of, positive, segment_count
 
@@ -21,6 +21,7 @@ registry = Registry("paths")
 define = registry.define
 
 _MAX_DEGREE = 64  # of a Bezier curve: beyond, its control points say little about it
+_BLOCK = 4096  # poses between two checks of the limits
 _POINTS = "at least two different points [x y z]"
 
 
@@ -103,7 +104,7 @@ def bezier(rt: Runtime, points: Any, segments: int = 32, chained: bool = False) 
     "catmull-rom", "points::ArrayLike [:closed::Boolean] [:segments::Integer]", "Array",
     "Return a smooth path through points [x y] or [x y z], a centripetal Catmull-Rom spline with `:segments` steps "
     "between two points, 16 by default.",
-    ("(round (ref (catmull-rom [[0 0 0] [1 1 0] [2 0 0]] :segments 2) 1) 3)", "[0.438 0.625 0.0]"),
+    ("(round (ref (catmull-rom [[0 0 0] [1 1 0] [2 0 0]] :segments 2) 1) 3)", "[0.5 0.625 0.0]"),
     picture='(sweep (circle .1) (catmull-rom [[0 0 0] [1 1 0] [2 0 1] [1 0 2] [-1 1 1]] :closed #t) :color (color '
             '"gold"))',
 )  # fmt: skip
@@ -201,10 +202,13 @@ def _frames(rt: Runtime, name: str, value: Any) -> curves.PathFrames:
 )  # fmt: skip
 def frame_at(rt: Runtime, path: Any, t: Any, upright: bool = False) -> Any:
     shares, is_one = _shares(rt, "frame-at", t)
-    points, axes = _frames(rt, "frame-at", path).posed_at(shares)
-    rt.charge(len(shares) >> (0 if upright else 2))
-    if upright:
-        axes = np.array([curves.first_frame(direction) for direction in axes[:, :, 2]]).reshape(-1, 3, 3)
-    poses = np.concatenate([axes, points[:, :, None]], axis=2).reshape(-1, 12)
-    found = [Matrix(numbers) for numbers in poses.tolist()]
+    frames, found = _frames(rt, "frame-at", path), []
+    for start in range(0, len(shares), _BLOCK):
+        block = shares[start : start + _BLOCK]
+        rt.charge(1 + (len(block) >> 1))
+        points, axes = frames.posed_at(block)
+        if upright:
+            axes = curves.upright_frames(axes[:, :, 2])
+        poses = np.concatenate([axes, points[:, :, None]], axis=2).reshape(-1, 12)
+        found += [Matrix(numbers) for numbers in poses.tolist()]
     return found[0] if is_one else make_list(found)

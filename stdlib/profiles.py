@@ -14,7 +14,7 @@ from scenelang.interpreter.runtime.values import NIL, Keyword, MutableList, Pair
 from scenelang.interpreter.scene.modelling import contours as shapes
 from scenelang.interpreter.scene.modelling import curves
 from scenelang.interpreter.scene.modelling.contours import Contours
-from scenelang.interpreter.scene.modelling.expressions import SEGMENTS
+from scenelang.interpreter.scene.modelling.operations import SEGMENTS
 from scenelang.interpreter.scene.modelling.outlines import TextStyle, Typeface, bundled, text_outline
 from scenelang.stdlib.operands import Numpy, from_numpy, items, to_numpy
 
@@ -89,16 +89,26 @@ def points_of(rt: Runtime, name: str, value: Any, what: str, widths: Sequence[in
 
 
 def profile_of(rt: Runtime, name: str, value: Any) -> Contours:
-    """Return a profile as contours (K, 2): one array of points, or a list of them."""
+    """Return a profile as contours (K, 2): one array of points, or a list of them.
+
+    A single contour is an outer one, whichever way it goes around.
+    """
     members = _contours_in(rt, name, value)
     if members is None:
-        return (_contour(rt, name, value),)
+        return (counter_clockwise(_contour(rt, name, value)),)
     rt.meter.check_growth(len(members), "a profile")
     contours = tuple(_contour(rt, name, member) for member in members)
     total = sum(map(len, contours))
     if total > MAX_POINTS:
         raise SceneError("value", f"`{name}` expects a profile of at most {MAX_POINTS:,} points, got {total:,}")
     return contours
+
+
+def counter_clockwise(contour: Numpy) -> Numpy:
+    """Return a contour (K, 2) that goes around counter-clockwise."""
+    x, y = contour.T
+    is_clockwise = float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) < 0.0
+    return contour[::-1] if is_clockwise else contour
 
 
 def _contours_in(rt: Runtime, name: str, value: Any) -> list[Any] | None:
@@ -131,7 +141,7 @@ def profile_value(rt: Runtime, contours: Contours) -> Any:
 @define(
     "circle", "radius::Number [:segments::Integer]", "Array",
     "Return the profile of a circle around the origin, as a polygon of `:segments` sides, 64 by default.",
-    ("(round (circle 1 :segments 4) 6)", "[[1.0 0.0] [0.0 1.0] [-1.0 0.0] [0.0 -1.0]]"),
+    ("(circle 1 :segments 4)", "[[1.0 0.0] [0.0 1.0] [-1.0 0.0] [0.0 -1.0]]"),
     picture='(extrude (circle 1) .3 :color (color "gold"))',
 )  # fmt: skip
 def circle(rt: Runtime, radius: Any, segments: int = SEGMENTS) -> Any:
@@ -170,7 +180,7 @@ def polygon(rt: Runtime, points: Any) -> Any:
     "regular-polygon", "sides::Integer radius::Number", "Array",
     "Return the profile of a regular polygon around the origin with one corner at the top; `radius` is the distance of "
     "the corners.",
-    ("(round (regular-polygon 4 1) 6)", "[[0.0 1.0] [-1.0 0.0] [0.0 -1.0] [1.0 0.0]]"),
+    ("(regular-polygon 4 1)", "[[0.0 1.0] [-1.0 0.0] [0.0 -1.0] [1.0 0.0]]"),
     picture='(extrude (regular-polygon 6 1) .5 :color (color "gold"))',
 )  # fmt: skip
 def regular_polygon(rt: Runtime, sides: int, radius: Any) -> Any:
@@ -197,7 +207,7 @@ def star(rt: Runtime, points: int, outer: Any, inner: Any) -> Any:
     "Return the points of an arc around the origin, both ends included, at angles from the x axis towards the y axis. "
     "An arc is part of a contour: a piece of a pie is `(concatenate [[0 0]] (arc r a b))`, and a piece of a ring "
     "`(concatenate (arc outer a b) (arc inner b a))`.",
-    ("(round (arc 2 0 pi :segments 2) 6)", "[[2.0 0.0] [0.0 2.0] [-2.0 0.0]]"),
+    ("(arc 2 0 pi :segments 2)", "[[2.0 0.0] [0.0 2.0] [-2.0 0.0]]"),
     picture='(extrude (concatenate (arc 2 0 4) (arc 1.2 4 0)) .5 :color (color "gold"))',
 )  # fmt: skip
 def arc(rt: Runtime, radius: Any, start: Any, end: Any, segments: int | None = None) -> Any:
@@ -232,7 +242,7 @@ def spline(rt: Runtime, points: Any, segments: int = 16) -> Any:
     "Return the profile of the data `d` of an SVG path, with all of its commands. y is upwards, so the numbers are "
     "negated. `:rule` says what is inside, `:nonzero` as in SVG or `:even-odd`; open subpaths count as closed. "
     "`:tolerance` is the largest distance from curves, by default a thousandth of the size.",
-    ('(svg-path "M0 0 H4 V-2 H0 Z")', "([[4.0 0.0] [4.0 2.0] [0.0 2.0] [0.0 0.0]])"),
+    ('(svg-path "M0 0 H4 V-2 H0 Z")', "([[4.0 2.0] [0.0 2.0] [0.0 0.0] [4.0 0.0]])"),
     picture='(extrude (svg-path "M0 -3 C-3 -6 -6 -2 0 2 C6 -2 3 -6 0 -3 Z") 1 :color (color "tomato"))',
 )  # fmt: skip
 def svg_path(rt: Runtime, data: str, rule: Any = _NONZERO, tolerance: Any = None) -> Any:
@@ -368,8 +378,7 @@ def profile_minkowski(rt: Runtime, base: Any, tool: Any) -> Any:
     "offset-profile", "profile distance::Number [:join::Keyword] [:segments::Integer] [:limit::Number]", "List",
     "Return a profile grown by `distance`, or shrunk if it is negative. Outer corners are joined `:round` with "
     "`:segments` of a full circle, `:miter` (cut off beyond `:limit` times the distance, 4 by default) or `:square`.",
-    ("(round (offset-profile (rectangle 2 2) 1 :join :miter) 6)",
-     "([[2.0 -2.0] [2.0 2.0] [-2.0 2.0] [-2.0 -2.0]])"),
+    ("(profile-area (offset-profile (rectangle 2 2) 1 :join :miter))", "16.0"),
     picture='(union (extrude (star 5 1 .5) .5 :color (color "gold")) (extrude (offset-profile (star 5 1 .5) .25) .2 '
             ':color (color "slategray")))',
 )  # fmt: skip

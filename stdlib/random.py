@@ -39,7 +39,7 @@ _BLOCK = 4096  # draws between two checks of the limits
 # --- streams ---------------------------------------------------------------------------------------------------
 
 
-def _numpy_source(rt: Runtime, name: str, stream: Stream | None) -> Any:
+def numpy_source(rt: Runtime, name: str, stream: Stream | None) -> Any:
     """Return the generator to draw from, and record the draw."""
     if stream is None:
         rt.draw()
@@ -86,7 +86,7 @@ def random_state(rt: Runtime) -> Stream:
                  ("(let ((s (random-state))) (random) (set-random-state! s))", "none"))  # fmt: skip
 def set_random_state(rt: Runtime, saved: Stream) -> None:
     rt.charge(8)
-    rt.streams.numpy.set_state(_numpy_source(rt, "set-random-state!", saved).get_state())
+    rt.streams.numpy.set_state(numpy_source(rt, "set-random-state!", saved).get_state())
     rt.draw()
 
 
@@ -161,7 +161,7 @@ def _shape(rt: Runtime, name: str, size: Any) -> Any:
                  ("(let ((x (random))) (and (<= 0 x) (< x 1)))", "#t"))  # fmt: skip
 def random(rt: Runtime, *, size: Any = None, stream: Any = None) -> Any:
     shape = _shape(rt, "random", size)
-    source = _numpy_source(rt, "random", stream)
+    source = numpy_source(rt, "random", stream)
     return _sample("random", lambda: source.random(shape))
 
 
@@ -172,7 +172,7 @@ def random(rt: Runtime, *, size: Any = None, stream: Any = None) -> Any:
 def uniform(rt: Runtime, low: Any = 0.0, high: Any = 1.0, *, size: Any = None, stream: Any = None) -> Any:
     shape = _shape(rt, "uniform", size)
     bounds = [_parameter(rt, "uniform", bound) for bound in (low, high)]
-    source = _numpy_source(rt, "uniform", stream)
+    source = numpy_source(rt, "uniform", stream)
     return _sample("uniform", lambda: source.uniform(*bounds, shape))
 
 
@@ -190,7 +190,7 @@ def _parameter(rt: Runtime, name: str, value: Any) -> Any:
 def normal(rt: Runtime, mean: Any = 0.0, deviation: Any = 1.0, *, size: Any = None, stream: Any = None) -> Any:
     shape = _shape(rt, "normal", size)
     parameters = [_parameter(rt, "normal", value) for value in (mean, deviation)]
-    source = _numpy_source(rt, "normal", stream)
+    source = numpy_source(rt, "normal", stream)
     return _sample("normal", lambda: source.normal(*parameters, shape))
 
 
@@ -204,7 +204,7 @@ def randint(rt: Runtime, low: int, high: int | None = None, *, size: Any = None,
     if first < -_INT64 or end > _INT64:
         raise SceneError("value", f"`randint` expects bounds of 64 bits, got {show(first, 30)} up to {show(end, 30)}")
     shape = _shape(rt, "randint", size)
-    source = _numpy_source(rt, "randint", stream)
+    source = numpy_source(rt, "randint", stream)
     draw = source.integers if stream is not None and stream.kind == "default-rng" else source.randint
     return _sample("randint", lambda: draw(first, end, shape))
 
@@ -222,7 +222,7 @@ def rand(rt: Runtime, *sides: int, stream: Any = None) -> Any:
                  ("(length (randn 4))", "4"))  # fmt: skip
 def randn(rt: Runtime, *sides: int, stream: Any = None) -> Any:
     shape = _shape(rt, "randn", make_list(sides) if sides else None)
-    source = _numpy_source(rt, "randn", stream)
+    source = numpy_source(rt, "randn", stream)
     return _sample("randn", lambda: source.standard_normal(shape))
 
 
@@ -253,7 +253,7 @@ def choice(rt: Runtime, xs: Any, *, size: Any = None, replace: bool = True, p: A
     if probabilities is not None or not replace:
         rt.meter.check_size(len(pool), "an array")
         rt.charge(len(pool) >> 3)
-    source = _numpy_source(rt, "choice", stream)
+    source = numpy_source(rt, "choice", stream)
     sample = _sample("choice", lambda: source.choice(len(pool), shape, replace, probabilities))
     if type(sample) is int:
         return pool[sample]
@@ -277,7 +277,7 @@ def _shuffled(rt: Runtime, name: str, members: list[Any], stream: Any) -> list[A
     """Return the items in the order of numpy's ``shuffle`` of a list."""
     rt.charge(len(members) >> 3)
     order = np.arange(len(members))
-    _numpy_source(rt, name, stream).shuffle(order)
+    numpy_source(rt, name, stream).shuffle(order)
     return [members[index] for index in order.tolist()]
 
 
@@ -306,7 +306,7 @@ def permutation(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
     else:
         members, kind = items(rt, xs, "permutation"), plain_kind(xs)
     rt.charge(len(members) >> 3)
-    order = _numpy_source(rt, "permutation", stream).permutation(len(members)).tolist()
+    order = numpy_source(rt, "permutation", stream).permutation(len(members)).tolist()
     return rebuild(rt, kind, [members[index] for index in order])
 
 
@@ -465,7 +465,24 @@ def _gradient_noise(points: Numpy, seed: int) -> Numpy:
     return np.asarray(low + w * (high - low))
 
 
-def _noise_points(rt: Runtime, name: str, value: Any, seed: int, octaves: int) -> tuple[Numpy, tuple[int, ...]]:
+def _summed(rt: Runtime, points: Numpy, seed: int, octaves: int, gain: float, lacunarity: float) -> Numpy:
+    """Return the weighted mean (N,) of noises at points (N, 3)."""
+    found = np.empty(len(points))
+    for start in range(0, len(points), _BLOCK):
+        block, total = points[start : start + _BLOCK], np.zeros(len(points[start : start + _BLOCK]))
+        rt.charge(1 + (len(block) * octaves >> (5 if len(block) > 1 else 1)))
+        weight, weights = 1.0, 0.0
+        for octave in range(octaves):
+            number = (seed + octave) % (1 << 31)
+            is_one = len(block) == 1
+            total += weight * (_noise_at(block[0].tolist(), number) if is_one else _gradient_noise(block, number))
+            weights += weight
+            block, weight = block * lacunarity, weight * gain
+        found[start : start + _BLOCK] = total / weights
+    return found
+
+
+def _noise_points(rt: Runtime, name: str, value: Any, seed: int) -> tuple[Numpy, tuple[int, ...]]:
     """Return points (N, 3) and the shape of their result; a number is a point on the x axis."""
     points = np.asarray(to_numpy(rt, value, name), np.float64)
     if points.ndim and not 1 <= points.shape[-1] <= 3:
@@ -477,7 +494,6 @@ def _noise_points(rt: Runtime, name: str, value: Any, seed: int, octaves: int) -
     width, shape = (points.shape[-1], points.shape[:-1]) if points.ndim else (1, ())
     flat = points.reshape(-1, width)
     rt.meter.reserve(flat.shape[0] * 512)
-    rt.charge(1 + (flat.shape[0] * octaves >> (5 if shape else 1)))
     return np.pad(flat, ((0, 0), (0, 3 - width))), shape
 
 
@@ -522,10 +538,8 @@ def _lattice_list(seed: int) -> list[int]:
     ("(round (noise [.5 .25]) 6)", "0.456787"),
 )
 def noise(rt: Runtime, point: Any, *, seed: int = 0) -> Any:
-    points, shape = _noise_points(rt, "noise", point, seed, 1)
-    if not shape:
-        return _noise_at(points[0].tolist(), seed)
-    return from_numpy(_gradient_noise(points, seed).reshape(shape))
+    points, shape = _noise_points(rt, "noise", point, seed)
+    return from_numpy(_summed(rt, points, seed, 1, 1.0, 1.0).reshape(shape))
 
 
 @registry.define(
@@ -543,12 +557,5 @@ def fbm(
         raise SceneError("value", f"`fbm` expects 1 to {_MAX_OCTAVES} :octaves, got {octaves}")
     if not 0.0 < gain <= 1e3 or not 0.0 < lacunarity <= 1e3:
         raise SceneError("value", "`fbm` expects a :gain and a :lacunarity above 0 and up to 1,000")
-    points, shape = _noise_points(rt, "fbm", point, seed, octaves)
-    total: Any = np.zeros(len(points)) if shape else 0.0
-    weight, weights = 1.0, 0.0
-    for octave in range(octaves):
-        number = (seed + octave) % (1 << 31)
-        total += weight * (_gradient_noise(points, number) if shape else _noise_at(points[0].tolist(), number))
-        weights += weight
-        points, weight = points * lacunarity, weight * gain
-    return from_numpy((total / weights).reshape(shape)) if shape else total / weights
+    points, shape = _noise_points(rt, "fbm", point, seed)
+    return from_numpy(_summed(rt, points, seed, octaves, float(gain), float(lacunarity)).reshape(shape))

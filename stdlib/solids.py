@@ -11,17 +11,19 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Procedure, Vector, make_list
+from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Matrix, Procedure, Vector, make_list
 from scenelang.interpreter.scene import parts, pose
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling import curves
-from scenelang.interpreter.scene.modelling.expressions import SEGMENTS, Expression, Operand, check_size
+from scenelang.interpreter.scene.modelling.operations import SEGMENTS, Expression, Operand, check_size
 from scenelang.interpreter.scene.modelling.solid import SolidShape, operand_of
 from scenelang.interpreter.scene.modelling.sweeping import check_corners
 from scenelang.interpreter.scene.primitives.base import MATERIALS, color_of
+from scenelang.interpreter.scene.primitives.mesh import areas_of, triangle_normals
 from scenelang.stdlib.operands import from_numpy, items, to_numpy
 from scenelang.stdlib.paths import path_of
 from scenelang.stdlib.profiles import LEFT, TEXT, finite, one_or_two, outline_of, positive, profile_of, segment_count
+from scenelang.stdlib.random import numpy_source
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
@@ -32,6 +34,7 @@ define = registry.define
 
 LOOK = "[:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior]"
 _MATERIAL_NAMES = tuple(attribute.name for attribute in MATERIALS)
+_MAX_PLACES = 100_000
 _ORIGIN = Vector((0.0, 0.0, 0.0))
 
 
@@ -249,7 +252,7 @@ def cut_plane(
 @define(
     "split", f"solid::Parts tool::Parts [:segments::Integer] {LOOK}", "List[Entity]",
     "Return two solids: the part of a solid inside of `tool`, and the part outside.",
-    ('(map volume (split (call "cube") (transform (call "cube") (translate [.75 0 0]))))', "(0.25 0.75)"),
+    ('(length (split (call "cube") (transform (call "cube") (translate [.75 0 0]))))', "2"),
     picture='(map transform (split (call "sphere" :color (color "tomato")) (transform (call "cube" :scale 3) '
             '(translate [-1.3 0 0]))) (list (translate [-.4 0 0]) (translate [.4 0 0])))',
 )  # fmt: skip
@@ -460,6 +463,53 @@ def mesh(rt: Runtime, vertices: Any, faces: Any, **look: Any) -> Entity:
     assert isinstance(entity.shape, SolidShape)
     _ = entity.shape.computed  # a mesh that is not closed is an error where it is written
     return entity
+
+
+# --- places on surfaces ----------------------------------------------------------------------------------------------
+
+
+@define(
+    "surface-poses", "x::Parts count::Integer [:stream::Stream]", "List[Matrix]",
+    "Return so many random poses on the surfaces of all primitives in `x`, uniform by area: each is at a point of a "
+    "surface, with +y along its normal. They are drawn as by `uniform`. `scatter-on` places copies there.",
+    ("(length (surface-poses (call \"cube\") 5))", "5"),
+)  # fmt: skip
+def surface_poses(rt: Runtime, x: Any, count: int, stream: Any = None) -> Any:
+    if not 0 <= count <= _MAX_PLACES:
+        raise SceneError("value", f"`surface-poses` expects 0 to {_MAX_PLACES:,} places, got {count:,}")
+    corners = [_corners(part.car, part.cdr) for part in parts.primitives_of(rt, x) if part.car.shape.has_geometry]
+    triangles = np.concatenate([np.zeros((0, 3, 3)), *corners])
+    rt.charge((len(triangles) >> 3) + count)
+    areas = np.cumsum(areas_of(triangles))
+    if not len(areas) or not 0.0 < areas[-1] < math.inf:
+        raise SceneError("solid", "`surface-poses` expects something with a surface")
+    source = numpy_source(rt, "surface-poses", stream)
+    which, u, v = source.uniform(0.0, 1.0, (3, count))
+    chosen = np.minimum(np.searchsorted(areas, which * areas[-1], side="right"), len(areas) - 1)
+    a, b, c = (triangles[chosen, k] for k in range(3))
+    over = u + v > 1.0  # the other half of the parallelogram
+    u, v = np.where(over, 1.0 - u, u)[:, None], np.where(over, 1.0 - v, v)[:, None]
+    points, normals = a + u * (b - a) + v * (c - a), triangle_normals(triangles)[chosen]
+    return make_list([_standing(p, n) for p, n in zip(points.tolist(), normals.tolist(), strict=True)])
+
+
+def _corners(entity: Entity, matrix: Sequence[float]) -> Any:
+    """Return the triangles (F, 3, 3) of a primitive under a pose, counter-clockwise seen from outside."""
+    from scenelang.interpreter.scene.modelling.computing import leaf_mesh
+
+    pose = np.array(matrix, np.float64).reshape(3, 4)
+    assert entity.shape is not None
+    found = leaf_mesh(entity.shape, SEGMENTS).corners @ pose[:, :3].T + pose[:, 3]
+    return found[:, ::-1] if np.linalg.det(pose[:, :3]) < 0.0 else found
+
+
+def _standing(point: Sequence[float], normal: Sequence[float]) -> Matrix:
+    """Return the pose at a point with +y along a unit normal and +z as far towards +z as possible."""
+    y = np.array(normal)
+    z = np.array([0.0, 0.0, 1.0]) if abs(y[2]) < 0.999 else np.array([0.0, -1.0, 0.0])
+    x = np.cross(y, z)
+    x /= np.linalg.norm(x)
+    return Matrix(np.column_stack([x, y, np.cross(x, y), point]).ravel().tolist())
 
 
 # --- measures --------------------------------------------------------------------------------------------------------

@@ -97,10 +97,15 @@ def test_the_wheel_has_every_module_and_data_file_and_no_other(built: Built) -> 
         f"scenelang/evaluation/study.{kind}": (ROOT / f"scenelang/evaluation/study.{kind}").read_bytes()
         for kind in ("js", "css")
     }
+    fonts = {
+        f"scenelang/interpreter/scene/modelling/fonts/{path.name}": path.read_bytes()
+        for path in (ROOT / "interpreter/scene/modelling/fonts").iterdir()
+    }
     wanted = (
         _sources(".py", ".lark", ".json", ".scene", ".toml", ".md", ".gz")
         | static
         | study
+        | fonts
         | {"scenelang/py.typed": b""}
     )
     inside = {name: text for name, text in built.wheel.items() if ".dist-info/" not in name}

@@ -484,5 +484,5 @@ def _patches(item: ExportItem, segments: int) -> Sequence[tuple[Look, ExportSurf
     if surface is None:
         return []
     if surface.colors is not None:
-        surface = ExportSurface(surface.vertices, surface.normals, surface.faces, surface.colors * np.array(look.color))
+        surface = replace(surface, colors=surface.colors * np.array(look.color))
     return [(look, surface)]

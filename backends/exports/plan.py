@@ -251,13 +251,15 @@ class ExportSurface:
     """A triangle mesh with normals.
 
     ``vertices`` and unit ``normals`` (V, 3); ``faces`` (F, 3), counter-clockwise seen from outside; ``colors`` (V, 3)
-    linear sRGB if the surface has its own, which multiply the look's colour.
+    linear sRGB if the surface has its own, which multiply the look's colour. ``joints`` (F, 3) are the points of the
+    closed surface that the corners are, None if equal places are equal points.
     """
 
     vertices: FloatArray
     normals: FloatArray
     faces: IntArray
     colors: FloatArray | None = None
+    joints: IntArray | None = None
 
     def under(self, matrices: FloatArray) -> ExportSurface:
         """Return copies of the surface under the poses (K, 3, 4), concatenated."""
@@ -295,13 +297,14 @@ def is_round(shape: Primitive) -> bool:
 def _of_mesh(mesh: Mesh, own_colors: bool) -> ExportSurface:
     """Return the surface of a mesh; if it has colours or no normals, its triangles share no vertices."""
     if mesh.normals is not None and not own_colors:
-        return ExportSurface(mesh.vertices, _unit_normals(mesh.normals), mesh.faces)
+        return ExportSurface(mesh.vertices, _unit_normals(mesh.normals), mesh.faces, joints=mesh.joints)
     corners = mesh.corners
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     flat = np.repeat(_unit_normals(normals), 3, axis=0)
     shading = flat if mesh.normals is None else _unit_normals(mesh.normals[mesh.faces].reshape(-1, 3))
     colors = None if mesh.colors is None or not own_colors else np.repeat(mesh.colors, 3, axis=0)
-    return ExportSurface(corners.reshape(-1, 3), shading, np.arange(3 * len(corners)).reshape(-1, 3), colors)
+    faces = np.arange(3 * len(corners)).reshape(-1, 3)
+    return ExportSurface(corners.reshape(-1, 3), shading, faces, colors, mesh.joints)
 
 
 def _unit_normals(normals: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
 from scenelang.interpreter.runtime.values import Embedding, Matrix, Pair
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
-from scenelang.interpreter.scene.modelling.expressions import from_plain, to_plain
+from scenelang.interpreter.scene.modelling.operations import from_plain, to_plain
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.primitives import Primitive, class_of
 

@@ -28,6 +28,7 @@ from scenelang.backends.pictures.appearance import Look, to_srgb
 from scenelang.interpreter.scene.modelling.computing import welded
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 
 UNITS = ("millimeter", "centimeter", "meter", "inch", "foot", "micron")
 _TYPES = """<?xml version="1.0" encoding="UTF-8"?>
@@ -106,7 +107,7 @@ class _Model:
             yield f'<component objectid="{self._meshes[key]}" transform="{_spelled(pose)}"/>\n'
 
     def _mesh(self, word: str, look: Look, surface: ExportSurface, mirrored: bool) -> int:
-        vertices, faces, kept = welded(surface.vertices, surface.faces)
+        vertices, faces, kept = _body(surface)
         colors = self._face_colors(look, surface, kept)
         if mirrored:
             vertices, faces = vertices * _MIRROR, faces[:, ::-1]
@@ -136,6 +137,21 @@ class _Model:
         number, self._next = self._next, self._next + 1
         self._objects.append(f'<object id="{number}" type="model" {attributes}>\n{content}\n</object>\n')
         return number
+
+
+def _body(surface: ExportSurface) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return the points, the faces between them, and the number that each face has in the surface.
+
+    Points of a computed solid that are at one place stay apart where the solid only touches itself.
+    """
+    if surface.joints is None:
+        return welded(surface.vertices, surface.faces)
+    _, first, place = np.unique(surface.joints, return_index=True, return_inverse=True)
+    return (
+        surface.vertices[surface.faces.ravel()[first]],
+        place.reshape(surface.faces.shape),
+        np.arange(len(surface.faces)),
+    )
 
 
 def _spelled(pose: FloatArray) -> str:

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from scenelang.backends.files import read_regular
 from scenelang.backends.openscad.arithmetic import Converter, Facts, NameScope, Snippet, constant, string_text
+from scenelang.backends.openscad.definitions import HELPERS
 from scenelang.backends.openscad.geometry import NOTHING, Objects, Shape
-from scenelang.backends.openscad.preamble import HELPERS
 from scenelang.backends.openscad.syntax import MAX_SIZE, Branch, Instance, Statement, parse
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError

@@ -65,11 +65,21 @@ class Limits:
     seconds: float = _limit(60.0, "maximum wall-clock time in seconds", "--max-seconds")
     log: int = 100_000
 
+    of_processor: ClassVar[bool] = False  # whether `seconds` are the processor's, of the thread that evaluates
+
     def __post_init__(self) -> None:
         for each in fields(self):
             name, value = each.name, getattr(self, each.name)
             if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
                 raise SceneError("value", f"`{name}`: expected a limit of at least 0, got {value!r}")
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessorLimits(Limits):
+    """Limits whose ``seconds`` are those that a processor spends on the evaluation, so that other work on the machine
+    decides less what exceeds them."""
+
+    of_processor: ClassVar[bool] = True
 
 
 def resident_bytes() -> int:
@@ -133,7 +143,10 @@ class Meter:
         self.cancelled = False
         self._uncounted = 0
         self._chunks = 0
-        self._deadline = (time.monotonic() if started is None else started) + self.limits.seconds
+        self._clock = time.thread_time if self.limits.of_processor else time.monotonic
+        self._deadline: float | None = None
+        if not self.limits.of_processor:
+            self._deadline = (time.monotonic() if started is None else started) + self.limits.seconds
         self._memory = resident_bytes() + self.limits.memory
 
     def _refill(self) -> Iterator[Iterator[None]]:
@@ -175,7 +188,9 @@ class Meter:
                 f"limit of {limits.steps:,} steps exceeded",
                 hint="check for an infinite loop or recursion, or raise the limit with --max-steps",
             )
-        if time.monotonic() > self._deadline:
+        if self._deadline is None:  # only the thread that evaluates knows its time
+            self._deadline = self._clock() + limits.seconds
+        if self._clock() > self._deadline:
             raise time_error(limits.seconds)
         self._chunks += 1
         if self._chunks % self._memory_interval == 0 or steps > 100_000:

@@ -49,7 +49,7 @@ from scenelang.interpreter.runtime.values import (
 )
 from scenelang.interpreter.scene import parts
 from scenelang.interpreter.scene.entity import Entity, Frames
-from scenelang.interpreter.scene.modelling.expressions import Expression
+from scenelang.interpreter.scene.modelling.operations import Expression
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.primitives import class_of
 from scenelang.interpreter.scene.primitives.asset import Asset

@@ -18,6 +18,7 @@ from scenelang.grammar.diagnostics import UsageError as UsageError
 from scenelang.grammar.diagnostics import usage_errors as usage_errors
 from scenelang.grammar.settings import Setting, settings_in
 from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.scene.modelling.solid import compute_all
 from scenelang.reports import once, print_diagnostics, print_json, progress_line, say
 
 if TYPE_CHECKING:
@@ -240,6 +241,8 @@ def scene_of(arguments: argparse.Namespace, fresh: bool = False) -> Scene:
     result, source, session = opened(arguments, session_of(own))
     if result.scene is None:
         raise ReportedError
+    with bounded(arguments):
+        compute_all(result.scene.frames)
     return scene_from(result, source.name, session.options)
 
 

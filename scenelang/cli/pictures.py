@@ -224,6 +224,8 @@ def run_dataset(arguments: argparse.Namespace) -> int:
 
     verb, *words = arguments.words if arguments.words[0] in _VERBS else ["make", *arguments.words]
     least, most, needs_output = _VERBS[verb]
+    if arguments.preview and arguments.output:
+        raise UsageError("value", "`--preview` writes a contact sheet only and cannot be combined with `-o`")
     if not least <= len(words) <= most or (needs_output and not (arguments.output or arguments.preview)):
         usage = {"make": "dataset SPEC", "merge": "dataset merge DIR...", "sample": "dataset sample SPEC KEY"}
         raise UsageError("value", f"expected `{usage.get(verb, f'dataset {verb} DIR')}{' -o OUT' * needs_output}`")
@@ -243,7 +245,11 @@ def run_dataset(arguments: argparse.Namespace) -> int:
     if verb == "make":
         shown = None if progress(arguments, "") is None else running.progress_text(sys.stderr)
         settings = given(arguments, running.DatasetSettings)
-        result = running.dataset(words[0], arguments.output, progress=shown, **settings)
+        try:
+            result = running.dataset(words[0], arguments.output, progress=shown, **settings)
+        except KeyboardInterrupt:
+            print("what is finished is kept; `--resume` goes on", file=sys.stderr)
+            raise
     else:
         result = (
             running.merge_datasets(words, arguments.output) if verb == "merge" else running.dataset_status(words[0])

@@ -44,6 +44,7 @@ from scenelang.grammar.diagnostics import (
 )
 from scenelang.grammar.settings import line_range, part_of_one
 from scenelang.interpreter.scene.entity import count_words
+from scenelang.interpreter.scene.modelling.solid import compute_all
 from scenelang.reports import deliver, painted, print_json, say, table
 
 if TYPE_CHECKING:
@@ -101,7 +102,15 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
         source = session.source(path)
     if arguments.geometry:
         return session.check_geometry(source)
-    return (session.evaluate(source) if arguments.evaluate else session.check(source)).diagnostics
+    if not arguments.evaluate:
+        return session.check(source).diagnostics
+    result = session.evaluate(source)
+    try:
+        with bounded(arguments):
+            compute_all(() if result.scene is None else result.scene.frames)
+    except SceneError as error:
+        return [*result.diagnostics, error.diagnostic]
+    return result.diagnostics
 
 
 def run_run(arguments: argparse.Namespace) -> int:

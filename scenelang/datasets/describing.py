@@ -22,6 +22,7 @@ from scenelang.backends.labels.things import OTHER
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.film import save_picture
 from scenelang.datasets.making import Maker, SampleFailure, decoded
+from scenelang.datasets.owned import CARD, CARD_TITLE
 from scenelang.datasets.sampler import draw_sample, views_of
 from scenelang.datasets.spec import Spec, read_spec
 from scenelang.datasets.store import Plan, Store
@@ -100,15 +101,17 @@ def _quantity(name: str, column: Sequence[Any], counts: Counter[str]) -> Quantit
 
 
 def _shown(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(list(value) if isinstance(value, tuple) else value)
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_shown, value))}]"
+    return f"{value:.6g}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
 
 
 # --- the card --------------------------------------------------------------------------------------------------------
 
 
 def write_card(store: Store, plan: Plan, records: Sequence[Mapping[str, Any]], digest: str) -> None:
-    """Write the dataset card, ``README.md``: what the dataset has, how it was made, and how it is read."""
-    store.write("README.md", card_of(plan, records, digest).encode("utf-8"))
+    """Write the dataset card: what the dataset has, how it was made, and how it is read."""
+    store.write(CARD, card_of(plan, records, digest).encode("utf-8"))
 
 
 def card_of(plan: Plan, records: Sequence[Mapping[str, Any]], digest: str) -> str:
@@ -122,7 +125,7 @@ def card_of(plan: Plan, records: Sequence[Mapping[str, Any]], digest: str) -> st
     head += ["- config_name: default", "  data_files:"]
     for split in sorted(splits):
         head += [f"  - split: {_yaml(split)}", f"    path: {_yaml(f'{split}-*.{ending}')}"]
-    parts = [*head, "---", "", "# A labelled dataset made with scenelang", ""]
+    parts = [*head, "---", "", CARD_TITLE, ""]
     parts += _rows(("split", "pictures"), sorted((name, f"{count:,}") for name, count in splits.items()))
     failures = Counter(each["code"] for record in records for each in record["failures"])
     samples = sum(record["samples"] for record in records)

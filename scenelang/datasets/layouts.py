@@ -22,6 +22,7 @@ from scenelang.backends.exports.gltf import quaternions
 from scenelang.backends.files import replaced_folder
 from scenelang.backends.labels.things import OTHER, rigid_parts
 from scenelang.datasets.making import decoded, png
+from scenelang.datasets.spec import CODE
 from scenelang.datasets.store import Plan, Store, items_of
 from scenelang.grammar.diagnostics import SceneError
 
@@ -33,6 +34,7 @@ _MAX_DEPTH = 65_535
 _SAME_DEPTH = 0.01  # relative difference of the depths of one point, within a pixel of a slope
 _HIDDEN, _LARGELY = 0.9, 0.5  # visibility above which KITTI calls a thing fully visible or partly occluded
 _MIN_TRUNCATION = 0.005
+FILMS = ("tap",)  # formats that have nothing of still scenes
 
 
 class StoredItem:
@@ -82,6 +84,15 @@ class StoredItem:
         return len(self.things) == 1 and sum(self.record["counts"].values()) <= 1
 
     @property
+    def sample(self) -> str:
+        """Key of the sample that the picture belongs to."""
+        return self.key.partition("-")[0]
+
+    @property
+    def is_of_film(self) -> bool:
+        return "-f" in self.key
+
+    @property
     def sequence(self) -> str:
         """Name of the film that the picture belongs to: its sample and camera."""
         return self.key.partition("-f")[0]
@@ -98,13 +109,31 @@ def items(
                     yield StoredItem(key, file["split"], files, is_named)
 
 
-def write_layout(name: str, store: Store, plan: Plan, records: Sequence[Mapping[str, Any]]) -> None:
-    """Write one format to the folder of its name, whole or not at all; raises SceneError for a remote store."""
+def write_layout(name: str, store: Store, plan: Plan, records: Sequence[Mapping[str, Any]]) -> bool:
+    """Write one format to the folder of its name, whole or not at all, and return whether there is anything to write.
+
+    Raises SceneError("unsupported") for a remote store and "dataset" for items of another form.
+    """
     if store.local is None:
         raise SceneError("unsupported", f"`{name}` is written to local folders only; {store.address} keeps the shards")
+    try:
+        return _write(name, store, plan, records)
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        message = f"`{name}` cannot be made: an item has another form: {type(error).__name__}: {error}"
+        raise SceneError(CODE, message, "`dataset verify` finds damaged shards") from error
+
+
+def _write(name: str, store: Store, plan: Plan, records: Sequence[Mapping[str, Any]]) -> bool:
     is_named = bool(tomllib.loads(plan.text).get("labels", {}).get("words"))
+
+    def read(split: str | None = None) -> Iterator[StoredItem]:
+        return items(store, records, split, is_named)
+
+    if name in FILMS and not any(item.is_of_film for item in read()):
+        return False
     with replaced_folder(store.path(name)) as folder:
-        _LAYOUTS[name](folder, plan, lambda split=None: items(store, records, split, is_named), _splits(records))
+        _LAYOUTS[name](folder, plan, read, _splits(records))
+    return True
 
 
 def _splits(records: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -295,7 +324,7 @@ def _kitti_line(item: StoredItem, thing: Record) -> str | None:
     occluded = 0 if share > _HIDDEN else 1 if share > _LARGELY else 2
     truncated = thing["truncation"] if thing["truncation"] > _MIN_TRUNCATION else 0.0
     numbers = [alpha, x, y, x + width - 1, y + height - 1, size[up], size[wide], size[long], *bottom, yaw]
-    word = "".join(c if not c.isspace() else "_" for c in thing["word"])
+    word = "".join(c if not c.isspace() else "_" for c in thing["word"]) or "_"
     return f"{word} {truncated:.2f} {occluded} {' '.join(f'{number:.6f}' for number in numbers)}"
 
 
@@ -324,11 +353,11 @@ def _bop(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
         scene: _BopScene | None = None
         number = -1
         for item in read(split):
-            if scene is None or scene.sample != item.record["sample"]:
+            if scene is None or scene.sample != item.sample:
                 if scene is not None:
                     scene.close()
                 number += 1
-                scene = _BopScene(_folder(folder, split, f"{number:06d}"), item.record["sample"])
+                scene = _BopScene(_folder(folder, split, f"{number:06d}"), item.sample)
             scene.add(item, sizes, categories)
         if scene is not None:
             scene.close()
@@ -417,8 +446,8 @@ def _note_size(sizes: dict[str, Record], thing: Record, number: str) -> None:
 
 def _nerfstudio(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
     """A folder for each sample with ``transforms.json`` (OpenGL cameras), ``images`` and 16-bit ``depths``."""
-    for sample, views in _samples(read):
-        own = _folder(folder, sample)
+    for place, views in _samples(plan, read, splits):
+        own = _folder(folder, place)
         _folder(own, "images"), _folder(own, "depths")
         frames = []
         for item in views:
@@ -444,25 +473,22 @@ def _pinhole(item: StoredItem) -> Record:
     return {name: float(value) for name, value in found.items()} | {"w": width, "h": height}
 
 
-def _samples(read: Any) -> Iterator[tuple[str, list[StoredItem]]]:
-    """Yield the first frames of the views of each sample; a picture without views is a sample of one."""
-    sample, views = "", list[StoredItem]()
-    for split in (None,):
-        for item in read(split):
-            if item.record["sample"] != sample and views:
-                yield sample, views
-                views = []
-            sample = item.record["sample"]
-            if not views or item.record["view"] != views[-1].record["view"]:
-                views.append(item)
-    if views:
-        yield sample, views
+def _samples(plan: Plan, read: Any, splits: Sequence[str]) -> Iterator[tuple[Path, list[StoredItem]]]:
+    """Yield the first frames of the views of each sample, with its folder, in that of its split if the spec has splits.
+
+    A picture without views is a sample of one.
+    """
+    has_splits = "splits" in tomllib.loads(plan.text)
+    for split in splits:
+        for sample, found in groupby(read(split), key=lambda item: item.sample):
+            views = [next(frames) for _, frames in groupby(found, key=lambda item: item.record["view"])]
+            yield Path(split if has_splits else "", sample), views
 
 
 def _colmap(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
     """A folder for each sample with ``images`` and ``sparse/0``: cameras, images and points as text."""
-    for sample, views in _samples(read):
-        model, pictures = _folder(folder, sample, "sparse", "0"), _folder(folder, sample, "images")
+    for own, views in _samples(plan, read, splits):
+        model, pictures = _folder(folder, own, "sparse", "0"), _folder(folder, own, "images")
         cameras, images = (
             ["# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]"],
             ["# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ ..."],

@@ -34,6 +34,7 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import count_words, descendants, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.scene.modelling.solid import compute_all
 from scenelang.scene import Scene, literal
 from scenelang.session import Options, Session
 
@@ -88,11 +89,11 @@ class Sample:
 
 
 class SampleFailure(Exception):
-    """A sample cannot be made; ``diagnostic`` says why."""
+    """A sample cannot be made; ``diagnostic`` says why, ``is_of_machine`` whether another run may make it."""
 
-    def __init__(self, diagnostic: Diagnostic) -> None:
+    def __init__(self, diagnostic: Diagnostic, is_of_machine: bool = False) -> None:
         super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
+        self.diagnostic, self.is_of_machine = diagnostic, is_of_machine
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +186,7 @@ class Maker:
                 raise SampleFailure(_in_terms_of_specs(error.diagnostic)) from error
             except (RecursionError, MemoryError, ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
                 message = f"the sample cannot be made: {type(error).__name__}: {error}"
-                raise SampleFailure(Diagnostic("sample", message)) from error
+                raise SampleFailure(Diagnostic("sample", message), isinstance(error, MemoryError)) from error
             if found is not None:
                 return found
             missed[why] += 1
@@ -267,7 +268,8 @@ class Maker:
         spec = self.spec
         bound = tuple(f"(bind {literal(word)}\n{text})" for word, text in draw.binds.items())
         source, params = named_program(draw.program, bound)[:2]
-        defines = {name: literal(_listed(value)) for name, value in draw.params.items() if name in params}
+        known = {param.name for param in params}
+        defines = {name: literal(_listed(value)) for name, value in draw.params.items() if name in known}
         options = Options(
             root=spec.root, seed=draw.seed, defines=defines, limits=spec.limits, project=Path(spec.folder),
             allow_outside=not Path(draw.program).is_relative_to(spec.folder),
@@ -275,13 +277,14 @@ class Maker:
         self._watch(True)
         try:
             result = Session(options).evaluate(source)
+            compute_all(() if result.scene is None else result.scene.frames)
         finally:
             self._watch(False)
         graph = result.require()
         scene = Scene(graph, source.name, result.log, result.diagnostics, result.program, options)
-        known = set(scene.words)
+        words = set(scene.words)
         for word, look in draw.looks.items():
-            if word in known:
+            if word in words:
                 scene = scene.restyled(word, **{name: _listed(value) for name, value in look.items()})
         box_of(scene.graph)
         scene = replace(scene, graph=as_cubes(scene.graph, spec.limits.primitives))
@@ -292,7 +295,8 @@ class Maker:
         chosen = self.spec.pictures.frames
         first, last = chosen if chosen is not None else (0, count - 1)
         if last >= count:
-            raise SceneError("value", f"the scene has {count} frames; frame {last} does not exist")
+            frames = f"{count} frame{'s' * (count != 1)}"
+            raise SceneError("value", f"the scene has {frames}; frame {last} does not exist")
         return list(range(first, last + 1))
 
     def _view(self, stage: _Stage, draw: Draw, view: View, frames: Sequence[int]) -> LabelledView:
@@ -484,7 +488,9 @@ def _plural(word: str, count: int) -> str:
 
 
 def _spoken(value: Any) -> str:
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
+    if isinstance(value, tuple):
+        return ", ".join(map(_spoken, value))
+    return f"{value:.3g}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _placed(camera: Camera) -> dict[str, float]:

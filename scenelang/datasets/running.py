@@ -21,6 +21,7 @@ from scenelang.datasets import store as stores
 from scenelang.datasets.describing import write_card
 from scenelang.datasets.making import Maker, SampleFailure, decoded
 from scenelang.datasets.naming import classes_of, warnings_of
+from scenelang.datasets.owned import check_owned, derived_problems, names_of_files, other_formats, writing_derived
 from scenelang.datasets.sampler import index_of, key_of
 from scenelang.datasets.spec import CODE, SHARD_FORMATS, Spec, read_spec
 from scenelang.datasets.store import Plan, Store
@@ -96,7 +97,8 @@ def _clock(seconds: float) -> str:
 @dataclass(frozen=True, slots=True)
 class DatasetReport:
     """A dataset as it is: its folder, samples that it has and is to have, pictures, failures by code, the digest of
-    its files, whether all shards are committed, the most bytes that a worker has used, and warnings about the spec."""
+    its files, whether all shards are committed, the most bytes that a worker has used, how many of the failures are for
+    reasons of the machine, how many records are damaged, the part that is complete, notes, and warnings of the spec."""
 
     out: str
     samples: int
@@ -108,6 +110,10 @@ class DatasetReport:
     is_complete: bool
     seconds: float
     memory: int
+    of_machine: int = 0
+    damaged: int = 0
+    part: tuple[int, int] | None = None
+    notes: Sequence[str] = ()
     failed: Sequence[Mapping[str, Any]] = field(repr=False, default=())
     warnings: Sequence[Diagnostic] = field(repr=False, default=())
 
@@ -129,10 +135,28 @@ class DatasetReport:
         lines = [
             f"{self.samples:,} of {self.total:,} samples, {self.pictures:,} pictures ({splits or 'none'})",
             f"{failed:,} failed{f' ({codes})' if codes else ''}",
-            f"digest {self.digest}" if self.is_complete else "not complete; --resume goes on",
+            f"digest {self.digest}" if self.is_complete else _told_part(self.part),
         ]
+        lines[2:2] = [_told_machine(self.of_machine)] if self.of_machine else []
+        lines += [f"{_counted(self.damaged, 'shard')} with damaged records"] if self.damaged else []
+        lines += self.notes
         lines += [f"{self.memory / 1e6:,.0f} MB at most in a worker"] if self.memory else []
         return "\n".join([*lines, *_told_failures(self.failed)])
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count:,} {what}{'s' * (count != 1)}"
+
+
+def _told_machine(count: int) -> str:
+    them = "it" if count == 1 else "them"
+    return f"{_counted(count, 'sample')} failed for reasons of the machine; `--resume` tries {them} again"
+
+
+def _told_part(part: tuple[int, int] | None) -> str:
+    if part is None:
+        return "not complete; --resume goes on"
+    return f"part {part[0]}/{part[1]} is complete; `dataset merge` joins the parts"
 
 
 def _told_failures(failed: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -244,10 +268,10 @@ def _dataset(
         if is_new and not tally.has_made:
             _forget(store)
         raise
-    report = replace(dataset_status(out), warnings=warnings_of(spec))
-    if report.is_complete:
-        finish(store, plan)
-    return report
+    report = replace(dataset_status(out), warnings=warnings_of(spec), part=part)
+    if not report.is_complete:
+        return report
+    return replace(report, notes=finish(store, plan))
 
 
 def _make(
@@ -294,6 +318,8 @@ def _check_numbers(
 ) -> None:  # fmt: skip
     if not 0 <= gpus < math.inf:
         raise UsageError("value", f"`gpus`: expected a number of at least 0, got {gpus:g}")
+    if gpus > 1 and not float(gpus).is_integer():
+        raise UsageError("value", f"`gpus`: expected a whole number, or less than 1, got {gpus:g}")
     is_pair = isinstance(part, tuple | list) and len(part) == 2 and all(type(each) is int for each in part)
     if part is not None and not is_pair:
         raise UsageError("value", f"`part`: expected two whole numbers (k, n), got {str(part)[:60]!r}")
@@ -313,9 +339,11 @@ def _packages(spec: Spec) -> Iterator[str]:
 
 
 def _prepared(store: Store, plan: Plan, resume: bool) -> dict[int, dict[str, Any]]:
-    """Write the plan, and return the records of the intact shards of an earlier run by number."""
-    store.make()
+    """Write the plan, and return the records of the intact shards of an earlier run by number, but of none with
+    failures for reasons of the machine."""
     old = stores.read_plan(store)
+    if old is None and names_of_files(store.names()):
+        raise SceneError("file", f"{store.address} is not empty, and no dataset", "choose a new folder")
     if old is not None and not resume:
         hint = "add --resume to go on with it, or choose another folder"
         raise SceneError("file", f"{store.address} has a dataset already", hint)
@@ -325,8 +353,14 @@ def _prepared(store: Store, plan: Plan, resume: bool) -> dict[int, dict[str, Any
         raise SceneError(CODE, f"{store.address} was made with {what}", "choose another folder")
     if old is not None and old.count > plan.count:
         raise SceneError(CODE, f"{store.address} has {old.count:,} samples, more than {plan.count:,}")
+    check_owned(store, plan)
+    store.make()
     stores.write_plan(store, plan)
-    return {each["shard"]: each for each in stores.records_of(store, plan) if stores.is_intact(store, each)}
+    return {each["shard"]: each for each in stores.records_of(store, plan) if _is_final(store, each)}
+
+
+def _is_final(store: Store, record: Mapping[str, Any]) -> bool:
+    return not stores.failures_of_machine(record) and stores.is_intact(store, record)
 
 
 class _Tally:
@@ -380,16 +414,17 @@ class _Tally:
             raise SceneError("sample", f"{failed:,} samples have failed ({codes}), more than {self._most:,}", hint)
 
 
-def finish(store: Store, plan: Plan) -> None:
-    """Write what is made from all shards: the other formats and the dataset card."""
-    records = list(stores.records_of(store, plan))
-    others = [name for name in plan.formats if name not in SHARD_FORMATS]
-    if others:
-        from scenelang.datasets.layouts import write_layout
+def finish(store: Store, plan: Plan) -> list[str]:
+    """Write what is made from all shards, the other formats and the dataset card, and return what is to be noted."""
+    from scenelang.datasets.layouts import write_layout
 
-        for name in others:
-            write_layout(name, store, plan, records)
-    write_card(store, plan, records, stores.digest_of(records))
+    records, found = list(stores.records_of(store, plan)), list[str]()
+    with writing_derived(store, plan):
+        for name in other_formats(plan):
+            if not write_layout(name, store, plan, records):
+                found.append(f"warning: `{name}` is not written, since it is made of films and all scenes are still")
+        write_card(store, plan, records, stores.digest_of(records))
+    return found
 
 
 # --- one sample ------------------------------------------------------------------------------------------------------
@@ -474,6 +509,8 @@ def dataset_status(out: str | Path) -> DatasetReport:
         is_complete=len(records) == plan.shards,
         seconds=sum(record["run"]["seconds"] for record in records),
         memory=max((record["run"]["memory"] for record in records), default=0),
+        of_machine=sum(map(stores.failures_of_machine, records)),
+        damaged=len(stores.damaged_records(store, plan)),
         failed=failed,
     )
 
@@ -491,10 +528,14 @@ def verify_dataset(out: str | Path, progress: Callable[[float], None] | None = N
     plan = stores.require_plan(store)
     records = list(stores.records_of(store, plan))
     found: list[Diagnostic] = []
-    missing = stores.ShardNumbers(range(plan.shards), frozenset(record["shard"] for record in records))
-    if len(missing):
-        shown = ", ".join(map(str, islice(missing, 8))) + (" ..." if len(missing) > 8 else "")
-        found.append(_finding(f"{len(missing):,} of {plan.shards:,} shards are missing: {shown}"))
+    kept, damaged = frozenset(record["shard"] for record in records), stores.damaged_records(store, plan)
+    missing = stores.ShardNumbers(range(plan.shards), kept.union(damaged))
+    for numbers, what in ((missing, "are missing"), (damaged, "have damaged records")):
+        if len(numbers):
+            shown = ", ".join(map(str, islice(numbers, 8))) + (" ..." if len(numbers) > 8 else "")
+            found.append(_finding(f"{len(numbers):,} of {plan.shards:,} shards {what}: {shown}"))
+    of_machine = sum(map(stores.failures_of_machine, records))
+    found += [Diagnostic("dataset", _told_machine(of_machine))] if of_machine else []
     found += _folder_findings(store, plan, records)
     keys: set[str] = set()
     pictures: dict[bytes, str] = {}
@@ -509,15 +550,13 @@ def verify_dataset(out: str | Path, progress: Callable[[float], None] | None = N
 
 
 def _folder_findings(store: Store, plan: Plan, records: Sequence[Mapping[str, Any]]) -> Iterator[Diagnostic]:
-    """Yield a finding for each file of a shard that no record has, and each format that is not there."""
+    """Yield a finding for each file of a shard that no record has, and for what is wrong with the formats."""
     known = {file["name"] for record in records for file in record["files"]}
     for name in store.names():
         if stores.SHARD_NAME.fullmatch(name) and name not in known:
             yield Diagnostic("dataset", f"`{name}` belongs to no shard", None, "delete it, or make its shard again")
-    others = [name for name in plan.formats if name not in SHARD_FORMATS] if len(records) == plan.shards else []
-    for name in others:
-        if not store.exists(name):
-            yield _finding(f"the folder `{name}` is missing")
+    if len(records) == plan.shards:
+        yield from map(_finding, derived_problems(store, plan))
 
 
 def _finding(message: str) -> Diagnostic:
@@ -540,7 +579,7 @@ def _file_findings(
             keys.add(key)
             if index_of(key) not in plan.samples(record["shard"]):
                 yield _finding(f"`{name}` has the sample {key}, which belongs to another shard")
-            wrong = [*_item_findings(key, files, file["split"], plan)]
+            wrong = _item_findings(key, files, file["split"], plan)
             yield from map(_finding, wrong)
             if not wrong:
                 yield from _duplicates(key, files, pictures)
@@ -552,8 +591,8 @@ def _file_findings(
 
 
 def _duplicates(key: str, files: Mapping[str, bytes], pictures: dict[bytes, str]) -> Iterator[Diagnostic]:
-    """Yield a finding if another sample has the same scene and camera, or one of another split has the same scene or
-    picture, unless nothing is seen."""
+    """Yield a finding if another sample has the same picture, or the same values and camera, or if one of another split
+    has the same scene or picture, unless nothing is seen."""
     record = json.loads(files["json"])
     if not record.get("things"):
         return
@@ -566,15 +605,29 @@ def _duplicates(key: str, files: Mapping[str, bytes], pictures: dict[bytes, str]
             message = f"{key} of `{record['split']}` has the {what} of {other} of `{split}`, which leaks"
             yield Diagnostic("dataset", message, None, hint)
             return
+        if what == "picture" and index_of(other) != index_of(key):  # whatever seed it was drawn with
+            yield _repeats(key, other, "pictures")
+            return
     told = [record["values"], record["camera"], record["frame"]]
     mark = hashlib.blake2b(json.dumps(told, sort_keys=True).encode(), digest_size=12).digest()
     other = pictures.setdefault(mark, key)
     if other != key:
-        yield Diagnostic("dataset", f"{key} repeats {other}: equal values and cameras", None, "vary more, or make less")
+        yield _repeats(key, other, "values and cameras")
 
 
-def _item_findings(key: str, files: Mapping[str, bytes], split: str, plan: Plan) -> Iterator[str]:
-    """Yield what is wrong with the labels of one picture."""
+def _repeats(key: str, other: str, what: str) -> Diagnostic:
+    return Diagnostic("dataset", f"{key} repeats {other}: equal {what}", None, "vary more, or make less")
+
+
+def _item_findings(key: str, files: Mapping[str, bytes], split: str, plan: Plan) -> list[str]:
+    """Return what is wrong with the labels of one picture."""
+    try:
+        return list(_label_findings(key, files, split, plan))
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        return [f"{key} has labels of another form: {type(error).__name__}: {error}"]
+
+
+def _label_findings(key: str, files: Mapping[str, bytes], split: str, plan: Plan) -> Iterator[str]:
     try:
         record = json.loads(files["json"])
         arrays = {name: decoded(name, data) for name, data in files.items()}
@@ -618,14 +671,16 @@ def _disagreements(key: str, record: Mapping[str, Any], arrays: Mapping[str, Any
 
 
 @typed
-def merge_datasets(parts: Sequence[str | Path], out: str | Path) -> DatasetReport:
-    """Join parts of one dataset, made with ``part``; shards that several parts have must be equal.
+def merge_datasets(parts: str | Path | Sequence[str | Path], out: str | Path) -> DatasetReport:
+    """Join parts of one dataset, made with ``part``; shards that several parts have must be equal, but for samples that
+    failed for reasons of the machine.
 
     Raises
     ------
     SceneError
         "dataset" if the parts are of different datasets or disagree, "file" if a file system fails.
     """
+    parts = [parts] if isinstance(parts, str | Path) else parts
     if not parts:
         raise UsageError("value", "name at least one dataset to merge")
     sources = [Store(part) for part in parts]
@@ -635,17 +690,21 @@ def merge_datasets(parts: Sequence[str | Path], out: str | Path) -> DatasetRepor
             raise SceneError(CODE, f"{part} is a part of another dataset than {parts[0]}")
     target = Store(out)
     _check_store(plans[0].formats, target, False)
-    _prepared(target, plans[0], resume=True)
-    merged = {each["shard"]: each for each in stores.records_of(target, plans[0])}
+    merged = _prepared(target, plans[0], resume=True)
     for source in sources:
         for record in stores.records_of(source, plans[0]):
-            known = merged.setdefault(record["shard"], record)
-            if known["files"] != record["files"]:
+            known = merged.get(record["shard"])
+            failed, least = (
+                stores.failures_of_machine(record),
+                0 if known is None else stores.failures_of_machine(known),
+            )
+            if known is not None and known["files"] != record["files"] and not failed and not least:
                 raise SceneError(CODE, f"shard {record['shard']} differs between the parts")
-            _copy_shard(source, target, record)
-    if len(merged) == plans[0].shards:
-        finish(target, plans[0])
-    return dataset_status(out)
+            if known is None or failed < least:
+                _copy_shard(source, target, record)
+                merged[record["shard"]] = record
+    notes = finish(target, plans[0]) if len(merged) == plans[0].shards else ()
+    return replace(dataset_status(out), notes=notes)
 
 
 def _copy_shard(source: Store, target: Store, record: Mapping[str, Any]) -> None:

@@ -24,7 +24,7 @@ from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.reader import read
 from scenelang.interpreter.loading import entry_points_of
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.runtime.limits import Limits, ProcessorLimits
 from scenelang.session import IMPORT_FORM
 
 CODE = "dataset"
@@ -36,6 +36,8 @@ MAX_SHARD = 100_000
 _MAX_CHOICES = 100_000
 _MAX_SIDE = 8_192
 _MAX_IMPORTS = 1_000
+_BYTES_PER_PIXEL = 330  # of memory that a worker needs at least, measured with depth as the only label
+MEMORY_SLACK = 1.25  # times the limit of memory, where workers are ended
 _MAX_NAME = 64  # letters of a split
 _LARGEST = 1e300  # bound of a range, whose width is a number then
 _PROGRAMS = (".scene", ".json", ".py", ".txt", ".ipynb")
@@ -106,6 +108,10 @@ class Distribution:
             value = math.exp(float(random.uniform(math.log(first), math.log(second))))
         else:
             value = float(random.uniform(first, second))
+        return self.clipped(value)
+
+    def clipped(self, value: float) -> float:
+        """Return the number within the bounds that is nearest to a number."""
         return min(max(value, self.low), self.high)
 
 
@@ -665,15 +671,23 @@ def _splits(table: TomlTable) -> SplitPlan | None:
     elif by == "scene":
         own.fail("by", "splits by scene are shares, such as train = 0.8 and test = 0.2")
     elif any(isinstance(rule, float) for rule in rules.values()):
-        what = "patterns of programs" if by == "program" else "ranges [low, high] or lists of values"
-        own.fail(next(name for name, rule in rules.items() if isinstance(rule, float)), f"expected {what}")
+        what = (
+            "shares only, or patterns of programs" if by == "program" else "{ range = [low, high] } or a list of values"
+        )
+        name = next(name for name, rule in rules.items() if isinstance(rule, float))
+        own.fail(name, f"`{name}`: expected {what}")
     _check_disjoint(own, by, rules)
     return SplitPlan(by, rules)
 
 
+def is_split_name(name: str) -> bool:
+    """Return whether a split may have this name, which begins the names of its files."""
+    return name.isidentifier() and len(name) <= _MAX_NAME
+
+
 def _rule(table: TomlTable, name: str) -> Any:
     value = table.take(name)
-    if not name.isidentifier() or len(name) > _MAX_NAME:
+    if not is_split_name(name):
         hint = f"use at most {_MAX_NAME} letters, digits and underscores"
         table.fail(name, f"`{name[:60]}` is not a name for a split", hint)
     if type(value) in (int, float):
@@ -705,7 +719,7 @@ def _check_disjoint(table: TomlTable, by: str, rules: Mapping[str, Any]) -> None
         if isinstance(rule, tuple):
             for value in rule if by != "program" else ():
                 if value in seen:
-                    table.fail(name, f"`{name}`: {value!r} is also in `{seen[value]}`, which would leak")
+                    table.fail(name, f"`{name}`: {shown(value)} is also in `{seen[value]}`, which would leak")
                 seen[value] = name
         elif isinstance(rule, dict):
             ranges.append((*rule["range"], name))
@@ -713,6 +727,10 @@ def _check_disjoint(table: TomlTable, by: str, rules: Mapping[str, Any]) -> None
     for (_, end, first), (start, _, second) in pairwise(ranges):
         if start < end:
             table.fail(second, f"`{second}`: the range overlaps that of `{first}`, which would leak")
+    for low, high, other in ranges:
+        for value, name in seen.items():
+            if _is_number(value) and low <= value < high and name != other:
+                table.fail(name, f"`{name}`: {shown(value)} is in the range of `{other}`, which would leak")
 
 
 def _filters(table: TomlTable) -> FilterPlan:
@@ -742,7 +760,7 @@ def _output(table: TomlTable) -> OutputPlan:
 
 def _limits(table: TomlTable) -> Limits:
     default = Limits()
-    found = Limits(
+    found = ProcessorLimits(
         steps=table.number("steps", default.steps, 1, 10**15),
         depth=table.number("depth", default.depth, 1, 10**9),
         entities=table.number("entities", default.entities, 1, 10**12),
@@ -760,6 +778,7 @@ def _check_together(table: TomlTable, spec: Spec) -> None:
     _check_needs(table, spec)
     _check_projection(table, spec)
     _check_captions(table, spec)
+    _check_memory(table, spec)
     if "keypoints" in spec.labels.write and not spec.labels.keypoints:
         table.table("labels").fail("write", "`write`: keypoints of no words", 'name them: keypoints = ["eye"]')
     if spec.splits is not None and spec.splits.by not in ("scene", "program", *spec.params):
@@ -770,6 +789,72 @@ def _check_together(table: TomlTable, spec: Spec) -> None:
     if spec.splits is not None and spec.splits.by == "program":
         _check_patterns(table, spec, spec.splits.rules)
         _check_shares(table, spec, spec.splits.rules)
+    elif spec.splits is not None and spec.splits.by in spec.params:
+        _check_reached(table, spec.params[spec.splits.by], spec.splits)
+
+
+def _check_reached(table: TomlTable, quantity: Distribution, splits: SplitPlan) -> None:
+    """Raise an error if no value of the param is in a split."""
+    ranges = sorted(rule["range"] for rule in splits.rules.values() if isinstance(rule, dict))
+    listed = {value for rule in splits.rules.values() if isinstance(rule, tuple) for value in rule}
+    for name, rule in splits.rules.items():
+        if rule == "rest":
+            reached = _reaches_rest(quantity, ranges, listed)
+        elif isinstance(rule, dict):
+            reached = _reaches_range(quantity, *rule["range"])
+        else:
+            reached = any(_may_be(quantity, value) for value in rule)
+        if not reached:
+            table.table("splits").fail(
+                name, f"`{name}`: no value of `{splits.by}` is in this split, which would be empty"
+            )
+
+
+def _may_be(quantity: Distribution, value: Any) -> bool:
+    """Return whether a value is drawn; of continuous distributions only their bounds are, again and again."""
+    if quantity.kind == "choice":
+        return value in _chosen(quantity)
+    first, second = quantity.values
+    if quantity.kind == "integer":
+        return _is_number(value) and value == int(value) and first <= value <= second
+    return value in (quantity.low, quantity.high) or first == second == value
+
+
+def _chosen(quantity: Distribution) -> list[Any]:
+    shares = quantity.weights or (1.0,) * len(quantity.values)
+    return [value for value, share in zip(quantity.values, shares, strict=True) if share > 0]
+
+
+def _reaches_range(quantity: Distribution, low: float, high: float) -> bool:
+    """Return whether a number from ``low`` to below ``high`` is drawn."""
+    if quantity.kind == "choice":
+        return any(_is_number(value) and low <= value < high for value in _chosen(quantity))
+    least, most = _span(quantity)
+    if quantity.kind == "integer":
+        return max(least, math.ceil(low)) <= min(most, math.ceil(high) - 1) if math.isfinite(low + high) else True
+    return low <= most and least < high
+
+
+def _span(quantity: Distribution) -> tuple[float, float]:
+    """Return the least and the greatest number that may be drawn."""
+    first, second = (-math.inf, math.inf) if quantity.kind == "normal" else quantity.values
+    return (first, second) if quantity.kind == "integer" else (quantity.clipped(first), quantity.clipped(second))
+
+
+def _reaches_rest(quantity: Distribution, ranges: Sequence[tuple[float, float]], listed: set[Any]) -> bool:
+    """Return whether a value is drawn that is in no range and not listed."""
+
+    def is_rest(value: Any) -> bool:
+        return value not in listed and not (_is_number(value) and any(low <= value < high for low, high in ranges))
+
+    if quantity.kind == "choice":
+        return any(map(is_rest, _chosen(quantity)))
+    least, most = _span(quantity)
+    if quantity.kind == "integer":
+        return most - least >= _MAX_CHOICES or any(map(is_rest, range(int(least), int(most) + 1)))
+    for low, high in ranges:
+        least = high if low <= least < high else least
+    return least <= most
 
 
 def _check_split_names(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> None:
@@ -804,10 +889,12 @@ def _check_patterns(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> N
     for split, mine in patterns.items():
         if not any(fnmatchcase(name, pattern) for name in names for pattern in mine):
             table.table("splits").fail(split, f"`{split}`: no program matches {', '.join(mine)}"[:300])
-    if "rest" not in rules.values():
-        for name in names:
-            if not any(fnmatchcase(name, pattern) for mine in patterns.values() for pattern in mine):
-                table.table("splits").fail(None, f"`splits`: `{name}` is in no split", 'name one split "rest"')
+    rest = next((split for split, rule in rules.items() if rule == "rest"), None)
+    left = [name for name in names if not any(fnmatchcase(name, each) for mine in patterns.values() for each in mine)]
+    if rest is not None and not left:
+        table.table("splits").fail(rest, f"`{rest}`: every program is in another split, so this one would be empty")
+    if rest is None and left:
+        table.table("splits").fail(None, f"`splits`: `{left[0]}` is in no split", 'name one split "rest"')
 
 
 def _check_projection(table: TomlTable, spec: Spec) -> None:
@@ -822,6 +909,17 @@ def _check_projection(table: TomlTable, spec: Spec) -> None:
     ):
         message = f"`formats`: {wrong[0]} has no orthographic cameras"
         table.table("output").fail("formats", message, f"leave out {', '.join(wrong)}, or use perspective cameras")
+
+
+def _check_memory(table: TomlTable, spec: Spec) -> None:
+    """Raise an error for pictures that cannot be made within the limit of memory."""
+    width, height, limit = spec.pictures.width, spec.pictures.height, spec.limits.memory
+    needed = width * height * _BYTES_PER_PIXEL
+    if needed > MEMORY_SLACK * limit:
+        path = ("limits", "memory") if "memory" in table.table("limits") else ("pictures", "size")
+        message = f"`{path[1]}`: {width:,} x {height:,} pixels need at least {needed / 1e9:.2g} GB of memory"
+        hint = "reduce `size` in [pictures], or raise `memory` in [limits]"
+        table.document.fail(path, f"{message}, more than the limit of {limit / 1e9:.2g} GB", hint)
 
 
 def _check_captions(table: TomlTable, spec: Spec) -> None:

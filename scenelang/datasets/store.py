@@ -24,7 +24,7 @@ from typing import IO, Any
 from scenelang.backends.base import require
 from scenelang.backends.files import atomic_write, reason_of
 from scenelang.datasets.making import Files, Sample
-from scenelang.datasets.spec import CODE, Spec
+from scenelang.datasets.spec import CODE, FORMATS, MAX_SAMPLES, MAX_SHARD, SHARD_FORMATS, Spec, is_split_name
 from scenelang.grammar.diagnostics import SceneError
 
 FORMAT, VERSION = "scenelang-dataset", 1
@@ -32,11 +32,25 @@ PLAN = "dataset.json"
 RECORDS = "shards"
 INSTALL = "'scenelang[datasets]'"
 SHARD_NAME = re.compile(r"\w+-\d{6,}\.(?:tar|parquet)")
+_ITEM_KEY = re.compile(r"[0-9]{9,18}(?:-v[0-9]{3,})?(?:-f[0-9]{4,})?")
 _ROWS = 32  # rows of a group in Parquet files
 _OBJECT_STORES = frozenset({"s3", "s3a", "gs", "gcs", "az", "abfs", "abfss", "oss"})  # have no folders
 _OF_CONTENT = (tarfile.TarError, EOFError, ValueError, KeyError)  # what readers raise for damaged files
 _REMOTE = "check the address, and the endpoint and keys of its store"
 _CHUNK = 1 << 20
+_ENDINGS = {"webdataset": "tar", "parquet": "parquet"}
+# The shapes of JSON data: a dict of them by key ("*" for any key), a list of one, or a type; float is any number.
+_PLAN = {
+    "format": str, "version": int, "spec": str, "count": int, "shard": int, "shards": str, "classes": {"*": int},
+    "columns": [str], "formats": [str], "licence": str, "text": str,
+}  # fmt: skip
+_FILE = {"name": str, "split": str, "sha256": str, "bytes": int, "items": int}
+_FAILURE = {"key": str, "code": str, "message": str, "text": str, "machine": bool}
+_RECORD = {
+    "shard": int, "range": [int], "spec": str, "files": [_FILE], "samples": int, "pictures": int,
+    "failures": [_FAILURE], "values": [{"*": object}], "shown": {"*": int},
+    "run": {"seconds": float, "memory": int, "process": int},
+}  # fmt: skip
 
 
 # --- where files are -------------------------------------------------------------------------------------------------
@@ -271,15 +285,40 @@ def read_plan(store: Store) -> Plan | None:
         return None
     try:
         data = json.loads(store.read(PLAN))
-        if data["format"] != FORMAT or data["version"] != VERSION:
-            raise ValueError
-        return Plan(
-            str(data["spec"]), int(data["count"]), int(data["shard"]), str(data["shards"]),
-            {str(word): int(number) for word, number in data["classes"].items()}, tuple(data["columns"]),
-            tuple(data["formats"]), str(data["licence"]), str(data["text"]),
-        )  # fmt: skip
-    except (ValueError, KeyError, TypeError, AttributeError):
-        raise SceneError(CODE, f"`{PLAN}` in {store.address} is not the plan of a dataset") from None
+    except (ValueError, RecursionError):
+        data = None
+    if not (_has_shape(data, _PLAN) and _is_plan(data)):
+        hint = "restore it from a copy, or make the dataset again in a new folder"
+        raise SceneError(CODE, f"`{PLAN}` in {store.address} is not the plan of a dataset", hint)
+    return Plan(
+        data["spec"], data["count"], data["shard"], data["shards"], data["classes"], tuple(data["columns"]),
+        tuple(data["formats"]), data["licence"], data["text"],
+    )  # fmt: skip
+
+
+def _is_plan(data: Mapping[str, Any]) -> bool:
+    is_known = (data["format"], data["version"]) == (FORMAT, VERSION) and set(data["formats"]) <= set(FORMATS)
+    has_size = 1 <= data["count"] <= MAX_SAMPLES and 1 <= data["shard"] <= MAX_SHARD
+    return is_known and has_size and data["shards"] in SHARD_FORMATS
+
+
+def _has_shape(value: Any, shape: Any) -> bool:
+    """Return whether JSON data has the types that a shape says.
+
+    Examples
+    --------
+    >>> _has_shape({"a": [1, 2]}, {"a": [int]}), _has_shape({"a": ["x"]}, {"a": [int]})
+    (True, False)
+    """
+    if isinstance(shape, dict):
+        if "*" in shape:
+            return isinstance(value, dict) and all(_has_shape(each, shape["*"]) for each in value.values())
+        return isinstance(value, dict) and all(n in value and _has_shape(value[n], each) for n, each in shape.items())
+    if isinstance(shape, list):
+        return isinstance(value, list) and all(_has_shape(each, shape[0]) for each in value)
+    if shape is float:
+        return type(value) in (int, float)
+    return shape is object or type(value) is shape
 
 
 def require_plan(store: Store) -> Plan:
@@ -304,32 +343,63 @@ def record_name(number: int) -> str:
 
 def records_of(store: Store, plan: Plan) -> Iterator[dict[str, Any]]:
     """Yield the records of the committed shards in order; damaged records and those of other plans are left out."""
-    for name in store.names(RECORDS):
-        stem = name.removesuffix(".json")
-        if not (name.endswith(".json") and stem.isdecimal() and int(stem) < plan.shards):
-            continue
-        found = _record(store, int(stem), plan)
+    for number in _recorded(store, plan):
+        found = _record(store, number, plan)
         if found is not None:
             yield found
 
 
+def damaged_records(store: Store, plan: Plan) -> list[int]:
+    """Return the numbers of the shards whose records are damaged."""
+    return [number for number in _recorded(store, plan) if _record(store, number, plan) is None]
+
+
+def _recorded(store: Store, plan: Plan) -> Iterator[int]:
+    """Yield the numbers of the shards that have a file for their record."""
+    for name in store.names(RECORDS):
+        stem = name.removesuffix(".json")
+        number = int(stem) if stem.isdecimal() and len(stem) <= 18 else plan.shards
+        if number < plan.shards and f"{RECORDS}/{name}" == record_name(number):
+            yield number
+
+
 def _record(store: Store, number: int, plan: Plan) -> dict[str, Any] | None:
+    """Return the record of a shard, None if it is damaged or of another dataset."""
     try:
         found = json.loads(store.read(record_name(number)))
-    except (ValueError, SceneError):
+    except (ValueError, RecursionError, SceneError):
         return None
+    return found if _has_shape(found, _RECORD) and _is_of(found, number, plan) else None
+
+
+def _is_of(record: Mapping[str, Any], number: int, plan: Plan) -> bool:
+    """Return whether a record is that of a shard: it names its samples, and no files but those of the shard."""
     samples = plan.samples(number)
-    is_ours = isinstance(found, dict) and found.get("spec") == plan.spec_digest
-    whole = [samples.start, samples.stop]
-    return found if is_ours and found.get("shard") == number and found.get("range") == whole else None
+    is_ours = (record["shard"], record["spec"]) == (number, plan.spec_digest)
+    is_whole = record["range"] == [samples.start, samples.stop]
+    is_whole = is_whole and record["samples"] + len(record["failures"]) == len(samples)
+    splits = [file["split"] for file in record["files"]]
+    names = [file["name"] for file in record["files"]]
+    has_names = all(map(is_split_name, splits)) and len(set(splits)) == len(splits)
+    return is_ours and is_whole and has_names and names == [shard_name(split, number, plan.format) for split in splits]
+
+
+def shard_name(split: str, number: int, kind: str) -> str:
+    """Return the name of the file of a shard that has the samples of one split."""
+    return f"{split}-{number:06d}.{_ENDINGS[kind]}"
 
 
 def is_intact(store: Store, record: Mapping[str, Any]) -> bool:
     """Return whether all files of a shard are there with the bytes that its record says."""
     try:
         return all(store.digest(file["name"]) == (file["sha256"], file["bytes"]) for file in record["files"])
-    except (SceneError, KeyError, TypeError):
+    except SceneError:
         return False
+
+
+def failures_of_machine(record: Mapping[str, Any]) -> int:
+    """Return how many samples of a shard failed for reasons of the machine, and may succeed in another run."""
+    return sum(each["machine"] for each in record["failures"])
 
 
 def digest_of(records: Sequence[Mapping[str, Any]]) -> str:
@@ -344,8 +414,6 @@ def digest_of(records: Sequence[Mapping[str, Any]]) -> str:
 
 class _TarFile:
     """WebDataset: a tar file whose members of one sample follow each other, with equal names up to the first dot."""
-
-    ending = "tar"
 
     def __init__(self, path: Path, plan: Plan) -> None:
         self._raw = io.FileIO(path, "wb")
@@ -373,8 +441,6 @@ class _TarFile:
 
 class _ParquetFile:
     """Parquet: a row for each item, pictures as encoded bytes with the features that ``datasets`` reads."""
-
-    ending = "parquet"
 
     def __init__(self, path: Path, plan: Plan) -> None:
         self._arrow = require("pyarrow", INSTALL)
@@ -451,10 +517,9 @@ class ShardFiles:
         """Append the items of a sample; raises SceneError("file") if the file system fails."""
         split = sample.draw.split
         if split not in self._open:
-            kind = _WRITERS[self._plan.format]
-            context = self._store.writing(f"{split}-{self._number:06d}.{kind.ending}")
+            context = self._store.writing(shard_name(split, self._number, self._plan.format))
             path = context.__enter__()
-            self._open[split] = kind(path, self._plan), path, context
+            self._open[split] = _WRITERS[self._plan.format](path, self._plan), path, context
         for item in sample.items:
             with _writing_errors(self._store):
                 self._open[split][0].add(item.key, item.files)
@@ -472,7 +537,7 @@ class ShardFiles:
                     data.update(chunk)
             size = path.stat().st_size
             context.__exit__(None, None, None)
-            name = f"{split}-{self._number:06d}.{writer.ending}"
+            name = shard_name(split, self._number, self._plan.format)
             found.append(
                 {"name": name, "split": split, "sha256": data.hexdigest(), "bytes": size, "items": self._count[split]}
             )
@@ -504,7 +569,10 @@ def items_of(store: Store, name: str) -> Iterator[tuple[str, dict[str, bytes]]]:
     """Yield the key and the files of each item in a file of a shard; raises SceneError for a damaged file."""
     reader = _parquet_items if name.endswith(".parquet") else _tar_items
     try:
-        yield from reader(store, name)
+        for key, files in reader(store, name):
+            if not (isinstance(key, str) and _ITEM_KEY.fullmatch(key)):  # it becomes the name of a file
+                raise ValueError(f"`{str(key)[:60]}` is not the key of a picture")
+            yield key, files
     except (tarfile.TarError, EOFError, ValueError, KeyError) as error:
         raise SceneError(CODE, f"`{name}` is damaged: {reason_of(error)}") from error
 

@@ -6,6 +6,7 @@ import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import date, time
 from typing import Any, NoReturn
 
 from scenelang.grammar.datum import Source, Span
@@ -274,6 +275,8 @@ class TomlTable:
 
 def shown(value: Any) -> str:
     """Return a value for a message, in at most sixty characters."""
-    if isinstance(value, dict | list):
-        return "a table" if isinstance(value, dict) else "an array"
-    return repr(value)[:60]
+    if isinstance(value, dict | list | tuple):
+        return "a table" if isinstance(value, dict) else "a list"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return value.isoformat() if isinstance(value, date | time) else repr(value)[:60]

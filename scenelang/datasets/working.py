@@ -25,15 +25,17 @@ from typing import IO, Any
 from scenelang.backends.base import require
 from scenelang.datasets.making import Maker, Sample, SampleFailure
 from scenelang.datasets.sampler import key_of
-from scenelang.datasets.spec import CODE, Spec, spec_of
+from scenelang.datasets.spec import CODE, MEMORY_SLACK, Spec, spec_of
 from scenelang.datasets.store import Plan, ShardFiles, Store, record_name
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
 
 _DEATHS = 3  # of workers at one sample before it counts as failed
-_GRACE = 2.0  # seconds over the limit of a program before its worker is ended
+_GRACE = 2.0  # seconds over twice the limit of a program before its worker is ended
+_SLOWEST = 20.0  # times the limit of a program, in wall-clock time, and a minute, before its worker is ended
 _STALLED = 3_600.0  # seconds without a word from a worker
 _POLL = 0.25
 _MOST_LOSSES = 10  # of a shard on a cluster
+_OF_MACHINE = ("time", "memory")  # diagnostics of samples that another run may make
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS"), "1")
 _CODE = "from scenelang.datasets.working import serve; serve()"
 
@@ -76,7 +78,7 @@ def write_shard(
                     values.append({**sample.draw.values, **sample.camera, "split": sample.draw.split})
                     shown.update(sample.shown)
                 except SampleFailure as error:
-                    failure = failure_record(index, error.diagnostic)
+                    failure = failure_record(index, error.diagnostic, error.is_of_machine)
             if failure is not None:
                 failures.append(dict(failure))
             report({"end": index, "code": failure["code"] if failure is not None else None, "memory": peak_memory()})
@@ -121,12 +123,23 @@ class Encoder:
         self._thread.shutdown()
 
 
-def failure_record(index: int, diagnostic: Diagnostic) -> dict[str, Any]:
-    """Return the record of a failed sample: its key, and its diagnostic as code, message and text."""
+def failure_record(index: int, diagnostic: Diagnostic, of_machine: bool = False) -> dict[str, Any]:
+    """Return the record of a failed sample: its key, its diagnostic as code, message and text, and whether it failed
+    for reasons of the machine, as limits of time and memory do."""
     return {
         "key": key_of(index), "code": diagnostic.code, "message": diagnostic.message[:500],
-        "text": render_text(diagnostic)[:2_000],
+        "text": render_text(diagnostic)[:2_000], "machine": of_machine or diagnostic.name in _OF_MACHINE,
     }  # fmt: skip
+
+
+def processor_seconds_of(pid: int) -> float | None:
+    """Return the seconds that processors have spent on a process, None if the system does not tell."""
+    try:
+        with open(f"/proc/{pid}/stat", "rb") as file:
+            user, system = file.read().rpartition(b")")[2].split()[11:13]
+    except (OSError, ValueError):
+        return None
+    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
 
 
 def peak_memory() -> int:
@@ -233,7 +246,7 @@ class _Worker:
         self.task: _Task | None = None
         self.sample: int | None = None
         self.heard = time.monotonic()
-        self.evaluates_since: float | None = None
+        self._evaluates_since: tuple[float, float | None] | None = None  # wall-clock and processor time
         self.resident = 0
         self._received = b""
         self.verdict: Diagnostic | None = None
@@ -260,6 +273,19 @@ class _Worker:
     def give(self, task: _Task) -> None:
         self.task, self.sample, self.heard = task, None, time.monotonic()
         self._send({"shard": task.number, "skip": task.skip})
+
+    def evaluates(self, begins: bool) -> None:
+        """Note that the evaluation of a program begins or ends."""
+        self._evaluates_since = (time.monotonic(), processor_seconds_of(self.process.pid)) if begins else None
+
+    def is_late(self, seconds: float) -> bool:
+        """Return whether an evaluation exceeds its limit by far, so that the evaluator cannot end it."""
+        if self._evaluates_since is None:
+            return False
+        start, spent = self._evaluates_since
+        now = processor_seconds_of(self.process.pid)
+        is_busy = spent is not None and now is not None and now - spent > 2.0 * seconds + _GRACE
+        return is_busy or time.monotonic() - start > _SLOWEST * seconds + 60.0
 
     def end(self, number: int = signal.SIGTERM) -> None:
         with suppress(ProcessLookupError):
@@ -316,7 +342,7 @@ class Pool:
         if "begin" in message:
             worker.sample = message["begin"]
         if "evaluating" in message:
-            worker.evaluates_since = worker.heard if message["evaluating"] else None
+            worker.evaluates(message["evaluating"])
         self._report(message | {"process": worker.process.pid})
         if "done" in message:
             worker.task = worker.sample = None
@@ -351,7 +377,7 @@ class Pool:
             if verdict is None and task.deaths[sample] >= _DEATHS:
                 verdict = Diagnostic("sample", f"the worker ended {_DEATHS} times at this sample (exit status {code})")
             if verdict is not None:
-                task.skip[sample] = failure_record(sample, verdict)
+                task.skip[sample] = failure_record(sample, verdict, of_machine=True)
         self._report({"lost": code, "shard": task.number})
         self._waiting.append(task)
         self._start(selector)
@@ -366,9 +392,9 @@ class Pool:
                 worker.resident = resident_bytes_of(worker.process.pid)
                 continue
             used = resident_bytes_of(worker.process.pid) - worker.resident
-            if used > self._limits.memory * 1.25:
+            if used > self._limits.memory * MEMORY_SLACK:
                 worker.verdict = Diagnostic("memory", f"the sample exceeds {self._limits.memory:,} bytes of memory")
-            elif worker.evaluates_since is not None and now - worker.evaluates_since > self._limits.seconds + _GRACE:
+            elif worker.is_late(self._limits.seconds):
                 worker.verdict = Diagnostic("time", f"the program exceeds {self._limits.seconds:g} seconds")
             elif now - worker.heard > _STALLED:
                 worker.verdict = Diagnostic("time", f"the sample takes more than {_STALLED:,.0f} seconds")
@@ -406,6 +432,22 @@ def in_process(
 
 _ACTOR_MEMORY = 500_000_000  # bytes that an actor asks for
 _IN_FLIGHT = 2  # shards that an actor has at a time, so that none waits for the driver
+
+
+_MOST_NODES = 8  # in a message
+_RAY_HINT = "`ray status` tells the address; a cluster with tokens needs RAY_AUTH_MODE=token in the environment"
+
+
+def _resources(given: Mapping[str, float]) -> str:
+    """Return resources of Ray as a text.
+
+    Examples
+    --------
+    >>> _resources({"CPU": 1.0, "GPU": 0.5, "memory": 5e8})
+    '1 CPU, 0.5 GPU and 500 MB'
+    """
+    cpus, gpus, memory = (given.get(name, 0.0) for name in ("CPU", "GPU", "memory"))
+    return f"{cpus:g} CPU, {gpus:g} GPU and {memory / 1e6:,.0f} MB"
 
 
 class RayActor:
@@ -446,13 +488,33 @@ class RayPool:
             try:
                 ray.init(address=address, log_to_driver=False)
             except (ConnectionError, ValueError, RuntimeError) as error:
-                raise SceneError("backend", f"no Ray cluster at `{address}`: {str(error)[:200]}") from error
+                message = f"no Ray cluster at `{address}`: {str(error)[:200]}"
+                raise SceneError("backend", message, _RAY_HINT) from error
+        self._wanted = {"CPU": 1.0, "GPU": float(gpus), "memory": float(_ACTOR_MEMORY)}
         options = {"num_cpus": 1, "num_gpus": gpus, "memory": _ACTOR_MEMORY}  # one processor: Ray gives it one thread
         self._kind = ray.remote(**options)(RayActor)
+        self._check_resources()
         self._actors: dict[Any, int] = {}  # actors that run, with the number of shards that each has
         self._starting: dict[Any, Any] = {}  # actors that may yet have to wait for a processor, by what tells
         self._false_starts = 0
         self._running: dict[Any, tuple[Any, _Task]] = {}
+
+    def _fits(self, node: Mapping[str, float]) -> bool:
+        return all(node.get(name, 0.0) >= amount for name, amount in self._wanted.items())
+
+    def _nodes(self) -> list[Mapping[str, float]]:
+        """Return the resources of the nodes that are alive."""
+        return [node["Resources"] for node in self._ray.nodes() if node["Alive"]]
+
+    def _check_resources(self) -> None:
+        """Raise SceneError("backend") if no node has what an actor asks for, which Ray would wait for silently."""
+        nodes = self._nodes()
+        if not any(map(self._fits, nodes)):
+            listed = "; ".join(map(_resources, nodes[:_MOST_NODES])) + ("; ..." if len(nodes) > _MOST_NODES else "")
+            message = (
+                f"no node of the cluster has {_resources(self._wanted)} for a worker; it has {listed or 'no nodes'}"
+            )
+            raise SceneError("backend", message, "ask for less with --gpus, or add nodes to the cluster")
 
     def run(self, numbers: Collection[int]) -> Iterator[dict[str, Any]]:
         """Make the shards ``numbers``; raises SceneError if the file system fails or shards cannot be made."""
@@ -476,8 +538,9 @@ class RayPool:
 
     def _grow(self, shards: int) -> None:
         """Have as many actors as the cluster has processors now, but no more than shards."""
-        nodes = [node for node in self._ray.nodes() if node["Alive"]]
-        wanted = min(shards, max(1, int(sum(node["Resources"].get("CPU", 0.0) for node in nodes))))
+        if not self._actors:
+            self._check_resources()  # a node may have been lost
+        wanted = min(shards, max(1, int(sum(node.get("CPU", 0.0) for node in self._nodes()))))
         while len(self._actors) + len(self._starting) < wanted:
             actor = self._kind.remote(self._request)
             self._starting[actor.ready.remote()] = actor

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -466,3 +466,45 @@ def test_nerfstudio_has_millimetres_and_shared_intrinsics_only(layouts: Path, tm
     varied = json.loads((out / "nerfstudio" / "000000000" / "transforms.json").read_text())
     assert not {"fl_x", "fl_y", "cx", "cy"} & set(varied)
     assert varied["frames"][0]["fl_x"] != varied["frames"][1]["fl_x"]
+
+
+@pytest.mark.parametrize("has_splits", [False, True])
+def test_formats_by_sample_are_in_folders_by_split(tmp_path: Path, has_splits: bool) -> None:
+    spec = "count = 6\n[pictures]\nsize = 16\n[output]\nformats = ['nerfstudio', 'colmap']\n"
+    spec += "[splits]\ntrain = 0.5\ntest = 0.5\n" if has_splits else ""
+    text = '(bind "a" (lambda () (call "cube" :scale (uniform 1 2))))'
+    out = _made(tmp_path, text, spec)
+    splits = {path.name.partition("-")[0]: path for path in out.glob("*.tar")}
+    assert set(splits) == ({"train", "test"} if has_splits else {"train"})
+    for name in ("nerfstudio", "colmap"):
+        parents = [out / name / split for split in splits] if has_splits else [out / name]
+        assert {path.name for path in (out / name).iterdir()} == ({*splits} if has_splits else _keys_of(range(6)))
+        assert {path.name for parent in parents for path in parent.iterdir()} == _keys_of(range(6))
+    assert not has_splits or (out / "nerfstudio" / "test").is_dir()
+
+
+def _keys_of(numbers: Iterable[int]) -> set[str]:
+    return {f"{number:09d}" for number in numbers}
+
+
+def test_films_of_still_scenes_are_not_written(tmp_path: Path) -> None:
+    from scenelang.datasets.running import dataset, verify_dataset
+
+    (tmp_path / "a.scene").write_text('(bind "a" (lambda () (call "cube")))')
+    (tmp_path / "spec.toml").write_text(
+        "programs = 'a.scene'\ncount = 1\n[pictures]\nsize = 8\n[labels]\nwrite = ['tracks']\n[output]\nformats = ['tap']"
+    )
+    report = dataset(tmp_path / "spec.toml", tmp_path / "out", jobs=0)
+    told = "warning: `tap` is not written, since it is made of films and all scenes are still"
+    assert told in str(report).splitlines()
+    assert report.data()["notes"] == [told]
+    assert not (tmp_path / "out" / "tap").exists()
+    assert verify_dataset(tmp_path / "out") == []
+
+
+@pytest.mark.parametrize(("word", "written"), [("", "_"), (" ", "_"), ("a\\tb c", "a_b_c")])
+def test_words_of_kitti_are_one_column(tmp_path: Path, word: str, written: str) -> None:
+    spec = "count = 1\n[pictures]\nsize = 32\n[labels]\nwrite = ['boxes', 'visibility']\n[output]\nformats = ['kitti']"
+    out = _made(tmp_path, f'(bind "{word}" (lambda () (call "cube")))', spec)
+    (line,) = (out / "kitti" / "train" / "label_2" / "000000000.txt").read_text().splitlines()
+    assert (line.split()[0], len(line.split())) == (written, 15)

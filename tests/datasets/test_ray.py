@@ -131,8 +131,21 @@ def test_damaged_shards_are_found_and_made_again(cluster: Any, copy: Path, made:
     assert verify_dataset(copy) == []
 
 
+@pytest.mark.parametrize(("gpus", "told"), [(1.0, "1 CPU, 1 GPU and 500 MB"), (0.5, "1 CPU, 0.5 GPU and 500 MB")])
+def test_resources_that_no_node_has_are_told(
+    cluster: Any, folder: Path, tmp_path: Path, gpus: float, told: str
+) -> None:
+    with pytest.raises(
+        SceneError, match=f"no node of the cluster has {told} for a worker; it has 1 CPU, 0 GPU"
+    ) as caught:
+        dataset(folder / "spec.toml", tmp_path / "out", ray=cluster.address, gpus=gpus)
+    assert caught.value.name == "backend"
+    assert not (tmp_path / "out" / "dataset.json").exists()
+
+
 def test_no_cluster_is_told(folder: Path, tmp_path: Path) -> None:
     pytest.importorskip("ray")
     with pytest.raises(SceneError, match="no Ray cluster at `auto`") as caught:
         dataset(folder / "spec.toml", tmp_path / "out", ray="auto")
     assert caught.value.name == "backend"
+    assert "RAY_AUTH_MODE=token" in str(caught.value.hint)

@@ -85,8 +85,10 @@ def test_a_killed_run_is_resumed(made: Path, folder: Path, tmp_path: Path, numbe
         while not list(out.glob("shards/0*.json")) and time.monotonic() < deadline:
             time.sleep(0.01)
         running.send_signal(number)
-        running.wait(30)
+        _, told = running.communicate(timeout=30)
+    assert number != signal.SIGINT or b"what is finished is kept; `--resume` goes on" in told
     assert _no_worker_is_left(out)
+
     before = dataset_status(out)
     assert before.samples > 0
     report = dataset(folder / "spec.toml", out, jobs=1, resume=True)
@@ -374,6 +376,24 @@ def test_stray_shards_missing_formats_and_leaks_are_found(copy: Path, layouts: P
     assert any("which leaks" in each.message for each in verify_dataset(tmp_path / "leak"))
 
 
+def test_equal_pictures_of_other_seeds_are_duplicates(tmp_path: Path) -> None:
+    """A scene without random draws, whose samples differ in the seed only."""
+    spec = _failing(tmp_path, '(bind "a" (lambda () (call "cube")))', "[cameras]\nazimuth = 0\nelevation = 10")
+    spec.write_text(spec.read_text().replace("count = 8", "count = 3"))
+    dataset(spec, tmp_path / "out", jobs=0)
+    assert [each.message for each in verify_dataset(tmp_path / "out")] == [
+        f"00000000{n} repeats 000000000: equal pictures" for n in (1, 2)
+    ]
+
+
+def test_equal_frames_and_views_of_one_sample_are_no_duplicates(tmp_path: Path) -> None:
+    text = '(bind "a" (lambda () (frames (list (call "sphere") (call "sphere")))))'
+    spec = _failing(tmp_path, text, "[cameras]\nkind = 'orbit'\nazimuth = 0\nviews = 2\nsweep = 0")
+    spec.write_text(spec.read_text().replace("count = 8", "count = 1"))
+    dataset(spec, tmp_path / "out", jobs=0)
+    assert [each.message for each in verify_dataset(tmp_path / "out") if "pictures" in each.message] == []
+
+
 def test_programs_that_never_end_are_ended(tmp_path: Path) -> None:
     spec = _failing(tmp_path, HOSTILE, "[params]\nn = [0, 1]\n[limits]\nseconds = 0.5\nsteps = 1000000000")
     report = dataset(spec, tmp_path / "out", jobs=2)
@@ -431,6 +451,7 @@ def test_the_commands(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixtur
         (["{spec}", "-o", "x", "--part", "2/2"], "expected K/N with K from 0 to N - 1"),
         (["{spec}", "-o", "x", "--jobs", "2000"], "`jobs`: expected 0 to 1,024"),
         (["{spec}", "--preview", "x.png", "--shown", "0"], "a preview shows 1 to 400 samples"),
+        (["{spec}", "--preview", "x.png", "-o", "x"], "`--preview` writes a contact sheet only"),
         (["{spec}", "--preview", "x.txt"], "a preview cannot be written as `x.txt`"),
         (["{spec}", "--preview", "sheet"], "use .png .jpg .jpeg .webp"),
     ],

@@ -83,6 +83,22 @@ ORTHOGRAPHIC = (
         (HEAD + "[splits]\ntrain = 0.7\nmodels = 0.3\n[labels]\nwrite = ['instance', 'depth', 'boxes', 'visibility']\n[output]\nformats = 'bop'", 4, 1, "`models`: bop has a folder of this name", "choose another name"),
         (HEAD + "[splits]\nannotations = 0.7\ntest = 0.3\n[output]\nformats = 'coco'", 3, 1, "`annotations`: coco has", None),
         (HEAD + "[splits]\ntest = 0.7\nSeqmaps = 0.3\n[output]\nformats = 'mot'", 4, 1, "`Seqmaps`: mot has", None),
+        (HEAD + "[splits]\nby = 'balls'\ntrain = 0.5\ntest = 0.5\n[params]\nballs = [1, 2]", 4, 1, "`train`: expected { range = [low, high] } or a list", None),
+        (HEAD + "[params]\nballs = [1, 2]\n[splits]\nby = 'balls'\ntrain = { range = [1, 2] }\ntest = [1, 2]", 7, 1, "`test`: 1 is in the range of `train`, which would leak", None),
+        (HEAD + "[params]\nballs = [1, 2]\n[splits]\nby = 'balls'\ntrain = [1, 2]\ntest = [3]", 7, 1, "`test`: no value of `balls` is in this split", None),
+        (HEAD + "[params]\nballs = [1, 2]\n[splits]\nby = 'balls'\ntrain = [1, 2]\ntest = 'rest'", 7, 1, "`test`: no value of `balls` is in this split", None),
+        (HEAD + "[params]\nballs = { integer = [1, 4] }\n[splits]\nby = 'balls'\ntrain = { range = [1, 4.5] }\ntest = 'rest'", 7, 1, "`test`: no value", None),
+        (HEAD + "[params]\nballs = { integer = [1, 4] }\n[splits]\nby = 'balls'\ntrain = { range = [1, 4] }\ntest = { range = [4.5, 9] }", 7, 1, "`test`: no value", None),
+        (HEAD + "[params]\nballs = { uniform = [1, 4] }\n[splits]\nby = 'balls'\ntrain = { range = [0, 5] }\ntest = 'rest'", 7, 1, "`test`: no value", None),
+        (HEAD + "[params]\nballs = { uniform = [1, 4] }\n[splits]\nby = 'balls'\ntrain = [2]\ntest = 'rest'", 6, 1, "`train`: no value", None),
+        (HEAD + "[params]\nballs = { normal = [1, 4], max = 3 }\n[splits]\nby = 'balls'\ntrain = { range = [4, 5] }\ntest = 'rest'", 6, 1, "`train`: no value", None),
+        (HEAD + "[params]\nballs = [true, 1.5]\n[splits]\nby = 'balls'\ntrain = [true]\ntest = [true, 1.5]", 7, 1, "`test`: true is also in `train`", None),
+        (HEAD + "[splits]\nby = 'program'\ntrain = ['*.scene']\ntest = 'rest'", 5, 1, "`test`: every program is in another split", None),
+        (HEAD + "[params]\nballs = { uniform = [1, 2, 3] }", 3, 11, "`uniform`: expected two numbers, got a list", None),
+        (HEAD + "[params]\nballs = 2026-11-02", 3, 1, "got 2026-11-02", None),
+        (HEAD + "[pictures]\nsize = 4096", 3, 1, "`size`: 4,096 x 4,096 pixels need at least 5.5 GB of memory, more than the limit of 4 GB", "raise `memory`"),
+        (HEAD + "[pictures]\nsize = 512\n[limits]\nmemory = 50000000", 5, 1, "`memory`: 512 x 512 pixels need at least 0.087 GB", "reduce `size`"),
+        (HEAD + "count = true", 2, 1, "expected a whole number, got true", None),
         (HEAD + "[filters]\npredicates = ['mine']", 3, 1, "unknown `mine`", "no package has"),
         (HEAD + "[filters.visible]\nball = 2", 3, 1, "expected 0.0 to 1.0", None),
         (HEAD + "[limits]\nseconds = -1", 3, 1, "expected 0.1 to", None),
@@ -135,6 +151,12 @@ def test_ranges_of_splits_may_not_overlap(read: Read) -> None:
         ("[labels]\nwords = ['bal']", 3, "no program has the word `bal`", "did you mean `ball`?"),
         ("[labels]\nkeypoints = ['lg']", 3, "no program has the word `lg`", "did you mean `leg`?"),
         ("[filters.visible]\nbal = 0.1", 3, "no program has the word `bal`", "did you mean `ball`?"),
+        (
+            "[captions]\ntemplates = ['{things}', '{count:bal}']",
+            3,
+            "no program has the word `bal`",
+            "did you mean `ball`?",
+        ),
         ("[params]\nbals = 1", 3, "no program has the param `bals`", "did you mean `balls`?"),
     ],
 )
@@ -144,6 +166,80 @@ def test_unknown_names_are_told_with_their_place(read: Read, text: str, line: in
     assert (caught.value.diagnostic.code, caught.value.message, caught.value.hint) == ("E921", told, hint)
     assert isinstance(caught.value.span, Span)
     assert caught.value.span.source.position(caught.value.span.start)[0] == line
+
+
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        ("[1, 7]", "accepts 1 to 6, but 7 may be drawn"),
+        ("{ integer = [0, 3] }", "accepts 1 to 6, but 0 may be drawn"),
+        ("{ uniform = [1, 6.5] }", "accepts 1 to 6, but 6.5 may be drawn"),
+        ("{ normal = [3, 1] }", "accepts 1 to 6, but -3 may be drawn"),
+        ("{ value = [1, 2] }", "accepts numbers only, got a list"),
+        ("true", "accepts numbers only, got true"),
+        ("{ normal = [3, 1], min = 1, max = 6 }", None),
+        ("{ choice = [1, 9], weights = [1, 0] }", None),
+        ("{ uniform = [0, 9], min = 1, max = 6 }", None),
+    ],
+)
+def test_params_outside_the_bounds_of_a_program_are_told(read: Read, values: str, told: str | None) -> None:
+    spec = read(HEAD + f"[params]\nballs = {values}")
+    if told is None:
+        assert classes_of(spec)
+        return
+    with pytest.raises(SceneError, match=told) as caught:
+        classes_of(spec)
+    assert "`balls`: `room.scene` accepts" in caught.value.message
+    assert isinstance(caught.value.span, Span)
+    assert caught.value.span.source.position(caught.value.span.start) == (3, 1)
+
+
+def test_a_split_by_a_param_that_a_program_lacks_is_told(read: Read) -> None:
+    text = "programs = ['room.scene', 'cart.scene']\n[params]\nballs = [1, 2]\n[splits]\nby = 'balls'\ntrain = [1]\ntest = [2]"
+    with pytest.raises(SceneError, match=r"`by`: `cart.scene` has no param `balls`, .* in every split") as caught:
+        classes_of(read(text))
+    assert isinstance(caught.value.span, Span)
+    assert caught.value.span.source.position(caught.value.span.start) == (5, 1)
+    assert classes_of(read(text.replace(", 'cart.scene'", "")))
+
+
+def test_looks_out_of_range_are_warnings(read: Read) -> None:
+    from scenelang.datasets.naming import warnings_of
+
+    looks = (
+        "color = [[0.5, 2, 0], 'red']\nroughness = { uniform = [0, 1.5] }\nior = 1.5\nemission = -1\nmetallic = [0, 1]"
+    )
+    found = warnings_of(read(HEAD + f"[words.ball]\n{looks}"))
+    assert [(each.code, each.message) for each in found] == [
+        ("W402", 'the attribute `:color` of "ball" should be 0 to 1, got 2'),
+        ("W402", 'the attribute `:roughness` of "ball" should be 0 to 1, got 1.5'),
+        ("W402", 'the attribute `:emission` of "ball" should not be negative, got -1'),
+    ]
+    assert [each.span.source.position(each.span.start)[0] for each in found if isinstance(each.span, Span)] == [3, 4, 6]
+
+
+def test_words_are_classes_once_and_what_draws_nothing_is_none(tmp_path: Path) -> None:
+    from scenelang.datasets.spec import spec_of
+
+    (tmp_path / "a.scene").write_text(
+        '(bind "a\\x62;" (lambda () (call "cube")))\n(bind "quote\\"d" (lambda () (call "sphere")))\n'
+        '(bind "root" (lambda () (union (call "ab") (call "a\\u0062") (call "quote\\"d") (call "c\\x75;be")'
+        ' (call "delete-blocks" :scale [1 1 1]))))'
+    )
+    assert list(classes_of(spec_of("programs = 'a.scene'", "s", tmp_path))) == ["ab", 'quote"d', "root"]
+
+
+@pytest.mark.parametrize("name", ["a.scene", "a.json", "a.py"])
+def test_programs_that_cannot_be_read_are_told_before_the_run(tmp_path: Path, name: str) -> None:
+    from scenelang.datasets.running import dataset
+
+    (tmp_path / name).write_bytes(b"\xff\xfe(bind")
+    (tmp_path / "spec.toml").write_text(f"count = 2\nprograms = '{name}'")
+    with pytest.raises(SceneError, match=r"`programs`: .*UTF-8") as caught:
+        dataset(tmp_path / "spec.toml", tmp_path / "out", jobs=0)
+    assert isinstance(caught.value.span, Span)
+    assert caught.value.span.source.position(caught.value.span.start) == (2, 1)
+    assert not (tmp_path / "out").exists()
 
 
 def test_unknown_words_of_programs_that_compute_words_are_warnings(tmp_path: Path) -> None:

@@ -263,6 +263,7 @@ def samples(n: int) -> dict[str, list[Sample]]:
         "Set": mutable[4:6],
         "Boolean": booleans,
         "Symbol": symbols,
+        "Keyword": [_same(f":{name}", Keyword(name), False) for name in ("left", "miter", "even-odd", "y")],
         "MutableList": mutable[:2],
         "MutableArray": arrays[-2:],
         "Matrix": [_same("pose", Matrix(IDENTITY), False)],

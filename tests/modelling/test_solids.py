@@ -19,7 +19,7 @@ from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Scene, count_words, descendants
 from scenelang.interpreter.scene.modelling import computing
 from scenelang.interpreter.scene.modelling.computing import computed, manifold_of
-from scenelang.interpreter.scene.modelling.expressions import from_plain, nodes_of, to_plain
+from scenelang.interpreter.scene.modelling.operations import from_plain, nodes_of, to_plain
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 
 CUBE = '(call "cube" :color [.8 .2 .1])'
@@ -425,3 +425,70 @@ def test_the_inertia_of_parts_that_are_apart_is_that_of_their_union() -> None:
     joined = f"(union-solid {parts})"
     apart, whole = (np.array(json.loads(log_of(f"(inertia {text})").replace(" ", ","))) for text in (parts, joined))
     assert apart == pytest.approx(whole, rel=1e-12)
+
+
+# --- limits ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_tool_of_a_sum_must_be_convex() -> None:
+    with pytest.raises(SceneError, match="not convex"):
+        volume('(minkowski (call "cube") (call "torus" :radius .3))')
+
+
+def test_long_chains_are_neither_slow_nor_recursive(tmp_path: Path) -> None:
+    scene = scene_of(
+        "(chain 2000 (call \"cube\"))",
+        "(define (chain n x) (if (= n 0) x (chain (- n 1) (difference x (transform (call \"cube\" :scale .01) (translate [(* .001 n) .5 0]))))))",
+    )  # fmt: skip
+    write_scene(scene, tmp_path / "a.json")
+    assert solid_in(read_scene(tmp_path / "a.json")) == solid_in(scene)
+
+
+def test_commands_end_long_computations(tmp_path: Path) -> None:
+    import subprocess
+    import sys
+
+    (tmp_path / "a.scene").write_text(
+        '(bind "a" (lambda () (union-solid (for/union ((i (iota 4000))) '
+        '(transform (call "sphere" :radius .3) (translate [(sin i) (cos i) (sin (* 3 i))]))))))'
+    )
+    for command in (["check", "--run"], ["render", "-o", str(tmp_path / "a.png")]):
+        words = [
+            sys.executable,
+            "-m",
+            "scenelang",
+            command[0],
+            str(tmp_path / "a.scene"),
+            *command[1:],
+            "--max-seconds",
+            "1",
+        ]
+        done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+        assert done.returncode == 1
+        assert "E507" in done.stderr + done.stdout
+    assert not (tmp_path / "a.png").exists()
+
+
+# --- places on surfaces ----------------------------------------------------------------------------------------------
+
+
+def test_places_are_on_the_surface_by_area() -> None:
+    scene = sl.evaluate(
+        '(bind "it" (lambda () (scatter-on (call "cube" :scale .01) '
+        '(transform (call "cube" :scale [4 1 1]) (scale [-1 1 2])) 4000)))'
+    )
+    matrices = scene.flatten().matrix
+    points, up = matrices[:, :3, 3], matrices[:, :3, 1]
+    half = np.array([2.0, 0.5, 1.0])
+    axis = np.argmax(np.abs(up), axis=1)
+    assert np.abs(points[np.arange(4000), axis] - np.sign(up[np.arange(4000), axis]) * half[axis]).max() < 1e-9
+    areas = np.array([1.0 * 2.0, 4.0 * 2.0, 4.0 * 1.0])
+    assert np.bincount(axis, minlength=3) / 4000 == pytest.approx(areas / areas.sum(), abs=0.03)
+    assert np.linalg.det(matrices[:, :3, :3]) == pytest.approx(1.0)
+
+
+def test_scattering_follows_the_seed() -> None:
+    text = '(bind "it" (lambda () (scatter-on (call "cone") (call "torus") 5)))'
+    first, same, other = (sl.evaluate(text, seed=seed) for seed in (1, 1, 2))
+    assert first.diff(same).equal
+    assert not first.diff(other).equal

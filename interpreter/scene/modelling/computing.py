@@ -16,7 +16,7 @@ from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling.contours import section_of
-from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, REPLACING, SEGMENTS, Expression, nodes_of
+from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, REPLACING, SEGMENTS, Expression, nodes_of
 from scenelang.interpreter.scene.modelling.sweeping import height_field, lofted, swept, twisted
 from scenelang.interpreter.scene.primitives.base import Point, Primitive, mesh_of
 from scenelang.interpreter.scene.primitives.mesh import Mesh, posed
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     IntArray = npt.NDArray[np.int64]
 
 MAX_TRIANGLES = 2_000_000  # of a solid, operands included
-MAX_PAIRS = 4_000_000  # of faces of a Minkowski sum, which takes time in proportion
+MAX_PAIRS = 200_000  # of faces of a Minkowski sum, each of which takes some 60 microseconds
+_CONVEX = 1e-6  # share of the hull that a convex tool may lack
 _KEPT_TRIANGLES = 8_000_000  # of computed nodes
 _SHARP = 40.0  # degrees between faces from which an edge is drawn sharp
 
@@ -306,6 +307,10 @@ def _hull(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
 
 def _minkowski(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
     base, tool = operands
+    if tool.volume() < (1.0 - _CONVEX) * tool.hull().volume():
+        raise SceneError(
+            "solid", "the tool of `minkowski` is not convex", "take its `hull`, or join sums of convex tools"
+        )
     _check_pairs("minkowski", base, tool)
     return base.minkowski_sum(tool)
 
@@ -430,7 +435,9 @@ def _surface(made: _Made) -> ComputedSolid:
     faces = np.array(mesh.tri_verts, np.int64)
     words = tuple(dict.fromkeys(each.word for each in sources))
     part = np.array([words.index(each.word) for each in sources], np.int64)[source] if len(words) > 1 else None
-    surface = Mesh(properties[:, :3], properties[:, 3:6], faces, colors, part, words)
+    joint = np.arange(len(properties))
+    joint[np.asarray(mesh.merge_from_vert, np.int64)] = np.asarray(mesh.merge_to_vert, np.int64)
+    surface = Mesh(properties[:, :3], properties[:, 3:6], faces, colors, part, words, joint[faces])
     return ComputedSolid(surface, source, sources, hull, manifold.volume(), manifold.surface_area())
 
 

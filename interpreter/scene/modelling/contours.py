@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling.curves import bezier
-from scenelang.interpreter.scene.modelling.expressions import SEGMENTS
+from scenelang.interpreter.scene.modelling.operations import SEGMENTS
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 Contours = tuple["FloatArray", ...]
 Point2 = tuple[float, float]
 
-MAX_CROSSINGS = 20_000_000  # pairs of edges that may cross in one operation
+MAX_CROSSINGS = 4_000_000  # pairs of edges that may cross in one operation: about 3 s
+MAX_OFFSET = 1_000_000  # points of an offset profile before it is simplified
 _MAX_PIECES = 256  # of a flattened curve
 _SAME = 1e-9
 
@@ -35,8 +36,9 @@ _SAME = 1e-9
 
 
 def on_circle(radius: float, angles: FloatArray) -> FloatArray:
-    """Return points (K, 2) at angles from the x axis towards the y axis."""
-    return np.stack([radius * np.cos(angles), radius * np.sin(angles)], axis=1)
+    """Return points (K, 2) at angles from the x axis towards the y axis; those on an axis are exactly on it."""
+    unit = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return np.asarray(radius * np.where(np.abs(unit) < 1e-15, 0.0, unit), np.float64)
 
 
 def regular_polygon(sides: int, radius: float) -> FloatArray:
@@ -116,8 +118,22 @@ def offset(contours: Contours, distance: float, join: str, segments: int, limit:
     import manifold3d
 
     check_crossings("offset-profile", contours)
+    _check_offset(contours, segments)
     grown = section_of(contours).offset(distance, manifold3d.JoinType[join], limit, segments)
     return contours_of(grown.simplify(abs(distance) * 1e-6))
+
+
+def _check_offset(contours: Contours, segments: int) -> None:
+    """Raise LimitError("size") if round joints would have too many points: each has those of the angle it turns by."""
+    total = 0.0
+    for contour in contours:
+        side = np.roll(contour, -1, axis=0) - contour
+        angle = np.arctan2(side[:, 1], side[:, 0])
+        turn = np.abs((np.roll(angle, -1) - angle + math.pi) % math.tau - math.pi)
+        total += len(contour) + segments * float(turn.sum()) / math.tau
+    if total > MAX_OFFSET:
+        message = f"`offset-profile` would make about {total:,.0f} points, more than {MAX_OFFSET:,}"
+        raise LimitError("size", message, hint="use fewer :segments")
 
 
 def hull(contours: Sequence[FloatArray]) -> Contours:

@@ -104,17 +104,16 @@ def points_at(points: FloatArray, shares: FloatArray) -> FloatArray:
     return np.stack([np.interp(at, along, coordinate) for coordinate in points.T], axis=1)
 
 
-def first_frame(direction: FloatArray) -> FloatArray:
-    """Return axes as the columns (3, 3) of a rotation: z along a direction, y as far upwards as possible.
+def upright_frames(directions: FloatArray) -> FloatArray:
+    """Return axes as the columns of rotations (T, 3, 3): z along directions (T, 3), y as far upwards as possible.
 
     Along the y axis, x stays.
     """
-    up = np.array([0.0, 1.0, 0.0])
-    x = np.cross(up, direction)
-    length = float(np.linalg.norm(x))
-    x = x / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
-    y = np.cross(direction, x)
-    return np.stack([x, y / np.linalg.norm(y), direction], axis=1)
+    x = np.cross([0.0, 1.0, 0.0], directions)
+    length = np.linalg.norm(x, axis=1, keepdims=True)
+    x = np.where(length > 1e-9, x / np.maximum(length, 1e-9), [1.0, 0.0, 0.0])
+    y = np.cross(directions, x)
+    return np.stack([x, y / np.linalg.norm(y, axis=1, keepdims=True), directions], axis=2)
 
 
 def turns_between(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -215,7 +214,7 @@ def frames_of(points: FloatArray) -> PathFrames:
     directions = np.diff(path, axis=0) / np.diff(along)[:, None]
     turns = turns_between(directions[:-1], directions[1:])
     axes = np.empty((len(directions), 3, 3))
-    axes[0] = first_frame(directions[0])
+    axes[0] = upright_frames(directions[:1])[0]
     for number, turn in enumerate(turns):
         axes[number + 1] = turn @ axes[number]
     axes[:, :, 2] = directions  # against rounding, over many turns

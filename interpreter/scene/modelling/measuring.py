@@ -15,7 +15,7 @@ from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling.computing import manifold_of
-from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, Expression, Operand
+from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, Expression, Operand
 from scenelang.interpreter.scene.modelling.solid import operand_of
 from scenelang.interpreter.scene.pose import compose
 from scenelang.interpreter.scene.primitives.base import Primitive

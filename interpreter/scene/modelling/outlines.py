@@ -7,7 +7,6 @@ of characters and of kerning, are looked up in place here.
 from __future__ import annotations
 
 import io
-import logging
 import struct
 import unicodedata
 from collections.abc import Callable, Iterator
@@ -31,8 +30,6 @@ _MAX_SUBTABLES = 1_000  # of kerning
 _TOLERANCE = 1.0 / 2000.0  # of flattened curves, in ems
 _CHECKED = 1024  # steps for a font, after which a meter checks the clock
 _BUNDLED = Path(__file__).parent / "fonts" / "DejaVuSans.ttf"
-
-logging.getLogger("fontTools").addHandler(logging.NullHandler())  # it logs what is wrong with a font and reads on
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,6 +225,14 @@ class _OldKerning(_Table):
 
 
 @cache
+def _silence() -> None:
+    """Keep fontTools, which logs what is wrong with a font and reads on, from printing that."""
+    import logging
+
+    logging.getLogger("fontTools").addHandler(logging.NullHandler())
+
+
+@cache
 def _extractor() -> Any:
     """Return the class that runs the programs of CFF glyphs, with a limit."""
     from fontTools.misc.psCharStrings import T2OutlineExtractor
@@ -291,6 +296,7 @@ class Typeface:
     def _open(self, data: bytes) -> None:
         from fontTools.ttLib import TTFont
 
+        _silence()
         self._font = TTFont(io.BytesIO(data), lazy=True, recalcBBoxes=False)
         reader: Any = self._font.reader
         self._em = float(self._font["head"].unitsPerEm)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import Note, SceneError
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import Entity, descendants
-from scenelang.interpreter.scene.modelling.expressions import PRIMITIVE, SEGMENTS, Expression, Operand
+from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, SEGMENTS, Expression, Operand
 from scenelang.interpreter.scene.primitives.base import Primitive, Symmetry, color_of
 
 if TYPE_CHECKING:
@@ -70,6 +70,16 @@ class SolidShape(Primitive):
 
     def area(self) -> float:
         return self.computed.area
+
+
+def compute_all(roots: Iterable[Entity]) -> None:
+    """Compute the solids of frames now, so that errors and limits are met before a backend begins.
+
+    Raises SceneError and LimitError as ``computed`` does.
+    """
+    for entity in descendants(*roots):
+        if isinstance(entity.shape, SolidShape):
+            _ = entity.shape.computed
 
 
 # --- entities as operands --------------------------------------------------------------------------------------------

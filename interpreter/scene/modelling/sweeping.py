@@ -12,7 +12,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling.contours import Contours, area_of, normalized
 from scenelang.interpreter.scene.modelling.curves import PathFrames, frames_of, lengths_to, points_at, rolls
-from scenelang.interpreter.scene.modelling.expressions import SEGMENTS
+from scenelang.interpreter.scene.modelling.operations import SEGMENTS
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -26,6 +26,7 @@ MAX_CORNERS = 1_000_000  # of a surface: it has about twice as many triangles
 _MAX_STATIONS = 20_000  # points of a path, each compared with the others
 _MAX_FOLDED = 30_000  # corners of the convex pieces of a sweep that folds, whose union takes seconds
 _MITRE = 4.0  # a mitred joint is at most so many times as wide as the profile
+_LAYERS = 8  # of a loft between two different profiles
 _STRAIGHT = 1e-6  # sine of the smallest turn that leaves a gap
 
 
@@ -226,7 +227,7 @@ def _runs(frames: PathFrames, reach: float, folded: npt.NDArray[np.bool_]) -> li
     """Return ranges of segments without folds, in which segments far apart on the path are far apart in space.
 
     What is within ``reach`` of two segments can only overlap if these are closer than twice that. Along a bend that
-    does not fold, that takes half a turn, and so a length of more than pi times the reach.
+    does not fold, that takes half a turn, and so a length of more than pi times the reach; neighbours never do.
     """
     middle = (frames.points[:-1] + frames.points[1:]) / 2.0
     length = np.diff(frames.along)
@@ -234,11 +235,13 @@ def _runs(frames: PathFrames, reach: float, folded: npt.NDArray[np.bool_]) -> li
     runs: list[tuple[int, int]] = []
     for number in range(len(middle)):
         run = slice(first, number)
+        both = length[run] + length[number]
         between = frames.along[number] - frames.along[first + 1 : number + 1]
         if frames.closed:
-            between = np.minimum(between, total - between - length[run] - length[number])
-        near = np.linalg.norm(middle[run] - middle[number], axis=1) < 2.0 * reach + (length[run] + length[number]) / 2.0
-        if folded[number] or (near & (between > math.pi * reach)).any():
+            between = np.minimum(between, total - between - both)
+        distant = (between > 1e-9 * total) & (between + both > math.pi * reach)
+        near = np.linalg.norm(middle[run] - middle[number], axis=1) < 2.0 * reach + both / 2.0
+        if folded[number] or (near & distant).any():
             runs.append((first, number))
             first = number + 1 if folded[number] else number
     return [(start, end) for start, end in (*runs, (first, len(middle))) if start < end]
@@ -295,9 +298,40 @@ def lofted(profiles: Sequence[Contours], poses: FloatArray) -> Surface:
     matched = [_matched([profile[i] for profile in profiles]) for i in range(len(profiles[0]))]
     sections = np.concatenate(matched, axis=1)
     check_corners("loft", *sections.shape[:2])
-    rings = sections @ np.swapaxes(poses[:, :, :2], 1, 2) + poses[:, None, :, 3]
+    rings = _layered(sections @ np.swapaxes(poses[:, :, :2], 1, 2) + poses[:, None, :, 3])
     first, last = (tuple(each[place] for each in matched) for place in (0, -1))
-    return rings.reshape(-1, 3), _ring_faces(first, len(profiles), (_caps(first), _caps(last)))
+    vertices = rings.reshape(-1, 3)
+    faces = _ring_faces(first, len(rings), (_caps(first), _caps(last)))
+    return vertices, _with_short_diagonals(vertices, faces, (len(rings) - 1) * rings.shape[1])
+
+
+def _layered(rings: FloatArray) -> FloatArray:
+    """Return rings (R, K, 3) with more between those whose quadrilaterals are not flat, for smooth ruled surfaces."""
+    a, d = rings[:-1], rings[1:]
+    b, c = np.roll(a, -1, axis=1), np.roll(d, -1, axis=1)
+    volume = np.abs(np.sum(np.cross(b - a, c - a) * (d - a), axis=2))  # six times that of a tetrahedron
+    size = np.maximum(np.linalg.norm(c - a, axis=2), np.linalg.norm(d - b, axis=2))
+    is_flat = (volume <= 1e-6 * size**3).all(axis=1)
+    layers = [_between(*pair, 1 if flat else _LAYERS) for pair, flat in zip(pairwise(rings), is_flat, strict=True)]
+    found = np.concatenate([*layers, rings[-1:]])
+    check_corners("loft", *found.shape[:2])
+    return found
+
+
+def _between(low: FloatArray, high: FloatArray, count: int) -> FloatArray:
+    share = (np.arange(count) / count)[:, None, None]
+    return np.asarray(low * (1.0 - share) + high * share, np.float64)
+
+
+def _with_short_diagonals(vertices: FloatArray, faces: IntArray, count: int) -> IntArray:
+    """Return faces whose first ``count`` quadrilaterals, a b c and a c d, are divided by their shorter diagonals."""
+    a, b, c = faces[:count].T
+    d = faces[count : 2 * count, 2]
+    lengths = (np.linalg.norm(vertices[p] - vertices[q], axis=1) for p, q in ((b, d), (a, c)))
+    is_shorter = np.less(*lengths)[:, None]
+    one = np.where(is_shorter, np.stack([a, b, d], axis=-1), faces[:count])
+    other = np.where(is_shorter, np.stack([b, c, d], axis=-1), faces[count : 2 * count])
+    return np.concatenate([one, other, faces[2 * count :]])
 
 
 def _check_contours(profiles: Sequence[Contours]) -> None:

@@ -39,6 +39,8 @@ class Mesh:
         Linear sRGB, if the faces have their own colours.
     part : (F,) or None
         For each face, the index in ``part_words`` of the word of the part that it was made as; None if it is whole.
+    joints : (F, 3) or None
+        For each corner, the number of the point of the closed surface it is; None if equal places are equal points.
     """
 
     vertices: FloatArray
@@ -47,6 +49,7 @@ class Mesh:
     colors: FloatArray | None = None
     part: IntArray | None = None
     part_words: tuple[str, ...] = ()
+    joints: IntArray | None = None
 
     @property
     def corners(self) -> FloatArray:

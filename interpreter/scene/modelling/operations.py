@@ -82,6 +82,11 @@ class Expression:
         return f"<{self.operation} {self.digest[:12]}>"
 
     @cached_property
+    def most_operations(self) -> int:
+        """Number of operations if none were shared."""
+        return 1 + sum(operand.expression.most_operations for operand in self.operands)
+
+    @cached_property
     def colors(self) -> frozenset[Point]:
         """The colours that faces may have."""
         own = frozenset([self.color]) if not self.operands or self.operation in REPLACING else frozenset[Point]()
@@ -189,6 +194,7 @@ def from_plain(records: Any, shape_of: Any) -> Expression:
         r, g, b = _numbers(record.get("color"), 3)
         word = str(record.get("word", ""))
         made.append(Expression(record["operation"], parameters, operands, shape, word, (r, g, b)))
+        _ = made[-1].digest, made[-1].most_operations  # from the leaves up, without recursion
     return made[-1]
 
 
@@ -228,6 +234,8 @@ def _numbers(value: Any, count: int) -> tuple[float, ...]:
 
 def check_size(expression: Expression) -> None:
     """Raise SceneError("size") if an expression has too many operations."""
+    if expression.most_operations <= MAX_OPERATIONS:
+        return
     count = sum(1 for _ in nodes_of(expression))
     if count > MAX_OPERATIONS:
         raise SceneError("size", f"a solid of {count:,} operations exceeds the limit of {MAX_OPERATIONS:,}")
