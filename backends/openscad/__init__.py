@@ -1,5 +1,5 @@
-"""OpenSCAD: reads a subset of its language and writes a program of the Scene Language.
+"""OpenSCAD: reads a subset of its language and writes a program of the Scene Language (docs/from-openscad.md).
 
-``syntax`` is the parser, ``terms`` converts values, ``geometry`` the calls of modules, ``converting`` whole
-programs; ``helpers`` are functions that these programs define. Nothing here runs a program or knows the command line.
+``syntax`` is the parser, ``arithmetic`` converts values, ``geometry`` the calls of modules, ``converting`` whole
+programs, which define functions from ``definitions``. Nothing here runs a program or knows the command line.
 """

@@ -11,10 +11,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from scenelang.backends.files import read_regular
+from scenelang.backends.openscad.arithmetic import Converter, Facts, NameScope, Snippet, constant, string_text
 from scenelang.backends.openscad.definitions import HELPERS
-from scenelang.backends.openscad.geometry import NOTHING, Geometry, Shape
+from scenelang.backends.openscad.geometry import NOTHING, Objects, Shape
 from scenelang.backends.openscad.syntax import MAX_SIZE, Branch, Instance, Statement, parse
-from scenelang.backends.openscad.terms import Code, Converter, Facts, Scope, constant, string_text
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.formatter import format_text
@@ -74,10 +74,10 @@ class _Program:
         self.word = word
 
     def text(self, statements: Sequence[Statement]) -> str:
-        place = Geometry(self.converter, self._scope(), {}, _ROOT)
+        place = Objects(self.converter, self._scope(), {}, _ROOT)
         for name, value in _SPECIALS.items():
             place.scope.variables[name] = constant(value)
-        place.specials = {**place.scope.variables, "$preview": Code("#f", constant(0).kind, 0.0)}
+        place.specials = {**place.scope.variables, "$preview": Snippet("#f", constant(0).kind, 0.0)}
         place.specials["$children"] = constant(0)
         definitions, shapes = place.block(_shown(statements))
         shape = self._solid(place, shapes)
@@ -87,11 +87,11 @@ class _Program:
         lines.append(f"(bind {string_text(self.word)}\n(lambda ()\n; z is up in OpenSCAD, and y here\n{body}))")
         return "\n\n".join(lines) + "\n"
 
-    def _scope(self) -> Scope:
+    def _scope(self) -> NameScope:
         builtins = {*build_library().builtins, *library_names()}
         words = set(re.findall(r"[^\s()\[\]]+", " ".join(HELPERS.values()))) | set(_WRITTEN.split())
         taken = {*(builtins & words), *FORMS, *HELPERS, *_RESERVED}
-        return Scope(None, {}, {}, {}, taken, frozenset(builtins))
+        return NameScope(None, {}, {}, {}, taken, frozenset(builtins))
 
     def _header(self) -> str:
         return f"; Converted from {Path(self.source.name).name} (OpenSCAD) by `scenelang import`."
@@ -106,7 +106,7 @@ class _Program:
                 wanted += [other for other in HELPERS if other != name and f"({other} " in HELPERS[name]]
         return [text for name, text in HELPERS.items() if name in found]
 
-    def _solid(self, place: Geometry, shapes: Sequence[Shape]) -> Shape:
+    def _solid(self, place: Objects, shapes: Sequence[Shape]) -> Shape:
         """Return the scene: solids; a drawing without any becomes a thin plate, as OpenSCAD shows it."""
         span = Span(self.source, 0, 1)
         flat = [shape for shape in shapes if shape.dimensions == 2]

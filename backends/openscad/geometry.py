@@ -12,37 +12,37 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, NoReturn
 
-from scenelang.backends.openscad.syntax import (
-    Argument,
-    Branch,
-    Constant,
-    FunctionDefinition,
-    Instance,
-    Items,
-    ModuleDefinition,
-    Name,
-    Range,
-    Statement,
-    assigned,
-    failure,
-    unsupported,
-)
-from scenelang.backends.openscad.terms import (
+from scenelang.backends.openscad.arithmetic import (
     ANY,
     INT,
     NUM,
     STR,
     UNKNOWN,
-    Code,
     Converter,
+    Definition,
     Expressions,
-    Function,
-    Scope,
+    NameScope,
+    Snippet,
     call,
     constant,
     is_number,
     number_text,
     vector_code,
+)
+from scenelang.backends.openscad.syntax import (
+    Argument,
+    Branch,
+    ConstantValue,
+    FunctionDefinition,
+    Instance,
+    Items,
+    ModuleDefinition,
+    Range,
+    Statement,
+    VariableName,
+    assigned,
+    failure,
+    unsupported,
 )
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import suggest
@@ -136,11 +136,11 @@ _SAFE = {
 }  # fmt: skip
 
 
-class Geometry(Expressions):
+class Objects(Expressions):
     """Converts statements at one place."""
 
     def __init__(
-        self, converter: Converter, scope: Scope, specials: Mapping[str, Code], owner: int, variant: int = 0
+        self, converter: Converter, scope: NameScope, specials: Mapping[str, Snippet], owner: int, variant: int = 0
     ) -> None:  # fmt: skip
         super().__init__(converter, scope, specials, owner)
         self.variant = variant  # dimensions of the children of the module that this is inside of
@@ -177,17 +177,17 @@ class Geometry(Expressions):
                 texts += self._module(each)
         return texts
 
-    def _declared(self, definition: FunctionDefinition | ModuleDefinition) -> Function:
+    def _declared(self, definition: FunctionDefinition | ModuleDefinition) -> Definition:
         is_module = isinstance(definition, ModuleDefinition)
         name = self.scope.fresh(definition.name, "part" if is_module else "of")
-        inner = Scope(self.scope)
+        inner = NameScope(self.scope)
         names = tuple(inner.fresh(each.name, "value") for each in definition.parameters)
         takes_children = is_module and _uses_children(definition.body)
-        function = Function(definition, name, names, self.scope, takes_children)
+        function = Definition(definition, name, names, self.scope, takes_children)
         (self.scope.modules if is_module else self.scope.functions)[definition.name] = function
         return function
 
-    def _function(self, function: Function) -> list[tuple[tuple[str, ...], str]]:
+    def _function(self, function: Definition) -> list[tuple[tuple[str, ...], str]]:
         definition = function.definition
         assert isinstance(definition, FunctionDefinition)
         if not self.c.facts.holds("called", function.place):
@@ -200,11 +200,11 @@ class Geometry(Expressions):
         head = f"{function.name} {parameters}".strip()
         return [(definition.comments, f"(define ({head}) {body.text})")]
 
-    def _module(self, function: Function) -> list[tuple[tuple[str, ...], str]]:
+    def _module(self, function: Definition) -> list[tuple[tuple[str, ...], str]]:
         variants = [each for each in self.c.facts.all("called", function.place) if isinstance(each, int)]
         return [self._variant(function, each, index) for index, each in enumerate(variants)]
 
-    def _variant(self, function: Function, variant: int, index: int) -> tuple[tuple[str, ...], str]:
+    def _variant(self, function: Definition, variant: int, index: int) -> tuple[tuple[str, ...], str]:
         """Return the definition of a module for children of so many dimensions."""
         definition, facts = function.definition, self.c.facts
         assert isinstance(definition, ModuleDefinition)
@@ -212,13 +212,13 @@ class Geometry(Expressions):
         inner.owner, inner.variant, inner.color = function.place, variant, ""
         parameters = [inner.parameters(function, self)]
         inner.children_name = inner.scope.fresh("children", "here")
-        inner.specials["$children"] = Code(call("length", inner.children_name), INT)
+        inner.specials["$children"] = Snippet(call("length", inner.children_name), INT)
         if function.takes_children:
             parameters.insert(0, inner.children_name)
         for name in facts.all("dynamic", function.place):
             default = self.specials[str(name)]
             own = own_name(str(name))
-            inner.specials[str(name)] = Code(own, ANY)
+            inner.specials[str(name)] = Snippet(own, ANY)
             parameters.append(f"(:{own} {default.text})")
         definitions, shapes = inner.block(definition.body)
         shape = inner.united(shapes, definition.span)
@@ -230,7 +230,7 @@ class Geometry(Expressions):
         body = "\n".join((*(_with_comments(*each) for each in definitions), inner.commented(shape)))
         return definition.comments if not index else (), f"(define ({head})\n{body})"
 
-    def name_of(self, function: Function, variant: int) -> str:
+    def name_of(self, function: Definition, variant: int) -> str:
         """Return the name of a module for children of so many dimensions."""
         both = len([each for each in self.c.facts.all("called", function.place) if each]) > 1
         return f"{function.name}-flat" if both and variant == 2 else function.name
@@ -320,7 +320,7 @@ class Geometry(Expressions):
         if name == "projection":
             unsupported(span, "`projection`", "draw the outline as a profile")
         known = [*_MODULES, *_BOOLEANS, *_GROUPS, "for", "children"]
-        scope: Scope | None = self.scope
+        scope: NameScope | None = self.scope
         while scope is not None:
             known += scope.modules
             scope = scope.parent
@@ -405,7 +405,7 @@ class Geometry(Expressions):
 
     # --- modules of the program --------------------------------------------------------------------------------------
 
-    def module_call(self, instance: Instance, function: Function) -> Shape:
+    def module_call(self, instance: Instance, function: Definition) -> Shape:
         """Convert the call of a module that the program defines."""
         facts, place = self.c.facts, function.place
         definition = function.definition
@@ -438,18 +438,18 @@ class Geometry(Expressions):
         """Give the children of a call the special variables that the module sets itself."""
         assert isinstance(definition, ModuleDefinition)
         for name, each in assigned(definition.body).items():
-            if name.startswith("$") and isinstance(each.value, Constant):
+            if name.startswith("$") and isinstance(each.value, ConstantValue):
                 self.specials[name] = self.code(each.value)
             elif name.startswith("$"):
                 self.c.warn(each.span, f"the children of `{definition.name}` do not see its `{name}`")
 
-    def _handed_down(self, function: Function, instance: Instance) -> list[str]:
+    def _handed_down(self, function: Definition, instance: Instance) -> list[str]:
         """Return the special variables that a module must get, because they differ from those of the file."""
         facts, texts = self.c.facts, []
         for name in map(str, facts.all("uses", function.place)):
             outside = function.scope.variables.get(name)
             value = self.specials.get(name)
-            root: Scope = function.scope
+            root: NameScope = function.scope
             while root.parent is not None:
                 root = root.parent
             default = outside or root.variables.get(name)
@@ -488,9 +488,9 @@ class Geometry(Expressions):
 
     # --- arguments ---------------------------------------------------------------------------------------------------
 
-    def named(self, instance: Instance, names: Sequence[str]) -> dict[str, Code]:
+    def named(self, instance: Instance, names: Sequence[str]) -> dict[str, Snippet]:
         """Return the arguments of a module of OpenSCAD by name; undefined ones are left out."""
-        found: dict[str, Code] = {}
+        found: dict[str, Snippet] = {}
         position = 0
         for each in instance.arguments:
             if each.name is None:
@@ -501,7 +501,7 @@ class Geometry(Expressions):
                 found[each.name] = self.code(each.value)
         return {name: value for name, value in found.items() if value.text != "none"}
 
-    def fragments(self, radius: Code) -> str:
+    def fragments(self, radius: Snippet) -> str:
         """Return the number of sides of a circle by `$fn`, `$fa` and `$fs`, as OpenSCAD computes it."""
         fn, fa, fs = (self.special(name) for name in ("$fn", "$fa", "$fs"))
         if fn.number is not None and fn.number > 0:
@@ -535,7 +535,7 @@ class Geometry(Expressions):
         """Return the union of the children."""
         return self.scoped(instance.children, instance.span)
 
-    def triple(self, value: Code, filler: str) -> str:
+    def triple(self, value: Snippet, filler: str) -> str:
         """Return a vector of three numbers."""
         value = self.array(value)
         if value.parts is not None and value.kind.name == "vec":
@@ -544,7 +544,7 @@ class Geometry(Expressions):
             return value.text
         return call(self.c.helper("triple"), value.text, *([filler] if filler != "0" else []))
 
-    def pair(self, value: Code) -> tuple[str, str]:
+    def pair(self, value: Snippet) -> tuple[str, str]:
         """Return two numbers of a vector or number."""
         value = self.array(value)
         if value.parts is not None and len(value.parts) >= 2:
@@ -569,7 +569,7 @@ def _uses_children(tree: object) -> bool:
         if isinstance(each, tuple):
             stack += each
         elif (isinstance(each, Instance) and each.name == "children") or (
-            isinstance(each, Name) and each.name == "$children"
+            isinstance(each, VariableName) and each.name == "$children"
         ):
             return True
         elif hasattr(each, "__match_args__") and not isinstance(each, Span):
@@ -581,11 +581,11 @@ def _runs(argument: Argument) -> bool:
     """Return whether a loop runs at least once for certain."""
     value = argument.value
     if isinstance(value, Items):
-        return any(isinstance(each, Constant | Items) for each in value.items)
+        return any(isinstance(each, ConstantValue | Items) for each in value.items)
     if not isinstance(value, Range):
         return False
     ends = (value.first, value.last)
-    if all(isinstance(each, Constant) and isinstance(each.value, float) for each in ends):
+    if all(isinstance(each, ConstantValue) and isinstance(each.value, float) for each in ends):
         return value.step is None and value.first.value <= value.last.value  # type: ignore[union-attr, operator]
     return True  # `[0 : n - 1]`: taken to run, so that programs stay short
 
@@ -605,7 +605,7 @@ def own_name(special: str) -> str:
     return f"{re.sub(r'[^A-Za-z0-9]+', '-', special).strip('-')}-here"
 
 
-def half(value: Code) -> str:
+def half(value: Snippet) -> str:
     """Return half of a number."""
     if value.number is not None and value.text == number_text(value.number):
         return number_text(value.number / 2)
@@ -615,17 +615,17 @@ def half(value: Code) -> str:
 # --- solids ----------------------------------------------------------------------------------------------------------
 
 
-Handler = Callable[[Geometry, Instance], Shape]
+Handler = Callable[[Objects, Instance], Shape]
 
 
-def _centered(place: Geometry, value: Code | None) -> str | None:
+def _centered(place: Objects, value: Snippet | None) -> str | None:
     """Return None for a `center` that is false, "#t" for one that is true, else a test."""
     if value is None or value.text in ("#f", "0"):
         return None
     return "#t" if value.text in ("#t", "1") else place.truth(value)
 
 
-def _either(place: Geometry, center: str | None, centred: Shape, corner: Callable[[], Shape]) -> Shape:
+def _either(place: Objects, center: str | None, centred: Shape, corner: Callable[[], Shape]) -> Shape:
     """Return one of two forms of an object, which may be decided when the program runs."""
     if center is None:
         return corner()
@@ -635,7 +635,7 @@ def _either(place: Geometry, center: str | None, centred: Shape, corner: Callabl
     return Shape(text, centred.dimensions)
 
 
-def _cube(place: Geometry, instance: Instance) -> Shape:
+def _cube(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, ("size", "center"))
     size = place.array(given.get("size", constant(1)))
     center = _centered(place, given.get("center"))
@@ -644,17 +644,17 @@ def _cube(place: Geometry, instance: Instance) -> Shape:
     return _either(place, center, centred, lambda: _corner_box(place, size, scale))
 
 
-def _corner_box(place: Geometry, size: Code, scale: str) -> Shape:
+def _corner_box(place: Objects, size: Snippet, scale: str) -> Shape:
     if place.color:
         parts = size.parts if size.parts is not None and len(size.parts) == 3 else None
-        offset = vector_code([Code(half(part), NUM) for part in parts]).text if parts else (
+        offset = vector_code([Snippet(half(part), NUM) for part in parts]).text if parts else (
             call("*", scale, "[0.5 0.5 0.5]")
         )  # fmt: skip
         return place.solid("call", '"cube"', f":scale {scale}").moved("pose", call("translate", offset))
     return Shape(call(place.c.helper("box"), scale), 3)
 
 
-def _radius(given: Mapping[str, Code], names: Sequence[str], diameters: Sequence[str]) -> Code:
+def _radius(given: Mapping[str, Snippet], names: Sequence[str], diameters: Sequence[str]) -> Snippet:
     """Return a radius that is given under one of several names."""
     for name in names:
         if name in given:
@@ -663,18 +663,18 @@ def _radius(given: Mapping[str, Code], names: Sequence[str], diameters: Sequence
         if name in given:
             value = given[name]
             text = half(value)
-            return constant(value.number / 2) if value.number is not None and text[0] != "(" else Code(text, NUM)
+            return constant(value.number / 2) if value.number is not None and text[0] != "(" else Snippet(text, NUM)
     return constant(1)
 
 
-def _sphere(place: Geometry, instance: Instance) -> Shape:
+def _sphere(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, ("r",))
     radius = _radius(given, ("r",), ("d",))
     sides = place.fragments(radius)
     return place.solid(place.c.helper("ball"), radius.text, sides)
 
 
-def _cylinder(place: Geometry, instance: Instance) -> Shape:
+def _cylinder(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, ("h", "r1", "r2", "center"))
     height = given.get("h", constant(1))
     if "r" in given or ("d" in given and "r1" not in given):
@@ -688,7 +688,7 @@ def _cylinder(place: Geometry, instance: Instance) -> Shape:
         largest = (
             max(bottom, top, key=lambda each: each.number or 0.0)
             if both
-            else Code(call("max", bottom.text, top.text), NUM)
+            else Snippet(call("max", bottom.text, top.text), NUM)
         )
     sides = place.fragments(largest)
     keyword = [] if center is None else [f":center {center}"]
@@ -698,7 +698,7 @@ def _cylinder(place: Geometry, instance: Instance) -> Shape:
     return place.solid(name, height.text, bottom.text, top.text, sides, *keyword)
 
 
-def _polyhedron(place: Geometry, instance: Instance) -> Shape:
+def _polyhedron(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, ("points", "faces", "convexity"))
     faces = given.get("faces", given.get("triangles"))
     if "points" not in given or faces is None:
@@ -709,7 +709,7 @@ def _polyhedron(place: Geometry, instance: Instance) -> Shape:
 # --- profiles --------------------------------------------------------------------------------------------------------
 
 
-def _square(place: Geometry, instance: Instance) -> Shape:
+def _square(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, ("size", "center"))
     size = given.get("size", constant(1))
     center = _centered(place, given.get("center"))
@@ -718,12 +718,12 @@ def _square(place: Geometry, instance: Instance) -> Shape:
     return _either(place, center, place.flat("rectangle", width, height), corner)
 
 
-def _circle(place: Geometry, instance: Instance) -> Shape:
+def _circle(place: Objects, instance: Instance) -> Shape:
     radius = _radius(place.named(instance, ("r",)), ("r",), ("d",))
     return place.flat("circle", radius.text, f":segments {place.fragments(radius)}")
 
 
-def _polygon(place: Geometry, instance: Instance) -> Shape:
+def _polygon(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, ("points", "paths", "convexity"))
     if "points" not in given:
         failure(instance.span, "`polygon` without points")
@@ -736,7 +736,7 @@ def _polygon(place: Geometry, instance: Instance) -> Shape:
 _TEXT = ("text", "size", "font", "halign", "valign", "spacing", "direction", "language", "script")
 
 
-def _text(place: Geometry, instance: Instance) -> Shape:
+def _text(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, _TEXT)
     if "text" not in given:
         return NOTHING
@@ -767,7 +767,7 @@ def _text(place: Geometry, instance: Instance) -> Shape:
 # --- from profiles to solids -----------------------------------------------------------------------------------------
 
 
-def _profile(place: Geometry, instance: Instance) -> tuple[Shape, str]:
+def _profile(place: Objects, instance: Instance) -> tuple[Shape, str]:
     """Return the profile of an extrusion, and what its text stands for in the call."""
     color, place.color = place.color, ""
     shape = place.child(instance)
@@ -777,7 +777,7 @@ def _profile(place: Geometry, instance: Instance) -> tuple[Shape, str]:
     return shape, "profile" if shape.may_be_empty else place.place(shape)
 
 
-def _from_profile(place: Geometry, shape: Shape, made: Shape) -> Shape:
+def _from_profile(place: Objects, shape: Shape, made: Shape) -> Shape:
     """Return a solid, or nothing if its profile is empty."""
     if shape is NOTHING:
         return NOTHING
@@ -790,7 +790,7 @@ def _from_profile(place: Geometry, shape: Shape, made: Shape) -> Shape:
 _EXTRUDE = ("height", "center", "convexity", "twist", "slices", "scale")
 
 
-def _linear_extrude(place: Geometry, instance: Instance) -> Shape:
+def _linear_extrude(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, _EXTRUDE)
     shape, profile = _profile(place, instance)
     height = given.get("height", constant(100))
@@ -813,7 +813,7 @@ def _linear_extrude(place: Geometry, instance: Instance) -> Shape:
     return _from_profile(place, shape, place.solid(name, *words))
 
 
-def _slices(place: Geometry, given: Mapping[str, Code], twist: Code | None) -> str | None:
+def _slices(place: Objects, given: Mapping[str, Snippet], twist: Snippet | None) -> str | None:
     """Return the number of layers of a twist by OpenSCAD's rules; None if it is not known here."""
     if "slices" in given:
         return given["slices"].text
@@ -823,14 +823,14 @@ def _slices(place: Geometry, given: Mapping[str, Code], twist: Code | None) -> s
     return None
 
 
-def _rotate_extrude(place: Geometry, instance: Instance) -> Shape:
+def _rotate_extrude(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, ("angle", "convexity"))
     shape, profile = _profile(place, instance)
     words = [f":angle {given['angle'].text}"] if "angle" in given else []
     return _from_profile(place, shape, place.solid(place.c.helper("turned"), profile, *words, *place.resolution()))
 
 
-def _offset(place: Geometry, instance: Instance) -> Shape:
+def _offset(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, ("r", "delta", "chamfer"))
     shape, profile = _profile(place, instance)
     if shape is NOTHING:
@@ -840,7 +840,9 @@ def _offset(place: Geometry, instance: Instance) -> Shape:
         join = ":square" if given.get("chamfer", constant(0)).text == "#t" else ":miter :limit 1000"
         words = [profile, distance.text, f":join {join}"]
     else:
-        size = constant(abs(distance.number)) if distance.number is not None else Code(call("abs", distance.text), NUM)
+        size = (
+            constant(abs(distance.number)) if distance.number is not None else Snippet(call("abs", distance.text), NUM)
+        )
         words = [profile, distance.text, f":segments {place.fragments(size)}"]
     text = call("offset-profile", *words)
     if shape.may_be_empty:
@@ -852,8 +854,8 @@ def _offset(place: Geometry, instance: Instance) -> Shape:
 # --- movements -------------------------------------------------------------------------------------------------------
 
 
-def _moving(make: Callable[[Geometry, Instance, Shape], Shape]) -> Handler:
-    def handler(place: Geometry, instance: Instance) -> Shape:
+def _moving(make: Callable[[Objects, Instance, Shape], Shape]) -> Handler:
+    def handler(place: Objects, instance: Instance) -> Shape:
         shape = place.child(instance)
         if shape is NOTHING:
             return NOTHING
@@ -864,32 +866,32 @@ def _moving(make: Callable[[Geometry, Instance, Shape], Shape]) -> Handler:
     return handler
 
 
-def _argument(place: Geometry, instance: Instance, names: Sequence[str]) -> Code:
+def _argument(place: Objects, instance: Instance, names: Sequence[str]) -> Snippet:
     given = place.named(instance, names)
     if names[0] not in given:
         failure(instance.span, f"`{instance.name}` without `{names[0]}`")
     return given[names[0]]
 
 
-def _translate(place: Geometry, instance: Instance, shape: Shape) -> Shape:
+def _translate(place: Objects, instance: Instance, shape: Shape) -> Shape:
     value = _argument(place, instance, ("v",))
     if shape.dimensions == 2:
         return shape.moved("move", f"[{' '.join(place.pair(value))}]")
     return shape.moved("pose", call("translate", place.triple(value, "0")))
 
 
-def _radians(place: Geometry, angle: Code) -> str:
+def _radians(place: Objects, angle: Snippet) -> str:
     return call("radians", angle.text)
 
 
-def _rotate(place: Geometry, instance: Instance, shape: Shape) -> Shape:
+def _rotate(place: Objects, instance: Instance, shape: Shape) -> Shape:
     given = place.named(instance, ("a", "v"))
     angle = given.get("a", constant(0))
     if shape.dimensions == 2:
         if angle.parts is not None and angle.kind.name == "vec":
             angle = angle.parts[2] if len(angle.parts) > 2 else constant(0)
         elif not is_number(angle.kind) and angle.kind.name == "vec":
-            angle = Code(call("ref", angle.text, "2"), NUM)
+            angle = Snippet(call("ref", angle.text, "2"), NUM)
         return shape.moved("rotate", _radians(place, angle))
     axis_code = given.get("v")
     is_fixed = axis_code is None or (axis_code.parts is not None and any(part.number for part in axis_code.parts))
@@ -906,7 +908,7 @@ def _rotate(place: Geometry, instance: Instance, shape: Shape) -> Shape:
     return shape
 
 
-def _scale(place: Geometry, instance: Instance, shape: Shape) -> Shape:
+def _scale(place: Objects, instance: Instance, shape: Shape) -> Shape:
     value = _argument(place, instance, ("v",))
     if shape.dimensions == 2:
         return shape.moved("scale", value.text if is_number(value.kind) else f"[{' '.join(place.pair(value))}]")
@@ -914,7 +916,7 @@ def _scale(place: Geometry, instance: Instance, shape: Shape) -> Shape:
     return shape.moved("pose", call("scale", text))
 
 
-def _mirror(place: Geometry, instance: Instance, shape: Shape) -> Shape:
+def _mirror(place: Objects, instance: Instance, shape: Shape) -> Shape:
     value = _argument(place, instance, ("v",))
     if value.parts is not None and all(part.number == 0 for part in value.parts):
         return shape
@@ -928,7 +930,7 @@ def _mirror(place: Geometry, instance: Instance, shape: Shape) -> Shape:
     return shape.moved("scale", "[-1 1]").moved("rotate", f"(* 2 (atan {y} {x}))")
 
 
-def _multmatrix(place: Geometry, instance: Instance, shape: Shape) -> Shape:
+def _multmatrix(place: Objects, instance: Instance, shape: Shape) -> Shape:
     value = _argument(place, instance, ("m",))
     if shape.dimensions == 2:
         return shape.moved("matrix", value.text)
@@ -938,11 +940,11 @@ def _multmatrix(place: Geometry, instance: Instance, shape: Shape) -> Shape:
     return shape.moved("pose", call(place.c.helper("full-matrix"), value.text))
 
 
-def _rows(rows: Sequence[Code]) -> str:
+def _rows(rows: Sequence[Snippet]) -> str:
     return call("list", *(row.text for row in rows))
 
 
-def _resize(place: Geometry, instance: Instance, shape: Shape) -> Shape:
+def _resize(place: Objects, instance: Instance, shape: Shape) -> Shape:
     given = place.named(instance, ("newsize", "auto"))
     if shape.dimensions == 2:
         unsupported(instance.span, "`resize` of flat objects", "use `scale`")
@@ -952,14 +954,14 @@ def _resize(place: Geometry, instance: Instance, shape: Shape) -> Shape:
     return Shape(text, 3, shape.may_be_empty)
 
 
-def _color(place: Geometry, instance: Instance) -> Shape:
+def _color(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, ("c", "alpha"))
     if not place.color and "c" in given:
         place.color = _look(place, given["c"], given.get("alpha"), instance.span)
     return place.child(instance)
 
 
-def _look(place: Geometry, color: Code, alpha: Code | None, span: Span) -> str:
+def _look(place: Objects, color: Snippet, alpha: Snippet | None, span: Span) -> str:
     """Return the attributes of a colour."""
     opacity = alpha
     if color.parts is not None and len(color.parts) in (3, 4):

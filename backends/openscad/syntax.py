@@ -20,7 +20,7 @@ MAX_NESTING = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Constant:
+class ConstantValue:
     """``undef``, a truth value, a string, or a number with its text."""
 
     span: Span
@@ -29,7 +29,7 @@ class Constant:
 
 
 @dataclass(frozen=True, slots=True)
-class Name:
+class VariableName:
     """Variable, perhaps special (``$fn``)."""
 
     span: Span
@@ -72,7 +72,7 @@ class Argument:
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class ScadCall:
     """Call of a function."""
 
     span: Span
@@ -81,7 +81,7 @@ class Call:
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class ItemAt:
     """Item of a list, ``x[i]``; the index of ``x.y`` is a constant."""
 
     span: Span
@@ -99,7 +99,7 @@ class Let:
 
 
 @dataclass(frozen=True, slots=True)
-class Checked:
+class ScadCheck:
     """``assert (condition, message) body`` or ``echo (...) body``."""
 
     span: Span
@@ -109,11 +109,11 @@ class Checked:
 
 
 @dataclass(frozen=True, slots=True)
-class Lambda:
+class FunctionValue:
     """``function (x) body``."""
 
     span: Span
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[ScadParameter, ...]
     body: Expr
 
 
@@ -126,7 +126,7 @@ class Each:
 
 
 @dataclass(frozen=True, slots=True)
-class Loop:
+class ItemLoop:
     """``for (a = range) item`` among items."""
 
     span: Span
@@ -135,7 +135,7 @@ class Loop:
 
 
 @dataclass(frozen=True, slots=True)
-class Condition:
+class ItemCondition:
     """``if (test) item else item`` among items."""
 
     span: Span
@@ -145,12 +145,24 @@ class Condition:
 
 
 Expr: TypeAlias = (
-    Constant | Name | Items | Range | Operation | Call | Item | Let | Checked | Lambda | Each | Loop | Condition
+    ConstantValue
+    | VariableName
+    | Items
+    | Range
+    | Operation
+    | ScadCall
+    | ItemAt
+    | Let
+    | ScadCheck
+    | FunctionValue
+    | Each
+    | ItemLoop
+    | ItemCondition
 )
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class ScadParameter:
     """Parameter of a function or module."""
 
     span: Span
@@ -159,7 +171,7 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True)
-class Assignment:
+class ScadAssignment:
     """``name = value;``."""
 
     span: Span
@@ -174,7 +186,7 @@ class FunctionDefinition:
 
     span: Span
     name: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[ScadParameter, ...]
     body: Expr
     comments: tuple[str, ...] = ()
 
@@ -185,7 +197,7 @@ class ModuleDefinition:
 
     span: Span
     name: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[ScadParameter, ...]
     body: tuple[Statement, ...]
     comments: tuple[str, ...] = ()
 
@@ -214,13 +226,13 @@ class Branch:
     comments: tuple[str, ...] = ()
 
 
-Statement: TypeAlias = Assignment | FunctionDefinition | ModuleDefinition | Instance | Branch
+Statement: TypeAlias = ScadAssignment | FunctionDefinition | ModuleDefinition | Instance | Branch
 
 
 # --- tokens ----------------------------------------------------------------------------------------------------------
 
 
-class Token(NamedTuple):
+class ScadToken(NamedTuple):
     """Token: its kind (``name``, ``number``, ``string``, ``path``, ``end`` or the text of a sign), text and place."""
 
     kind: str
@@ -252,7 +264,7 @@ def unsupported(span: Span, message: str, hint: str | None = None) -> NoReturn:
     raise SceneError("openscad-unsupported", message, hint, span)
 
 
-def _tokens(source: Source) -> Iterator[Token]:
+def _tokens(source: Source) -> Iterator[ScadToken]:
     text, at = source.text, 0
     while at < len(text):
         match = _TOKEN.match(text, at)
@@ -263,9 +275,9 @@ def _tokens(source: Source) -> Iterator[Token]:
         kind = match.lastgroup
         assert kind is not None
         if kind != "space":
-            yield Token(match[0] if kind == "sign" else kind, match[0], at)
+            yield ScadToken(match[0] if kind == "sign" else kind, match[0], at)
         at = match.end()
-    yield Token("end", "", at)
+    yield ScadToken("end", "", at)
 
 
 def _unescaped(text: str) -> str:
@@ -316,8 +328,8 @@ class _Parser:
 
     def __init__(self, source: Source) -> None:
         self._source = source
-        self._tokens: list[Token] = []
-        self._comments: dict[int, list[Token]] = {}  # by the index of the token behind
+        self._tokens: list[ScadToken] = []
+        self._comments: dict[int, list[ScadToken]] = {}  # by the index of the token behind
         for token in _tokens(source):
             if token.kind == "comment":
                 self._comments.setdefault(len(self._tokens), []).append(token)
@@ -338,10 +350,10 @@ class _Parser:
         return self._span(start, last.start + len(last.text))
 
     @property
-    def _token(self) -> Token:
+    def _token(self) -> ScadToken:
         return self._tokens[self._at]
 
-    def _next(self) -> Token:
+    def _next(self) -> ScadToken:
         token = self._tokens[self._at]
         self._at = min(self._at + 1, len(self._tokens) - 1)
         return token
@@ -362,7 +374,7 @@ class _Parser:
         self._next()
         return True
 
-    def _expect(self, kind: str) -> Token:
+    def _expect(self, kind: str) -> ScadToken:
         token = self._token
         if token.kind != kind:
             shown = "the end of the file" if token.kind == "end" else f"`{token.text[:30]}`"
@@ -427,12 +439,12 @@ class _Parser:
         finally:
             self._depth -= 1
 
-    def _assignment(self, comments: tuple[str, ...]) -> Assignment:
+    def _assignment(self, comments: tuple[str, ...]) -> ScadAssignment:
         start, name = self._token.start, self._next().text
         self._next()
         value = self._expression()
         self._expect(";")
-        return Assignment(self._since(start), name, value, comments + self._comment_behind())
+        return ScadAssignment(self._since(start), name, value, comments + self._comment_behind())
 
     def _module(self, start: int, comments: tuple[str, ...]) -> ModuleDefinition:
         name = self._expect("name").text
@@ -449,15 +461,15 @@ class _Parser:
         self._expect(";")
         return FunctionDefinition(self._since(start), name, parameters, body, comments + self._comment_behind())
 
-    def _parameters(self) -> tuple[Parameter, ...]:
+    def _parameters(self) -> tuple[ScadParameter, ...]:
         self._expect("(")
-        found: list[Parameter] = []
+        found: list[ScadParameter] = []
         while not self._takes(")"):
             start, name = self._token.start, self._expect("name").text
             default = self._expression() if self._takes("=") else None
             if any(each.name == name for each in found):
                 failure(self._since(start), f"the parameter `{name}` occurs twice")
-            found.append(Parameter(self._since(start), name, default))
+            found.append(ScadParameter(self._since(start), name, default))
             if not self._takes(","):
                 self._expect(")")
                 break
@@ -544,7 +556,7 @@ class _Parser:
         if word == "function":
             self._next()
             parameters = self._parameters()
-            return Lambda(self._since(start), parameters, self._expression())
+            return FunctionValue(self._since(start), parameters, self._expression())
         if word == "let":
             self._next()
             bindings = self._bindings()
@@ -553,7 +565,7 @@ class _Parser:
             self._next()
             arguments = self._arguments()
             has_body = self._token.kind not in (";", ",", ")", "]", ":", "end")
-            return Checked(self._since(start), word == "assert", arguments, self._expression() if has_body else None)
+            return ScadCheck(self._since(start), word == "assert", arguments, self._expression() if has_body else None)
         return None
 
     def _bindings(self) -> tuple[Argument, ...]:
@@ -608,11 +620,11 @@ class _Parser:
     def _applied(self, start: int, value: Expr) -> Expr:
         if self._token.kind == "(":
             arguments = self._arguments()
-            return Call(self._since(start), value, arguments)
+            return ScadCall(self._since(start), value, arguments)
         if self._takes("["):
             index = self._expression()
             self._expect("]")
-            return Item(self._since(start), value, index)
+            return ItemAt(self._since(start), value, index)
         self._next()
         name = self._expect("name")
         if name.text not in _COORDINATES:
@@ -620,21 +632,25 @@ class _Parser:
                 self._span(name.start, name.start + len(name.text)), f"expected `.x`, `.y` or `.z`, got `.{name.text}`"
             )
         number = _COORDINATES[name.text]
-        return Item(self._since(start), value, Constant(self._since(start), float(number), str(number)))
+        return ItemAt(self._since(start), value, ConstantValue(self._since(start), float(number), str(number)))
 
     def _primary(self) -> Expr:
         token = self._token
         span = self._span(token.start, token.start + len(token.text))
         if token.kind == "number":
             self._next()
-            return Constant(span, float(token.text), token.text)
+            return ConstantValue(span, float(token.text), token.text)
         if token.kind == "string":
             self._next()
-            return Constant(span, _unescaped(token.text))
+            return ConstantValue(span, _unescaped(token.text))
         if token.kind == "name":
             self._next()
             constants = {"true": True, "false": False, "undef": None}
-            return Constant(span, constants[token.text]) if token.text in constants else Name(span, token.text)
+            return (
+                ConstantValue(span, constants[token.text])
+                if token.text in constants
+                else VariableName(span, token.text)
+            )
         if self._takes("("):
             inside = self._expression()
             self._expect(")")
@@ -686,7 +702,7 @@ class _Parser:
             self._expect(")")
             yes = self._item()
             no = self._item() if self._takes_word("else") else None
-            return Condition(self._since(start), test, yes, no)
+            return ItemCondition(self._since(start), test, yes, no)
         if self._is_word("let") and self._tokens[self._at + 1].kind == "(":
             self._next()
             bindings = self._bindings()
@@ -706,15 +722,15 @@ class _Parser:
             if depth <= 0:
                 break
         bindings = self._bindings()
-        return Loop(self._since(start), bindings, self._item())
+        return ItemLoop(self._since(start), bindings, self._item())
 
 
-def assigned(statements: Sequence[Statement]) -> dict[str, Assignment]:
+def assigned(statements: Sequence[Statement]) -> dict[str, ScadAssignment]:
     """Return the assignments of a scope: each name at its first place, with its last value."""
-    found: dict[str, Assignment] = {}
+    found: dict[str, ScadAssignment] = {}
     for each in statements:
-        if isinstance(each, Assignment):
+        if isinstance(each, ScadAssignment):
             before = found.get(each.name)
             comments = each.comments if before is None else (*before.comments, *each.comments)
-            found[each.name] = Assignment(each.span, each.name, each.value, comments)
+            found[each.name] = ScadAssignment(each.span, each.name, each.value, comments)
     return found

@@ -127,3 +127,24 @@ def test_segments_and_tolerance_decide_on_triangles(tmp_path: Path) -> None:
     assert np.abs(np.linalg.norm(large.triangles_center, axis=1) - 1.0).max() < 0.004
     with pytest.raises(SceneError, match="must be 3 or more"):
         scene.export(tmp_path / "x.stl", settings={"segments": 2})
+
+
+def measured(expression: str) -> float:
+    return sl.evaluate(f'(bind "it" (lambda () {expression}))').measure().volume
+
+
+def test_a_twist_to_the_left_is_the_mirror_image_of_one_to_the_right() -> None:
+    """The sides between layers are split along their shorter diagonals."""
+    left, right = (
+        measured(f"(extrude (rectangle 10 10) 20 :twist (radians {angle}) :slices 8)") for angle in (90, -90)
+    )
+    assert left == pytest.approx(right, rel=1e-9)
+    assert left == pytest.approx(2117.25, rel=1e-5)  # as OpenSCAD makes it
+    assert measured("(extrude (rectangle 2 2) 3 :twist pi :taper 0 :slices 64)") == pytest.approx(4, rel=0.02)
+
+
+def test_hulls_and_sums_of_profiles() -> None:
+    ring = "(profile-difference (rectangle 6 6) (rectangle 2 2))"
+    assert measured(f"(extrude (profile-hull {ring}) 1)") == pytest.approx(36)
+    assert measured(f"(extrude (profile-minkowski {ring} (rectangle 1 1)) 1)") == pytest.approx(49 - 1)
+    assert measured("(extrude (offset-profile [[0 0] [9 0] [1 1]] 1 :join :miter :limit 100) 1)") > 40

@@ -13,10 +13,10 @@ import pytest
 import trimesh
 
 import scenelang as sl
+from scenelang.backends.openscad.arithmetic import ANY, INT, NUM, UNKNOWN, joined, list_of, vector
 from scenelang.backends.openscad.converting import converted, imported
 from scenelang.backends.openscad.geometry import fragments_of
 from scenelang.backends.openscad.syntax import MAX_NESTING
-from scenelang.backends.openscad.terms import ANY, INT, NUM, UNKNOWN, joined, list_of, vector
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.formatter import format_text

@@ -15,23 +15,23 @@ from typing import NamedTuple, Self
 
 from scenelang.backends.openscad.syntax import (
     Argument,
-    Call,
-    Checked,
-    Condition,
-    Constant,
+    ConstantValue,
     Each,
     Expr,
     FunctionDefinition,
-    Item,
+    FunctionValue,
+    ItemAt,
+    ItemCondition,
+    ItemLoop,
     Items,
-    Lambda,
     Let,
-    Loop,
     ModuleDefinition,
-    Name,
     Operation,
-    Parameter,
     Range,
+    ScadCall,
+    ScadCheck,
+    ScadParameter,
+    VariableName,
     failure,
     unsupported,
 )
@@ -41,44 +41,44 @@ from scenelang.grammar.diagnostics import Diagnostic, suggest
 # --- kinds -----------------------------------------------------------------------------------------------------------
 
 
-class Kind(NamedTuple):
+class SnippetKind(NamedTuple):
     """What is known of a value: ``name``, the ``size`` of a vector (0: unknown) and the kind of a list's items."""
 
     name: str
     size: int = 0
-    item: Kind | None = None
+    item: SnippetKind | None = None
 
 
-UNKNOWN, ANY, INT, NUM, BOOL, STR = (Kind(name) for name in ("unknown", "any", "int", "num", "bool", "str"))
-UNDEF, FUNCTION = Kind("undef"), Kind("function")
+UNKNOWN, ANY, INT, NUM, BOOL, STR = (SnippetKind(name) for name in ("unknown", "any", "int", "num", "bool", "str"))
+UNDEF, FUNCTION = SnippetKind("undef"), SnippetKind("function")
 _MAX_DEPTH = 4  # of kinds of lists in lists
 
 
-def vector(size: int) -> Kind:
+def vector(size: int) -> SnippetKind:
     """Return the kind of a vector of numbers."""
-    return Kind("vec", size, NUM)
+    return SnippetKind("vec", size, NUM)
 
 
-def list_of(item: Kind) -> Kind:
+def list_of(item: SnippetKind) -> SnippetKind:
     """Return the kind of a list."""
-    return Kind("list", 0, item if _depth(item) < _MAX_DEPTH else ANY)
+    return SnippetKind("list", 0, item if _depth(item) < _MAX_DEPTH else ANY)
 
 
-def _depth(kind: Kind) -> int:
+def _depth(kind: SnippetKind) -> int:
     return 0 if kind.item is None else 1 + _depth(kind.item)
 
 
-def is_number(kind: Kind) -> bool:
+def is_number(kind: SnippetKind) -> bool:
     """Return whether a value is a number for certain."""
     return kind.name in ("int", "num")
 
 
-def is_sequence(kind: Kind) -> bool:
+def is_sequence(kind: SnippetKind) -> bool:
     """Return whether a value is a vector, a matrix or a list."""
     return kind.name in ("vec", "mat", "list")
 
 
-def joined(a: Kind, b: Kind) -> Kind:
+def joined(a: SnippetKind, b: SnippetKind) -> SnippetKind:
     """Return the kind of a value that may be of either."""
     if a == b or b == UNKNOWN:
         return a
@@ -89,7 +89,7 @@ def joined(a: Kind, b: Kind) -> Kind:
     if is_sequence(a) and is_sequence(b):
         first, second = a.item or ANY, b.item or ANY
         size = a.size if a.size == b.size else 0
-        return Kind(a.name, size, joined(first, second)) if a.name == b.name else list_of(joined(first, second))
+        return SnippetKind(a.name, size, joined(first, second)) if a.name == b.name else list_of(joined(first, second))
     return ANY
 
 
@@ -100,14 +100,14 @@ def joined(a: Kind, b: Kind) -> Kind:
 class Facts:
     """What rounds of the conversion find out; keys are the places of definitions. ``changed`` says whether it grew."""
 
-    kinds: dict[tuple[int, str], Kind] = field(default_factory=dict)
+    kinds: dict[tuple[int, str], SnippetKind] = field(default_factory=dict)
     marks: set[tuple[object, ...]] = field(default_factory=set)
     changed: bool = False
 
-    def kind(self, place: int, name: str) -> Kind:
+    def kind(self, place: int, name: str) -> SnippetKind:
         return self.kinds.get((place, name), UNKNOWN)
 
-    def join(self, place: int, name: str, kind: Kind) -> None:
+    def join(self, place: int, name: str, kind: SnippetKind) -> None:
         before = self.kind(place, name)
         after = joined(before, kind)
         if after != before:
@@ -127,23 +127,23 @@ class Facts:
         return sorted((fact[-1] for fact in self.marks if fact[:-1] == start), key=str)
 
 
-class Code(NamedTuple):
+class Snippet(NamedTuple):
     """Expression of the Scene Language, its kind, and its number if that is fixed."""
 
     text: str
-    kind: Kind
+    kind: SnippetKind
     number: float | None = None
-    parts: tuple[Code, ...] | None = None  # of a vector that is written out
+    parts: tuple[Snippet, ...] | None = None  # of a vector that is written out
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Function:
+class Definition:
     """Definition of a function or module: its name, and its parameters' names here."""
 
     definition: FunctionDefinition | ModuleDefinition
     name: str
     names: tuple[str, ...]
-    scope: Scope
+    scope: NameScope
     takes_children: bool = False
 
     @property
@@ -152,23 +152,23 @@ class Function:
 
 
 @dataclass(eq=False)
-class Scope:
+class NameScope:
     """Names that are visible: variables, functions and modules are apart."""
 
-    parent: Scope | None = None
-    variables: dict[str, Code] = field(default_factory=dict)
-    functions: dict[str, Function] = field(default_factory=dict)
-    modules: dict[str, Function] = field(default_factory=dict)
+    parent: NameScope | None = None
+    variables: dict[str, Snippet] = field(default_factory=dict)
+    functions: dict[str, Definition] = field(default_factory=dict)
+    modules: dict[str, Definition] = field(default_factory=dict)
     taken: set[str] = field(default_factory=set)
     builtins: frozenset[str] = frozenset()  # names that no function or module may get, of the outermost scope
 
-    def variable(self, name: str) -> Code | None:
+    def variable(self, name: str) -> Snippet | None:
         return self.variables.get(name) or (self.parent.variable(name) if self.parent else None)
 
-    def function(self, name: str) -> Function | None:
+    def function(self, name: str) -> Definition | None:
         return self.functions.get(name) or (self.parent.function(name) if self.parent else None)
 
-    def module(self, name: str) -> Function | None:
+    def module(self, name: str) -> Definition | None:
         return self.modules.get(name) or (self.parent.module(name) if self.parent else None)
 
     def is_taken(self, name: str, is_called: bool = False) -> bool:
@@ -215,11 +215,11 @@ def number_text(value: float) -> str:
     return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
 
 
-def constant(value: float) -> Code:
+def constant(value: float) -> Snippet:
     """Return the code of a number."""
     if not math.isfinite(value):
         value = math.copysign(1e300, value)
-    return Code(number_text(value), INT if value == int(value) else NUM, value)
+    return Snippet(number_text(value), INT if value == int(value) else NUM, value)
 
 
 def string_text(value: str) -> str:
@@ -233,9 +233,9 @@ def call(name: str, *operands: str) -> str:
     return f"({' '.join((name, *operands))})"
 
 
-def vector_code(parts: Sequence[Code]) -> Code:
+def vector_code(parts: Sequence[Snippet]) -> Snippet:
     """Return a vector of numbers, written out."""
-    return Code(f"[{' '.join(part.text for part in parts)}]", vector(len(parts)), None, tuple(parts))
+    return Snippet(f"[{' '.join(part.text for part in parts)}]", vector(len(parts)), None, tuple(parts))
 
 
 # --- expressions -----------------------------------------------------------------------------------------------------
@@ -256,7 +256,7 @@ _ABSENT_FUNCTIONS = {
 class Expressions:
     """Converts expressions; ``scope`` and ``specials`` are those of the place where one stands."""
 
-    def __init__(self, converter: Converter, scope: Scope, specials: Mapping[str, Code], owner: int) -> None:
+    def __init__(self, converter: Converter, scope: NameScope, specials: Mapping[str, Snippet], owner: int) -> None:
         self.c = converter
         self.scope = scope
         self.specials = dict(specials)
@@ -267,23 +267,23 @@ class Expressions:
     def inside(self) -> Self:
         """Return the same place with a scope of its own."""
         found = copy(self)
-        found.scope, found.specials = Scope(self.scope), dict(self.specials)
+        found.scope, found.specials = NameScope(self.scope), dict(self.specials)
         return found
 
-    def bind(self, name: str, kind: Kind, number: float | None = None) -> str:
+    def bind(self, name: str, kind: SnippetKind, number: float | None = None) -> str:
         """Declare a variable; returns its name."""
         found = self.scope.fresh(name, "value")
-        self.scope.variables[name] = Code(found, kind, number)
+        self.scope.variables[name] = Snippet(found, kind, number)
         if name.startswith("$"):
-            self.specials[name] = Code(found, kind, number)
+            self.specials[name] = Snippet(found, kind, number)
         return found
 
-    def special(self, name: str) -> Code:
+    def special(self, name: str) -> Snippet:
         """Return the value of a variable that modules hand down to those that they call, as ``$fn``."""
         self.c.facts.mark("uses", self.owner, name)
         return self.specials[name]
 
-    def _variable(self, expr: Name) -> Code:
+    def _variable(self, expr: VariableName) -> Snippet:
         name = expr.name
         if name == "$t":
             unsupported(expr.span, "`$t`: animations are not converted", "see `frames` in docs/language.md")
@@ -295,7 +295,7 @@ class Expressions:
         if found is not None:
             return found
         if name == "PI":
-            return Code("pi", NUM)
+            return Snippet("pi", NUM)
         function = self.scope.function(name)
         if function is not None:
             unsupported(expr.span, f"`{name}` is a function; only `{name} = function (...) ...` is a value")
@@ -304,7 +304,7 @@ class Expressions:
 
     def _names(self) -> list[str]:
         names: list[str] = []
-        scope: Scope | None = self.scope
+        scope: NameScope | None = self.scope
         while scope is not None:
             names += scope.variables
             scope = scope.parent
@@ -312,32 +312,32 @@ class Expressions:
 
     # --- dispatch ----------------------------------------------------------------------------------------------------
 
-    def code(self, expr: Expr) -> Code:
+    def code(self, expr: Expr) -> Snippet:
         """Convert an expression."""
-        if isinstance(expr, Constant):
+        if isinstance(expr, ConstantValue):
             return self._constant(expr)
-        if isinstance(expr, Name):
+        if isinstance(expr, VariableName):
             return self._variable(expr)
         if isinstance(expr, Operation):
             return self._operation(expr)
         if isinstance(expr, Items):
             return self._items(expr)
-        if isinstance(expr, Call):
+        if isinstance(expr, ScadCall):
             return self._call(expr)
-        if isinstance(expr, Item):
+        if isinstance(expr, ItemAt):
             return self._item(expr)
         if isinstance(expr, Range):
             return self._range(expr)
         if isinstance(expr, Let):
             inner, bindings = self.bound(expr.bindings)
             body = inner.code(expr.body)
-            return Code(f"(let* ({bindings}) {body.text})", body.kind)
-        if isinstance(expr, Checked):
+            return Snippet(f"(let* ({bindings}) {body.text})", body.kind)
+        if isinstance(expr, ScadCheck):
             return self._checked(expr)
-        if isinstance(expr, Lambda):
+        if isinstance(expr, FunctionValue):
             inner = self.inside()
             names = [inner.bind(each.name, ANY) for each in expr.parameters]
-            return Code(f"(lambda ({' '.join(names)}) {inner.code(expr.body).text})", FUNCTION)
+            return Snippet(f"(lambda ({' '.join(names)}) {inner.code(expr.body).text})", FUNCTION)
         failure(expr.span, "expected a value; `for`, `if` and `each` stand in lists only")
 
     def text(self, expr: Expr) -> str:
@@ -352,20 +352,20 @@ class Expressions:
             texts.append(f"({inner.bind(str(each.name), value.kind, value.number)} {value.text})")
         return inner, " ".join(texts)
 
-    def _constant(self, expr: Constant) -> Code:
+    def _constant(self, expr: ConstantValue) -> Snippet:
         value = expr.value
         if value is None:
-            return Code("none", UNDEF)
+            return Snippet("none", UNDEF)
         if isinstance(value, bool):
-            return Code("#t" if value else "#f", BOOL)
-        return Code(string_text(value), STR) if isinstance(value, str) else constant(value)
+            return Snippet("#t" if value else "#f", BOOL)
+        return Snippet(string_text(value), STR) if isinstance(value, str) else constant(value)
 
-    def _checked(self, expr: Checked) -> Code:
-        body = self.code(expr.body) if expr.body is not None else Code("none", UNDEF)
+    def _checked(self, expr: ScadCheck) -> Snippet:
+        body = self.code(expr.body) if expr.body is not None else Snippet("none", UNDEF)
         if not expr.is_assert or not expr.arguments:
             return body
         message = [self.text(each.value) for each in expr.arguments[1:2]]
-        return Code(
+        return Snippet(
             f"(begin {call('assert', self.condition(expr.arguments[0].value), *message)} {body.text})", body.kind
         )
 
@@ -375,7 +375,7 @@ class Expressions:
         """Convert a test: 0, "", [] and undef are false in OpenSCAD."""
         return self.truth(self.code(expr))
 
-    def truth(self, code: Code) -> str:
+    def truth(self, code: Snippet) -> str:
         """Return a value as a test."""
         if code.kind in (BOOL, FUNCTION):
             return code.text
@@ -385,51 +385,51 @@ class Expressions:
             return f"(not (empty? {code.text}))"
         return call(self.c.helper("true?"), code.text)
 
-    def _operation(self, expr: Operation) -> Code:
+    def _operation(self, expr: Operation) -> Snippet:
         operator = expr.operator
         if operator == "?":
             return self._ternary(expr)
         if operator in ("&&", "||"):
             tests = [self.condition(each) for each in expr.operands]
-            return Code(call("and" if operator == "&&" else "or", *tests), BOOL)
+            return Snippet(call("and" if operator == "&&" else "or", *tests), BOOL)
         if operator == "unary !":
-            return Code(call("not", self.condition(expr.operands[0])), BOOL)
+            return Snippet(call("not", self.condition(expr.operands[0])), BOOL)
         operands = [self.code(each) for each in expr.operands]
         if operator == "unary -":
             return self.negative(operands[0])
         if operator in ("==", "!="):
             return self._equal(operator, *operands)
         if operator in _COMPARED:
-            return Code(call(operator, *(each.text for each in operands)), BOOL)
+            return Snippet(call(operator, *(each.text for each in operands)), BOOL)
         return self._arithmetic(operator, [self.array(each) for each in operands])
 
-    def _ternary(self, expr: Operation) -> Code:
+    def _ternary(self, expr: Operation) -> Snippet:
         test, yes, no = expr.operands
-        if isinstance(test, Name) and test.name == "$preview":
+        if isinstance(test, VariableName) and test.name == "$preview":
             return self.code(no)
         condition = self.condition(test)
         first, second = self.code(yes), self.code(no)
         if first.kind != second.kind and is_sequence(first.kind) and is_sequence(second.kind):
             first, second = self.array(first), self.array(second)
-        return Code(call("if", condition, first.text, second.text), joined(first.kind, second.kind))
+        return Snippet(call("if", condition, first.text, second.text), joined(first.kind, second.kind))
 
-    def negative(self, value: Code) -> Code:
+    def negative(self, value: Snippet) -> Snippet:
         """Return a number or vector with its sign changed."""
         if value.number is not None and value.text == number_text(value.number):
             return constant(-value.number)
         if value.parts is not None:
             return vector_code([self.negative(part) for part in value.parts])
         value = self.array(value)
-        return Code(call("-", value.text), value.kind)
+        return Snippet(call("-", value.text), value.kind)
 
-    def array(self, value: Code) -> Code:
+    def array(self, value: Snippet) -> Snippet:
         """Return a value for arithmetic, which takes arrays and no lists."""
         if value.kind.name != "list":
             return value
         item = value.kind.item or ANY
-        return Code(call("array", value.text), vector(0) if is_number(item) else Kind("mat", 0, item))
+        return Snippet(call("array", value.text), vector(0) if is_number(item) else SnippetKind("mat", 0, item))
 
-    def _equal(self, operator: str, a: Code, b: Code) -> Code:
+    def _equal(self, operator: str, a: Snippet, b: Snippet) -> Snippet:
         if UNDEF in (a.kind, b.kind):
             text = call("none?", a.text if b.kind == UNDEF else b.text)
         elif is_number(a.kind) and is_number(b.kind):
@@ -438,9 +438,9 @@ class Expressions:
             text = call("equal?", a.text, b.text)
         else:
             text = call(self.c.helper("same?"), a.text, b.text)
-        return Code(text if operator == "==" else call("not", text), BOOL)
+        return Snippet(text if operator == "==" else call("not", text), BOOL)
 
-    def _arithmetic(self, operator: str, operands: list[Code]) -> Code:
+    def _arithmetic(self, operator: str, operands: list[Snippet]) -> Snippet:
         if operator == "*":
             return self._product(operands)
         names = {"%": "remainder", "^": "expt"}
@@ -449,9 +449,9 @@ class Expressions:
             kind = _sum_kind(kind, each.kind) if operator in "+-" else kind if operator == "/" else NUM
         if operator == "/":
             kind = NUM if is_number(kind) else kind
-        return Code(call(names.get(operator, operator), *(each.text for each in operands)), kind)
+        return Snippet(call(names.get(operator, operator), *(each.text for each in operands)), kind)
 
-    def _product(self, operands: list[Code]) -> Code:
+    def _product(self, operands: list[Snippet]) -> Snippet:
         """Return a product: of numbers item by item, of vectors and matrices as in linear algebra."""
         result = operands[0]
         flat = [result.text]
@@ -461,70 +461,78 @@ class Expressions:
                     each.kind if is_number(result.kind) else result.kind
                 )  # fmt: skip
                 flat.append(each.text)
-                result = Code(call("*", *flat), kind)
+                result = Snippet(call("*", *flat), kind)
                 continue
             result = self._inner_product(result, each)
             flat = [result.text]
         return result
 
-    def _inner_product(self, a: Code, b: Code) -> Code:
+    def _inner_product(self, a: Snippet, b: Snippet) -> Snippet:
         names = (a.kind.name, b.kind.name)
         if names == ("vec", "vec"):
-            return Code(call("dot", a.text, b.text), NUM)
+            return Snippet(call("dot", a.text, b.text), NUM)
         if set(names) <= {"vec", "mat"}:
-            return Code(call("@", a.text, b.text), Kind("mat", 0, vector(0)) if names == ("mat", "mat") else vector(0))
-        return Code(call(self.c.helper("times"), a.text, b.text), ANY)
+            return Snippet(
+                call("@", a.text, b.text), SnippetKind("mat", 0, vector(0)) if names == ("mat", "mat") else vector(0)
+            )
+        return Snippet(call(self.c.helper("times"), a.text, b.text), ANY)
 
     # --- lists -------------------------------------------------------------------------------------------------------
 
-    def _items(self, expr: Items) -> Code:
-        if any(isinstance(each, Loop | Condition | Each | Let) for each in expr.items):
+    def _items(self, expr: Items) -> Snippet:
+        if any(isinstance(each, ItemLoop | ItemCondition | Each | Let) for each in expr.items):
             pieces = [self._generated(each) for each in expr.items]
             if len(pieces) == 1:
                 return pieces[0]
             kinds = [piece.kind.item or ANY for piece in pieces]
-            return Code(call("append", *(piece.text for piece in pieces)), list_of(_all_joined(kinds)))
+            return Snippet(call("append", *(piece.text for piece in pieces)), list_of(_all_joined(kinds)))
         return self.list_code([self.code(each) for each in expr.items])
 
-    def list_code(self, items: list[Code]) -> Code:
+    def list_code(self, items: list[Snippet]) -> Snippet:
         """Return a list: an array if all items are numbers, or vectors of one length."""
         kinds = [each.kind for each in items]
         if not items:
-            return Code("(list)", list_of(UNKNOWN))
+            return Snippet("(list)", list_of(UNKNOWN))
         if all(is_number(kind) or kind in (ANY, UNKNOWN) for kind in kinds):
             code = vector_code(items)
             return (
-                code if all(map(is_number, kinds)) else Code(code.text, Kind("vec", len(items), ANY), None, code.parts)
+                code
+                if all(map(is_number, kinds))
+                else Snippet(code.text, SnippetKind("vec", len(items), ANY), None, code.parts)
             )
         first = kinds[0]
         if first.name == "vec" and first.size and all(kind.name == "vec" and kind.size == first.size for kind in kinds):
             text = f"[{' '.join(each.text for each in items)}]"
-            return Code(text, Kind("mat", 0, first), None, tuple(items))
-        return Code(call("list", *(each.text for each in items)), list_of(_all_joined(kinds)), None, tuple(items))
+            return Snippet(text, SnippetKind("mat", 0, first), None, tuple(items))
+        return Snippet(call("list", *(each.text for each in items)), list_of(_all_joined(kinds)), None, tuple(items))
 
-    def _generated(self, expr: Expr) -> Code:
+    def _generated(self, expr: Expr) -> Snippet:
         """Return the list that an item of a list stands for."""
         if isinstance(expr, Each):
-            value = self._generated(expr.value) if isinstance(expr.value, Loop | Condition) else self.code(expr.value)
-            return Code(value.text, list_of(value.kind.item or ANY))
+            value = (
+                self._generated(expr.value)
+                if isinstance(expr.value, ItemLoop | ItemCondition)
+                else self.code(expr.value)
+            )
+            return Snippet(value.text, list_of(value.kind.item or ANY))
         if isinstance(expr, Let):
             inner, bindings = self.bound(expr.bindings)
             body = inner._generated(expr.body)
-            return Code(f"(let* ({bindings}) {body.text})", body.kind)
-        if isinstance(expr, Condition):
+            return Snippet(f"(let* ({bindings}) {body.text})", body.kind)
+        if isinstance(expr, ItemCondition):
             yes = self._generated(expr.yes)
-            no = self._generated(expr.no) if expr.no is not None else Code("(list)", list_of(UNKNOWN))
-            return Code(call("if", self.condition(expr.test), yes.text, no.text), joined(yes.kind, no.kind))
-        if isinstance(expr, Loop):
+            no = self._generated(expr.no) if expr.no is not None else Snippet("(list)", list_of(UNKNOWN))
+            return Snippet(call("if", self.condition(expr.test), yes.text, no.text), joined(yes.kind, no.kind))
+        if isinstance(expr, ItemLoop):
             return self._loop(expr)
         value = self.code(expr)
-        return Code(call("list", value.text), list_of(value.kind))
+        return Snippet(call("list", value.text), list_of(value.kind))
 
-    def _loop(self, expr: Loop) -> Code:
+    def _loop(self, expr: ItemLoop) -> Snippet:
         inner, clauses, count = self.clauses(expr.bindings)
         body, tests = expr.body, ""
         definitions = ""
-        while isinstance(body, Let) or (isinstance(body, Condition) and body.no is None and not definitions):
+        while isinstance(body, Let) or (isinstance(body, ItemCondition) and body.no is None and not definitions):
             if isinstance(body, Let):
                 for each in body.bindings:
                     value = inner.code(each.value)
@@ -533,11 +541,11 @@ class Expressions:
                 tests += f" :when {inner.condition(body.test)}"
             body = body.body if isinstance(body, Let) else body.yes
         name = "for*" if count > 1 else "for"
-        if isinstance(body, Loop | Condition | Each):
+        if isinstance(body, ItemLoop | ItemCondition | Each):
             inside = inner._generated(body)
-            return Code(f"({name}/append ({clauses}{tests}) {definitions}{inside.text})", inside.kind)
+            return Snippet(f"({name}/append ({clauses}{tests}) {definitions}{inside.text})", inside.kind)
         value = inner.code(body)
-        return Code(f"({name}/list ({clauses}{tests}) {definitions}{value.text})", list_of(value.kind))
+        return Snippet(f"({name}/list ({clauses}{tests}) {definitions}{value.text})", list_of(value.kind))
 
     def clauses(self, bindings: Sequence[Argument]) -> tuple[Self, str, int]:
         """Return the place inside of a loop, the text of its clauses, and their number."""
@@ -545,57 +553,57 @@ class Expressions:
         for each in bindings:
             values = inner.code(each.value)
             if is_number(values.kind) or values.kind in (BOOL, UNDEF):
-                values = Code(call("list", values.text), list_of(values.kind))
+                values = Snippet(call("list", values.text), list_of(values.kind))
             item = STR if values.kind == STR else values.kind.item or ANY
             texts.append(f"({inner.bind(str(each.name), item)} {values.text})")
         return inner, " ".join(texts), len(texts)
 
-    def _range(self, expr: Range) -> Code:
+    def _range(self, expr: Range) -> Snippet:
         first, last = self.code(expr.first), self.code(expr.last)
         step = self.code(expr.step) if expr.step is not None else constant(1)
         if first.kind == INT and last.kind == INT and step.number == 1:
             is_literal = last.number is not None and _is_literal(last)
             end = constant((last.number or 0) + 1).text if is_literal else _one_more(last.text)
-            return Code(call("range", first.text, end), list_of(INT))
+            return Snippet(call("range", first.text, end), list_of(INT))
         kind = INT if first.kind == step.kind == INT else NUM
-        return Code(call(self.c.helper("span"), first.text, step.text, last.text), list_of(kind))
+        return Snippet(call(self.c.helper("span"), first.text, step.text, last.text), list_of(kind))
 
-    def _item(self, expr: Item) -> Code:
+    def _item(self, expr: ItemAt) -> Snippet:
         value, index = self.code(expr.value), self.code(expr.index)
         if value.parts is not None and index.number is not None and 0 <= index.number < len(value.parts):
             part = value.parts[int(index.number)]
             return part
         kind = STR if value.kind == STR else value.kind.item or ANY
         place = index.text if index.kind == INT else call("floor", index.text)
-        return Code(call("ref", value.text, place), kind)
+        return Snippet(call("ref", value.text, place), kind)
 
     # --- calls -------------------------------------------------------------------------------------------------------
 
-    def _call(self, expr: Call) -> Code:
-        if not isinstance(expr.function, Name):
-            return Code(call(self.text(expr.function), *self._plain(expr)), ANY)
+    def _call(self, expr: ScadCall) -> Snippet:
+        if not isinstance(expr.function, VariableName):
+            return Snippet(call(self.text(expr.function), *self._plain(expr)), ANY)
         name = expr.function.name
         function = self.scope.function(name)
         if function is not None:
             definition = function.definition
             self.c.facts.mark("called", function.place)
             operands = self.operands(function, definition.parameters, expr.arguments, expr.span)
-            return Code(call(function.name, *operands), self.c.facts.kind(function.place, "result"))
+            return Snippet(call(function.name, *operands), self.c.facts.kind(function.place, "result"))
         variable = self.scope.variable(name)
         if variable is not None:
-            return Code(call(variable.text, *self._plain(expr)), ANY)
+            return Snippet(call(variable.text, *self._plain(expr)), ANY)
         return self._builtin(expr, name, [self.code(each.value) for each in expr.arguments])
 
-    def _plain(self, expr: Call) -> list[str]:
+    def _plain(self, expr: ScadCall) -> list[str]:
         if any(each.name for each in expr.arguments):
             unsupported(expr.span, "named arguments in the call of a function that is a value")
         return [self.text(each.value) for each in expr.arguments]
 
     def operands(
-        self, function: Function, parameters: Sequence[Parameter], arguments: Sequence[Argument], span: Span
+        self, function: Definition, parameters: Sequence[ScadParameter], arguments: Sequence[Argument], span: Span
     ) -> list[str]:  # fmt: skip
         """Return the operands of a call: by position for parameters without defaults, by keyword for others."""
-        given: dict[int, Code] = {}
+        given: dict[int, Snippet] = {}
         position = 0
         for each in arguments:
             if each.name is None:
@@ -622,7 +630,7 @@ class Expressions:
             texts.append(f":{function.names[index]} {given[index].text}" if is_keyword else given[index].text)
         return sorted(texts, key=lambda text: text.startswith(":"))
 
-    def parameters(self, function: Function, outside: Expressions) -> str:
+    def parameters(self, function: Definition, outside: Expressions) -> str:
         """Declare the parameters of a function in this place; returns their text."""
         plain, keywords = [], []
         for parameter, name in zip(function.definition.parameters, function.names, strict=True):
@@ -636,12 +644,12 @@ class Expressions:
             else:
                 plain.append(name)
             self.scope.taken.add(name)
-            self.scope.variables[parameter.name] = Code(name, kind)
+            self.scope.variables[parameter.name] = Snippet(name, kind)
             if parameter.name.startswith("$"):
-                self.specials[parameter.name] = Code(name, kind)
+                self.specials[parameter.name] = Snippet(name, kind)
         return " ".join((*plain, *keywords))
 
-    def _builtin(self, expr: Call, name: str, values: list[Code]) -> Code:
+    def _builtin(self, expr: ScadCall, name: str, values: list[Snippet]) -> Snippet:
         count = len(values)
         if name in _ABSENT_FUNCTIONS:
             unsupported(expr.span, f"the function `{name}`", _ABSENT_FUNCTIONS[name])
@@ -656,14 +664,14 @@ class Expressions:
 
     def _functions(self) -> list[str]:
         found: list[str] = []
-        scope: Scope | None = self.scope
+        scope: NameScope | None = self.scope
         while scope is not None:
             found += scope.functions
             scope = scope.parent
         return found
 
 
-def _is_literal(code: Code) -> bool:
+def _is_literal(code: Snippet) -> bool:
     return code.number is not None and code.text == number_text(code.number)
 
 
@@ -673,7 +681,7 @@ def _one_more(text: str) -> str:
     return match[1] if match else call("+", text, "1")
 
 
-def _sum_kind(a: Kind, b: Kind) -> Kind:
+def _sum_kind(a: SnippetKind, b: SnippetKind) -> SnippetKind:
     if is_number(a) and is_number(b):
         return INT if a == b == INT else NUM
     if is_sequence(a) and is_sequence(b):
@@ -681,7 +689,7 @@ def _sum_kind(a: Kind, b: Kind) -> Kind:
     return ANY
 
 
-def _all_joined(kinds: Iterable[Kind]) -> Kind:
+def _all_joined(kinds: Iterable[SnippetKind]) -> SnippetKind:
     result = UNKNOWN
     for kind in kinds:
         result = joined(result, kind)
@@ -691,71 +699,71 @@ def _all_joined(kinds: Iterable[Kind]) -> Kind:
 # --- functions of OpenSCAD -------------------------------------------------------------------------------------------
 
 
-_Make = Callable[[Expressions, list[Code]], Code]
+_Make = Callable[[Expressions, list[Snippet]], Snippet]
 
 
-def _number(name: str, kind: Kind = NUM) -> _Make:
-    return lambda place, values: Code(call(name, *(each.text for each in values)), kind)
+def _number(name: str, kind: SnippetKind = NUM) -> _Make:
+    return lambda place, values: Snippet(call(name, *(each.text for each in values)), kind)
 
 
 def _angle(name: str) -> _Make:
-    return lambda place, values: Code(call(name, call("radians", values[0].text)), NUM)
+    return lambda place, values: Snippet(call(name, call("radians", values[0].text)), NUM)
 
 
 def _in_degrees(name: str) -> _Make:
-    return lambda place, values: Code(call("degrees", call(name, *(each.text for each in values))), NUM)
+    return lambda place, values: Snippet(call("degrees", call(name, *(each.text for each in values))), NUM)
 
 
 def _extreme(name: str) -> _Make:
-    def make(place: Expressions, values: list[Code]) -> Code:
+    def make(place: Expressions, values: list[Snippet]) -> Snippet:
         if len(values) == 1 and not is_number(values[0].kind):
-            return Code(call(f"{name}-of", values[0].text), NUM)
+            return Snippet(call(f"{name}-of", values[0].text), NUM)
         kind = INT if all(each.kind == INT for each in values) else NUM
-        return Code(call(name, *(each.text for each in values)), kind)
+        return Snippet(call(name, *(each.text for each in values)), kind)
 
     return make
 
 
-def _helped(name: str, kind: Kind) -> _Make:
-    return lambda place, values: Code(call(place.c.helper(name), *(each.text for each in values)), kind)
+def _helped(name: str, kind: SnippetKind) -> _Make:
+    return lambda place, values: Snippet(call(place.c.helper(name), *(each.text for each in values)), kind)
 
 
 def _test(name: str) -> _Make:
-    return lambda place, values: Code(call(name, values[0].text), BOOL)
+    return lambda place, values: Snippet(call(name, values[0].text), BOOL)
 
 
-def _concat(place: Expressions, values: list[Code]) -> Code:
+def _concat(place: Expressions, values: list[Snippet]) -> Snippet:
     texts, kinds = [], []
     for each in values:
         is_item = is_number(each.kind) or each.kind in (STR, BOOL)
         texts.append(call("list", each.text) if is_item else each.text)
         kinds.append(each.kind if is_item else each.kind.item or ANY)
-    return Code(call("append", *texts), list_of(_all_joined(kinds)))
+    return Snippet(call("append", *texts), list_of(_all_joined(kinds)))
 
 
-def _norm(place: Expressions, values: list[Code]) -> Code:
-    return Code(call("norm", place.array(values[0]).text), NUM)
+def _norm(place: Expressions, values: list[Snippet]) -> Snippet:
+    return Snippet(call("norm", place.array(values[0]).text), NUM)
 
 
-def _cross(place: Expressions, values: list[Code]) -> Code:
+def _cross(place: Expressions, values: list[Snippet]) -> Snippet:
     a, b = (place.array(each) for each in values)
     if a.kind.size == 2:
-        return Code(call("determinant", f"[{a.text} {b.text}]"), NUM)
+        return Snippet(call("determinant", f"[{a.text} {b.text}]"), NUM)
     if 3 in (a.kind.size, b.kind.size):
-        return Code(call("cross", a.text, b.text), vector(3))
-    return Code(call(place.c.helper("cross-of"), a.text, b.text), ANY)
+        return Snippet(call("cross", a.text, b.text), vector(3))
+    return Snippet(call(place.c.helper("cross-of"), a.text, b.text), ANY)
 
 
-def _str(place: Expressions, values: list[Code]) -> Code:
+def _str(place: Expressions, values: list[Snippet]) -> Snippet:
     texts = [each.text if each.kind == STR else call(place.c.helper("shown"), each.text) for each in values]
-    return Code(texts[0] if len(texts) == 1 else call("string-append", *texts), STR)
+    return Snippet(texts[0] if len(texts) == 1 else call("string-append", *texts), STR)
 
 
-def _power(place: Expressions, values: list[Code]) -> Code:
-    return Code(call("expt", values[0].text, values[1].text), NUM)
+def _power(place: Expressions, values: list[Snippet]) -> Snippet:
+    return Snippet(call("expt", values[0].text, values[1].text), NUM)
 
 
-def _version(place: Expressions, values: list[Code]) -> Code:
+def _version(place: Expressions, values: list[Snippet]) -> Snippet:
     return vector_code([constant(2021), constant(1), constant(0)])
 
 
