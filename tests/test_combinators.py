@@ -9,7 +9,8 @@ from scenelang.grammar.diagnostics import render_text
 from scenelang.interpreter.scene.bounds import parts_box
 from scenelang.stdlib.reference import ReferenceRecord, combinators
 
-NAMES = ["grid", "ring", "row", "stack", "mirror", "on-top-of", "align", "attach", "along", "jitter", "scatter"]
+NAMES = ["grid", "ring", "row", "stack", "mirror", "on-top-of", "align", "attach", "along", "scatter-on", "jitter",
+         "scatter"]  # fmt: skip
 CUBE = '(call "cube")'
 BALL = '(call "sphere")'
 Boxes = list[tuple[float, ...]]
