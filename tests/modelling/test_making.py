@@ -148,3 +148,58 @@ def test_hulls_and_sums_of_profiles() -> None:
     assert measured(f"(extrude (profile-hull {ring}) 1)") == pytest.approx(36)
     assert measured(f"(extrude (profile-minkowski {ring} (rectangle 1 1)) 1)") == pytest.approx(49 - 1)
     assert measured("(extrude (offset-profile [[0 0] [9 0] [1 1]] 1 :join :miter :limit 100) 1)") > 40
+
+
+# --- drawings --------------------------------------------------------------------------------------------------------
+
+
+def _area(path: Path) -> float:
+    """The area that the path of a drawing fills, by its even-odd rule."""
+    import re
+
+    from manifold3d import CrossSection, FillRule
+
+    (data,) = re.findall(r' d="([^"]*)"', path.read_text())
+    contours = [
+        np.array([list(map(float, point.split())) for point in part.strip("MZ").split("L")])
+        for part in re.findall(r"M[^Z]*Z", data)
+    ]
+    return float(CrossSection(contours, FillRule.EvenOdd).area())
+
+
+def test_sections_have_the_areas_of_cuts(tmp_path: Path) -> None:
+    scene = sl.evaluate(
+        '(bind "it" (lambda () (difference (call "cube" :scale [2 4 6]) (call "cube" :scale [1 1 9]))))'
+    )
+    for plane, area in (("x=0", 6 * 4 - 6 * 1), ("x=.75", 24), ("y=0", 2 * 6 - 6), ("y=1", 12), ("z=-2.5", 8 - 1)):
+        scene.export(tmp_path / "a.svg", settings={"section": plane})
+        assert _area(tmp_path / "a.svg") == pytest.approx(area, rel=1e-5)
+
+
+@pytest.mark.parametrize(("side", "area", "size"), [
+    ("front", 8.0 - 1.0, 'width="2mm" height="4mm"'), ("top", 12.0, 'width="2mm" height="6mm"'),
+    ("right", 24.0, 'width="6mm" height="4mm"'),
+])  # fmt: skip
+def test_silhouettes_are_seen_from_a_side(tmp_path: Path, side: str, area: float, size: str) -> None:
+    scene = sl.evaluate(
+        '(bind "it" (lambda () (difference (call "cube" :scale [2 4 6]) (call "cube" :scale [1 1 9]))))'
+    )
+    scene.export(tmp_path / "a.svg", settings={"side": side})
+    assert _area(tmp_path / "a.svg") == pytest.approx(area, rel=1e-5)
+    assert size in (tmp_path / "a.svg").read_text()
+
+
+def test_drawings_are_the_right_way_up(tmp_path: Path) -> None:
+    scene = sl.evaluate('(bind "it" (lambda () (extrude [[0 0] [2 0] [2 1] [1 1] [1 3] [0 3]] 1)))')
+    scene.export(tmp_path / "a.svg")
+    text = (tmp_path / "a.svg").read_text()
+    assert 'viewBox="0 0 2 3"' in text
+    assert "1 0" in text  # the top right corner of the upright is above
+    assert "2 0" not in text
+
+
+def test_planes_that_are_wrong_or_meet_nothing_are_told(thing: sl.Scene, tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="must be a plane, not `w=2`"):
+        thing.export(tmp_path / "a.svg", settings={"section": "w=2"})
+    with pytest.raises(SceneError, match="the plane y=9 meets nothing"):
+        thing.export(tmp_path / "a.svg", settings={"section": "y=9"})

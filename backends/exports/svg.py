@@ -1,0 +1,94 @@
+"""Export to SVG: a section of the scene as one solid, or its silhouette, for drawings, lasers and plotters."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.base import Accepts, Backend, BackendOptions, Option, Work, check_settings
+from scenelang.backends.exports.plan import SEGMENTS, chosen
+from scenelang.backends.files import atomic_write
+from scenelang.backends.minecraft.models import as_cubes
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.modelling.computing import manifold_of
+from scenelang.interpreter.scene.modelling.solid import joined
+
+if TYPE_CHECKING:
+    from manifold3d import CrossSection
+
+FloatArray = npt.NDArray[np.float64]
+
+# What is to the right, up, and towards the viewer in a drawing, by the side that it is seen from.
+_SIDES = {
+    "front": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+    "top": ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
+    "right": ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)),
+}
+_ACROSS = {"x": "right", "y": "top", "z": "front"}
+_UNITS = {"millimeter": "mm", "centimeter": "cm", "inch": "in"}
+_PLANE = re.compile(r"([xyz])=([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)", re.I)
+
+
+def _check_plane(text: str) -> None:
+    """Raise SceneError("value") for a text that names no plane."""
+    if text and _PLANE.fullmatch(text) is None:
+        hint = "write an axis and a number, such as y=1.5"
+        raise SceneError("value", f"`--section` must be a plane, not `{text[:40]}`", hint)
+
+
+SECTION = Option("section", "plane to cut, such as y=1.5 (default: the silhouette)", "", check=_check_plane)
+SIDE = Option("side", "side that a silhouette is seen from", "front", tuple(_SIDES))
+SIDES = Option("segments", "sides of a full circle", SEGMENTS, minimum=3, maximum=1024)
+UNIT = Option("unit", "what a scene unit is in print", "millimeter", tuple(_UNITS))
+
+
+def _run(scene: Scene, path: Path, options: BackendOptions) -> None:
+    check_settings(options, [SVG])
+    frame = as_cubes(chosen(scene, options.frame or 0), options.limit, options.warn)
+    section, side = str(SVG.setting(options, "section")), str(SVG.setting(options, "side"))
+    drawn = outline_of(frame.root, section, side, int(SVG.setting(options, "segments")))
+    with atomic_write(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as file:
+        file.writelines(_document(drawn, _UNITS[str(SVG.setting(options, "unit"))]))
+
+
+def outline_of(root: Entity, section: str, side: str, segments: int = SEGMENTS) -> list[FloatArray]:
+    """Return the contours (K, 2) of a section, or of a silhouette if ``section`` is empty, in scene units.
+
+    Outer contours are counter-clockwise, holes clockwise. Raises SceneError("solid") if there is nothing.
+    """
+    expression = joined(root, lambda _: segments)
+    if expression is None:
+        raise SceneError("solid", f'the scene "{root.word}" has nothing with a volume')
+    match = _PLANE.fullmatch(section)
+    axes = np.array(_SIDES[side if match is None else _ACROSS[match[1].lower()]])
+    turned = manifold_of(expression).manifold.transform(np.concatenate([axes, np.zeros((3, 1))], axis=1))
+    drawn: CrossSection = turned.project() if match is None else turned.slice(float(match[2]))
+    contours = [np.array(each, np.float64) for each in drawn.to_polygons()]
+    if not contours:
+        raise SceneError("solid", f"the plane {section} meets nothing of the scene")
+    return contours
+
+
+def _document(contours: Sequence[FloatArray], unit: str) -> Iterator[str]:
+    points = np.concatenate(contours)
+    (left, bottom), (right, top) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    width, height = right - left, top - bottom
+    yield '<svg xmlns="http://www.w3.org/2000/svg" '
+    yield f'width="{width:.6g}{unit}" height="{height:.6g}{unit}" viewBox="0 0 {width:.6g} {height:.6g}">\n'
+    yield '<path fill="#404040" fill-rule="evenodd" d="'
+    for contour in contours:
+        x, y = contour[:, 0] - left, top - contour[:, 1]
+        yield "M" + "L".join(f"{a:.6g} {b:.6g}" for a, b in zip(x.tolist(), y.tolist(), strict=True)) + "Z"
+    yield '"/>\n</svg>\n'
+
+
+SVG = Backend(
+    "svg", "SVG of a section or of the silhouette", Work.EXPORT, (".svg",), _run,
+    (SECTION, SIDE, SIDES, UNIT), accepts=Accepts(attributes=()),
+)  # fmt: skip
