@@ -6,10 +6,11 @@ Each part of the root is an object of its word, whose components are the meshes 
 
 from __future__ import annotations
 
+import html
+import re
 import zipfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import numpy.typing as npt
@@ -46,6 +47,7 @@ _NAMESPACE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _MATERIALS = 1  # the id of the table of colours
 _STANDING = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])  # y up to z up
 _MIRROR = np.array([-1.0, 1.0, 1.0])
+_NO_CHARACTER = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _TIME = (1980, 1, 1, 0, 0, 0)  # the same bytes for the same scene
 
 
@@ -91,7 +93,7 @@ class _Model:
         for word, members in groups.values():
             components = [line for leaf in members for line in self._components(leaf)]
             if components:
-                found.append(self._add(f"name={quoteattr(word)}", f"<components>\n{''.join(components)}</components>"))
+                found.append(self._add(f"name={_quoted(word)}", f"<components>\n{''.join(components)}</components>"))
         return found
 
     def _components(self, leaf: WorldLeaf) -> Iterator[str]:
@@ -118,7 +120,7 @@ class _Model:
             own = "" if color == common else f' pid="{_MATERIALS}" p1="{color}"'
             lines.append(f'<triangle v1="{a}" v2="{b}" v3="{c}"{own}/>\n')
         lines.append("</triangles>\n</mesh>")
-        return self._add(f'name={quoteattr(word)} pid="{_MATERIALS}" pindex="{common}"', "".join(lines))
+        return self._add(f'name={_quoted(word)} pid="{_MATERIALS}" pindex="{common}"', "".join(lines))
 
     def _face_colors(self, look: Look, surface: ExportSurface, kept: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
         """Return the number of the colour of each of the faces ``kept``."""
@@ -137,6 +139,12 @@ class _Model:
         number, self._next = self._next, self._next + 1
         self._objects.append(f'<object id="{number}" type="model" {attributes}>\n{content}\n</object>\n')
         return number
+
+
+def _quoted(word: str) -> str:
+    """Return a word as an attribute of XML, without the characters that XML does not have."""
+    text = html.escape(_NO_CHARACTER.sub("", word), quote=False).replace('"', "&quot;")  # readers know no numbers
+    return f'"{text}"'
 
 
 def _body(surface: ExportSurface) -> tuple[FloatArray, IntArray, IntArray]:

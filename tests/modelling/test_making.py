@@ -82,6 +82,16 @@ def test_3mf_has_the_colours_of_faces(thing: sl.Scene, tmp_path: Path) -> None:
     assert ' p1="' in text
 
 
+def test_words_of_any_characters_are_names(tmp_path: Path) -> None:
+    scene = sl.evaluate(
+        '(bind "a<b>&\\"\\x1;c\'" (lambda () (call "cube")))\n(bind "all" (lambda () (call "a<b>&\\"\\x1;c\'")))'
+    )
+    scene.export(tmp_path / "a.3mf")
+    parts = read_3mf(tmp_path / "a.3mf").GetComponentsObjects()
+    assert parts.MoveNext()
+    assert parts.GetCurrentComponentsObject().GetName() == "a<b>&\"c'"
+
+
 def test_equal_scenes_are_equal_files(thing: sl.Scene, tmp_path: Path) -> None:
     thing.export(tmp_path / "a.3mf")
     sl.evaluate(BRACKET).export(tmp_path / "b.3mf")
