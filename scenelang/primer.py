@@ -38,7 +38,7 @@ def attribute_names() -> tuple[str, ...]:
 
 
 _TOPICS = ("paper", "forms", "poses", "combinators", "entities", "colors", "random")
-_WITH_USAGE = ("solids", "profiles", "paths")  # topics of names that no other language has
+_WITH_USAGE = ("solids",)  # topics of names whose parameters no other language has
 _LONG_CXR = re.compile("c[ad]{3,4}r")
 _SURFACE = ("color", "emission", "opacity", "metallic", "roughness", "ior")
 

@@ -65,7 +65,7 @@ class Limits:
     seconds: float = _limit(60.0, "maximum wall-clock time in seconds", "--max-seconds")
     log: int = 100_000
 
-    of_processor: ClassVar[bool] = False  # whether `seconds` are the processor's, of the thread that evaluates
+    of_processor = False  # whether `seconds` are the processor's, of the thread that evaluates
 
     def __post_init__(self) -> None:
         for each in fields(self):
@@ -79,7 +79,7 @@ class ProcessorLimits(Limits):
     """Limits whose ``seconds`` are those that a processor spends on the evaluation, so that other work on the machine
     decides less what exceeds them."""
 
-    of_processor: ClassVar[bool] = True
+    of_processor = True
 
 
 def resident_bytes() -> int:
