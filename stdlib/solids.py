@@ -19,7 +19,7 @@ from scenelang.interpreter.scene.modelling.operations import SEGMENTS, Expressio
 from scenelang.interpreter.scene.modelling.solid import SolidShape, operand_of
 from scenelang.interpreter.scene.modelling.sweeping import check_corners
 from scenelang.interpreter.scene.primitives.base import MATERIALS, color_of
-from scenelang.interpreter.scene.primitives.mesh import areas_of, triangle_normals
+from scenelang.interpreter.scene.primitives.mesh import flat_mesh, posed, sample_surface
 from scenelang.stdlib.operands import from_numpy, items, to_numpy
 from scenelang.stdlib.paths import path_of
 from scenelang.stdlib.profiles import LEFT, TEXT, finite, one_or_two, outline_of, positive, profile_of, segment_count
@@ -118,7 +118,7 @@ def _material_like(rt: Runtime, like: Any) -> dict[str, Any]:
 # --- booleans --------------------------------------------------------------------------------------------------------
 
 
-def _boolean(rt: Runtime, name: str, values: Sequence[Any], segments: int, look: Mapping[str, Any]) -> Entity:
+def _combined(rt: Runtime, name: str, values: Sequence[Any], segments: int, look: Mapping[str, Any]) -> Entity:
     sides = segment_count(name, segments)
     operands = [solid_operand(rt, name, value, sides) for value in values]
     return solid_entity(rt, name, {}, operands, look, values[0])
@@ -132,7 +132,7 @@ def _boolean(rt: Runtime, name: str, values: Sequence[Any], segments: int, look:
             '"gold")))',
 )  # fmt: skip
 def difference(rt: Runtime, base: Any, *tools: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
-    return _boolean(rt, "difference", (base, *tools), segments, look)
+    return _combined(rt, "difference", (base, *tools), segments, look)
 
 
 @define(
@@ -143,7 +143,7 @@ def difference(rt: Runtime, base: Any, *tools: Any, segments: int = SEGMENTS, **
             '"gold")))',
 )  # fmt: skip
 def intersection(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
-    return _boolean(rt, "intersection", (first, *others), segments, look)
+    return _combined(rt, "intersection", (first, *others), segments, look)
 
 
 @define(
@@ -154,7 +154,7 @@ def intersection(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS
             '(color "gold")) (translate [.4 .4 .4])))',
 )  # fmt: skip
 def union_solid(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
-    return _boolean(rt, "union-solid", (first, *others), segments, look)
+    return _combined(rt, "union-solid", (first, *others), segments, look)
 
 
 @define(
@@ -165,7 +165,7 @@ def union_solid(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS,
             '0 0])))',
 )  # fmt: skip
 def hull(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
-    return _boolean(rt, "hull", (first, *others), segments, look)
+    return _combined(rt, "hull", (first, *others), segments, look)
 
 
 # --- sums ------------------------------------------------------------------------------------------------------------
@@ -180,9 +180,7 @@ def hull(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look
             '[0 .5 0]))',
 )  # fmt: skip
 def minkowski(rt: Runtime, base: Any, tool: Any, segments: int = 12, **look: Any) -> Entity:
-    sides = segment_count("minkowski", segments)
-    operands = [solid_operand(rt, "minkowski", value, sides) for value in (base, tool)]
-    return solid_entity(rt, "minkowski", {}, operands, look, base)
+    return _combined(rt, "minkowski", (base, tool), segments, look)
 
 
 def _with_ball(rt: Runtime, name: str, base: Any, key: str, size: float, sides: int, look: Mapping[str, Any]) -> Entity:
@@ -257,7 +255,7 @@ def cut_plane(
             '(translate [-1.3 0 0]))) (list (translate [-.4 0 0]) (translate [.4 0 0])))',
 )  # fmt: skip
 def split(rt: Runtime, solid: Any, tool: Any, segments: int = SEGMENTS, **look: Any) -> Any:
-    return make_list([_boolean(rt, name, (solid, tool), segments, look) for name in ("intersection", "difference")])
+    return make_list([_combined(rt, name, (solid, tool), segments, look) for name in ("intersection", "difference")])
 
 
 # --- profiles --------------------------------------------------------------------------------------------------------
@@ -282,11 +280,21 @@ def extrude(
     scale = one_or_two(rt, "extrude", ":taper", taper)
     if min(scale) < 0.0:
         raise SceneError("value", "`extrude` expects a :taper of at least 0")
-    parameters = {
-        "profile": contours, "height": positive("extrude", "the height", height), "twist": math.degrees(float(twist)),
-        "taper": np.array(scale), "slices": layers - 1, "center": bool(center),
-    }  # fmt: skip
+    parameters = _extrusion(
+        contours, positive("extrude", "the height", height), math.degrees(float(twist)), scale, layers, bool(center)
+    )
     return solid_entity(rt, "extrude", parameters, (), look)
+
+
+def _extrusion(
+    contours: Any, height: float, twist: float = 0.0, taper: Sequence[float] = (1.0, 1.0), layers: int = 1,
+    center: bool = False,
+) -> dict[str, Any]:  # fmt: skip
+    """Return the parameters of the operation ``extrude``; ``twist`` is in degrees."""
+    return {
+        "profile": contours, "height": height, "twist": twist, "taper": np.array(taper), "slices": layers - 1,
+        "center": center,
+    }  # fmt: skip
 
 
 @define(
@@ -303,10 +311,7 @@ def text_solid(
     contours = outline_of(rt, "text", text, font, size, align, spacing, line_height)
     if not contours:
         raise SceneError("value", f"`text` expects a text with visible characters, got {show(text, 40)}")
-    parameters = {
-        "profile": contours, "height": positive("text", ":depth", size / 5.0 if depth is None else depth), "twist": 0.0,
-        "taper": np.ones(2), "slices": 0, "center": False,
-    }  # fmt: skip
+    parameters = _extrusion(contours, positive("text", ":depth", size / 5.0 if depth is None else depth))
     return solid_entity(rt, "extrude", parameters, (), look, word="text")
 
 
@@ -477,30 +482,20 @@ def mesh(rt: Runtime, vertices: Any, faces: Any, **look: Any) -> Entity:
 def surface_poses(rt: Runtime, x: Any, count: int, stream: Any = None) -> Any:
     if not 0 <= count <= _MAX_PLACES:
         raise SceneError("value", f"`surface-poses` expects 0 to {_MAX_PLACES:,} places, got {count:,}")
-    corners = [_corners(part.car, part.cdr) for part in parts.primitives_of(rt, x) if part.car.shape.has_geometry]
-    triangles = np.concatenate([np.zeros((0, 3, 3)), *corners])
-    rt.charge((len(triangles) >> 3) + count)
-    areas = np.cumsum(areas_of(triangles))
-    if not len(areas) or not 0.0 < areas[-1] < math.inf:
-        raise SceneError("solid", "`surface-poses` expects something with a surface")
-    source = numpy_source(rt, "surface-poses", stream)
-    which, u, v = source.uniform(0.0, 1.0, (3, count))
-    chosen = np.minimum(np.searchsorted(areas, which * areas[-1], side="right"), len(areas) - 1)
-    a, b, c = (triangles[chosen, k] for k in range(3))
-    over = u + v > 1.0  # the other half of the parallelogram
-    u, v = np.where(over, 1.0 - u, u)[:, None], np.where(over, 1.0 - v, v)[:, None]
-    points, normals = a + u * (b - a) + v * (c - a), triangle_normals(triangles)[chosen]
-    return make_list([_standing(p, n) for p, n in zip(points.tolist(), normals.tolist(), strict=True)])
-
-
-def _corners(entity: Entity, matrix: Sequence[float]) -> Any:
-    """Return the triangles (F, 3, 3) of a primitive under a pose, counter-clockwise seen from outside."""
     from scenelang.interpreter.scene.modelling.computing import leaf_mesh
 
-    pose = np.array(matrix, np.float64).reshape(3, 4)
-    assert entity.shape is not None
-    found = leaf_mesh(entity.shape, SEGMENTS).corners @ pose[:, :3].T + pose[:, 3]
-    return found[:, ::-1] if np.linalg.det(pose[:, :3]) < 0.0 else found
+    found = [part for part in parts.primitives_of(rt, x) if part.car.shape.has_geometry]
+    surfaces = [
+        posed(leaf_mesh(part.car.shape, SEGMENTS).faceted(), np.array(part.cdr, np.float64).reshape(1, 3, 4)).corners
+        for part in found
+    ]
+    corners = np.concatenate([np.zeros((0, 3, 3)), *surfaces])
+    rt.charge((len(corners) >> 3) + count)
+    surface = flat_mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    points, normals = sample_surface(surface, count, numpy_source(rt, "surface-poses", stream))
+    if len(points) < count:
+        raise SceneError("solid", "`surface-poses` expects something with a surface")
+    return make_list([_standing(p, n) for p, n in zip(points.tolist(), normals.tolist(), strict=True)])
 
 
 def _standing(point: Sequence[float], normal: Sequence[float]) -> Matrix:

@@ -66,7 +66,7 @@ class _Model:
     def __init__(self, job: Job) -> None:
         self._job, self._surfaces = job, Surfaces(job, ".3mf")
         self._colors: dict[str, int] = {}
-        self._meshes: dict[tuple[int, int, int, bool], int] = {}
+        self._meshes: dict[tuple[int, bool], int] = {}
         self._objects: list[str] = []
         self._next = _MATERIALS + 1
 
@@ -102,8 +102,8 @@ class _Model:
         mirrored = bool(np.linalg.det(pose[:, :3]) < 0.0)
         if mirrored:
             pose[:, :3] *= _MIRROR
-        for place, (look, surface) in enumerate(self._surfaces.patches(leaf)):
-            key = id(leaf.item), self._surfaces.sides(leaf), place, mirrored
+        for look, surface in self._surfaces.patches(leaf):
+            key = id(surface), mirrored
             if key not in self._meshes:
                 self._meshes[key] = self._mesh(leaf.item.word, look, surface, mirrored)
             yield f'<component objectid="{self._meshes[key]}" transform="{_spelled(pose)}"/>\n'

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from scenelang.backends.base import require
 from scenelang.backends.pictures.appearance import from_srgb
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.scene.primitives.asset import Asset, set_mesh_loader
+from scenelang.interpreter.scene.primitives.asset import Asset, located, set_mesh_loader
 from scenelang.interpreter.scene.primitives.mesh import Mesh
 
 # Support function of a point set: the extremes of a linear form. Points are sorted along a Morton curve into blocks
@@ -113,16 +113,8 @@ class AssetFiles:
 
         ``charge`` meters the work, if possible before it is done, and raises LimitError if it exceeds the budget.
         """
-        try:
-            target = (self._folder / file).resolve()
-        except (OSError, ValueError, RuntimeError):
-            raise SceneError("file", f"`{file[:80]}` is not a valid path") from None
+        target = located(file, "asset", self._folder, self._project, self._allow_outside)
         is_inside = target.is_relative_to(self._project)
-        if not self._allow_outside and not is_inside:
-            hint = "move the asset into the project folder, or allow this with --allow-outside"
-            raise SceneError("import-outside", f"`{file[:80]}` is outside {self._project}", hint)
-        if not target.is_file():
-            raise SceneError("file", f"the asset {file[:200]} does not exist")
         state = target.stat()
         charge(_CHECKED + (state.st_size >> 5))
         asset = _measured(str(target), str(self._project if is_inside else target.parent), state.st_mtime_ns)

@@ -272,7 +272,6 @@ class Caster:
         """Return unit normals (N, 3) of the solids ``ids`` at world ``points`` (N, 3), flipped to face against
         ``toward``."""
         out = np.zeros_like(points)
-        faces = out  # the normals of faces, which decide on the side where interpolated ones differ
         inverse = self.inverse[ids]
         local = np.einsum("nij,nj->ni", inverse, points - self.center[ids])
         forms = self.solids.forms[ids]
@@ -280,11 +279,8 @@ class Caster:
             form, rows = self.solids.kinds[number], np.flatnonzero(forms == number)
             ratios = self.solids.ratios_of(form, ids[rows])
             out[rows] = np.einsum("nji,nj->ni", inverse[rows], form.normals(local[rows], ratios))
-            if form.shading_ratios:
-                faces = out.copy() if faces is out else faces
-                faces[rows] = inverse[rows][:, 2]
-            elif faces is not out:
-                faces[rows] = out[rows]
+        interpolated = np.array([kind.shading_ratios > 0 for kind in self.solids.kinds])[forms]
+        faces = np.where(interpolated[:, None], inverse[:, 2], out) if interpolated.any() else out  # decide on the side
         length = np.sqrt(np.einsum("ni,ni->n", out, out))
         away = np.einsum("ni,ni->n", faces, toward) > 0.0
         sign = np.where(away, -1.0, 1.0)

@@ -49,9 +49,7 @@ class ComputedSolid:
     Attributes
     ----------
     mesh
-        Closed mesh with normals and the colours of its faces.
-    source : (F,)
-        Position in ``sources`` of each face.
+        Closed mesh with normals, colours of its faces, and the words that they were made as.
     hull : (K, 3)
         Vertices of the convex hull, which determine every bounding box.
     volume, area
@@ -59,8 +57,6 @@ class ComputedSolid:
     """
 
     mesh: Mesh
-    source: IntArray
-    sources: tuple[FaceSource, ...]
     hull: FloatArray
     volume: float
     area: float
@@ -438,7 +434,7 @@ def _surface(made: _Made) -> ComputedSolid:
     joint = np.arange(len(properties))
     joint[np.asarray(mesh.merge_from_vert, np.int64)] = np.asarray(mesh.merge_to_vert, np.int64)
     surface = Mesh(properties[:, :3], properties[:, 3:6], faces, colors, part, words, joint[faces])
-    return ComputedSolid(surface, source, sources, hull, manifold.volume(), manifold.surface_area())
+    return ComputedSolid(surface, hull, manifold.volume(), manifold.surface_area())
 
 
 def _face_sources(mesh: Mesh64, numbers: Sequence[int]) -> IntArray:

@@ -89,8 +89,9 @@ class Expression:
     @cached_property
     def colors(self) -> frozenset[Point]:
         """The colours that faces may have."""
-        own = frozenset([self.color]) if not self.operands or self.operation in REPLACING else frozenset[Point]()
-        return own.union(*(operand.colors for operand in self.operands)) if self.operation not in REPLACING else own
+        if not self.operands or self.operation in REPLACING:
+            return frozenset([self.color])
+        return frozenset[Point]().union(*(operand.colors for operand in self.operands))
 
 
 # Operations whose faces are all new: they have the colour and the word of the operation.

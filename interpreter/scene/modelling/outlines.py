@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.scene.modelling.contours import Contours, OutlinePen, normalized
+from scenelang.interpreter.scene.primitives.asset import located
 
 if TYPE_CHECKING:
     from fontTools.ttLib import TTFont
@@ -367,15 +368,7 @@ class FontFiles:
 
     def load(self, file: str, charge: Callable[[int], None]) -> Typeface:
         """Return the font of a file; raises SceneError if it cannot be read."""
-        try:
-            target = (self._folder / file).resolve()
-        except (OSError, ValueError, RuntimeError):
-            raise SceneError("file", f"`{file[:80]}` is not a valid path") from None
-        if not self._allow_outside and not target.is_relative_to(self._project):
-            hint = "move the font into the project folder, or allow this with --allow-outside"
-            raise SceneError("import-outside", f"`{file[:80]}` is outside {self._project}", hint)
-        if not target.is_file():
-            raise SceneError("file", f"the font {file[:200]} does not exist")
+        target = located(file, "font", self._folder, self._project, self._allow_outside)
         try:
             state = target.stat()
             if state.st_size > MAX_FONT_BYTES:

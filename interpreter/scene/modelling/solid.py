@@ -121,12 +121,13 @@ def joined(root: Entity, segments_of: Callable[[Entity], int] = lambda _: SEGMEN
 
     Semantic primitives count as their boxes; flat ones, which have no volume, are left out. None if nothing remains.
     """
+    order = list(descendants(root))
     made: dict[int, Expression | None] = {}
-    word: dict[int, str] = {}
-    for entity in reversed(list(descendants(root))):  # parents first
+    word: dict[int, str] = {}  # of the entity that a primitive is part of
+    for entity in reversed(order):  # parents first
         for part in entity.children:
-            word.setdefault(id(part.car), entity.word if part.car.is_primitive else part.car.word)
-    for entity in descendants(root):
+            word.setdefault(id(part.car), entity.word)
+    for entity in order:
         if entity.is_primitive:
             made[id(entity)] = _joined_leaf(entity, word.get(id(entity), entity.word), segments_of(entity))
             continue

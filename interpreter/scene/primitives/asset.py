@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass
@@ -19,6 +19,24 @@ FILE = Attribute(
     "a string",
     accepts=("String",),
 )
+
+
+def located(file: str, noun: str, folder: Path, project: Path, allow_outside: bool) -> Path:
+    """Return the file that a scene in ``folder`` names, which must be inside ``project`` unless ``allow_outside``.
+
+    Raises SceneError("file") if it does not exist, and "import-outside"; ``noun`` says in messages what it is.
+    """
+    try:
+        target = (folder / file).resolve()
+    except (OSError, ValueError, RuntimeError):
+        raise SceneError("file", f"`{file[:80]}` is not a valid path") from None
+    if not allow_outside and not target.is_relative_to(project):
+        hint = f"move the {noun} into the project folder, or allow this with --allow-outside"
+        raise SceneError("import-outside", f"`{file[:80]}` is outside {project}", hint)
+    if not target.is_file():
+        raise SceneError("file", f"the {noun} {file[:200]} does not exist")
+    return target
+
 
 # Loader of mesh files, called with the path and the folder that must contain all referenced files; raises SceneError.
 _loaders: list[Callable[[str, str | None], Mesh]] = []
