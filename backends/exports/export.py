@@ -27,6 +27,7 @@ from scenelang.backends.exports.plan import (
     surface_of,
 )
 from scenelang.backends.files import atomic_write_all
+from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.pictures.appearance import Look, look_of, to_srgb
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import LimitError, SceneError
@@ -248,17 +249,17 @@ def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: 
     frame = options.frame if options.frame is not None or backend.accepts.animated else 0
     tolerance = _setting(backend, options, "tolerance") or None
     if backend.setting(options, "solid"):
-        scene = _as_solids(scene, frame, _setting(backend, options, "segments"), tolerance)
+        scene = as_cubes(chosen(scene, frame), options.limit, options.warn)
+        scene, frame = _as_solids(scene, _setting(backend, options, "segments"), tolerance), None
     plan = planned(scene, frame, 1 if parts and depth is None else depth, options.limit, options.warn)
+    fields = {"fps": "fps", "instances": "instance-limit", "segments": "segments", "unit": "unit"}
+    given = {field: _setting(backend, options, name) for field, name in fields.items()}
     job = Job(
         plan,
-        fps=_setting(backend, options, "fps") or 24.0,
-        instances=_setting(backend, options, "instance-limit") or 100_000,
         limit=options.limit,
         progress=options.progress or (lambda _: None),
-        segments=_setting(backend, options, "segments"),
         tolerance=tolerance,
-        unit=_setting(backend, options, "unit") or "millimeter",
+        **{field: value for field, value in given.items() if value is not None},
     )
     with atomic_write_all(path.parent) as folder:
         names = _write_parts(write, job, folder, path) if parts else [path.name]
@@ -273,9 +274,8 @@ def _setting(backend: Backend, options: BackendOptions, name: str) -> Any:
     return backend.setting(options, name) if any(option.name == name for option in backend.options) else None
 
 
-def _as_solids(scene: Scene, frame: int | None, segments: int | None, tolerance: float | None) -> Scene:
-    """Return the scene with each frame, or the chosen one, as one computed solid."""
-    scene = chosen(scene, frame)
+def _as_solids(scene: Scene, segments: int | None, tolerance: float | None) -> Scene:
+    """Return the scene with each frame as one computed solid."""
     sides = segments or SEGMENTS
 
     def sides_of(entity: Entity) -> int:

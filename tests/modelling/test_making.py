@@ -117,6 +117,26 @@ def test_the_union_of_an_example_is_watertight_and_has_its_bounds(tmp_path: Path
     assert mesh.volume == pytest.approx((20 / 27) ** 2, rel=1e-5)
 
 
+def test_blocks_are_joined_as_their_cubes(tmp_path: Path) -> None:
+    scene = sl.evaluate(
+        '(bind "it" (lambda () (union (call "set-cuboid" :block-type "stone" :scale [3 1 1]) '
+        '(transform (call "delete-blocks" :scale [1 1 1]) (translate [1 0 0])))))'
+    )
+    scene.export(tmp_path / "a.stl", settings={"solid": True})
+    assert trimesh.load(tmp_path / "a.stl").volume == pytest.approx(2.0)
+
+
+def test_any_frame_can_be_joined(tmp_path: Path) -> None:
+    scene = sl.evaluate(
+        '(bind "it" (lambda () (frames (for/list ((i (iota 3))) (call "cube" :scale (vector (+ 1 i) 1 1))))))'
+    )
+    for frame in range(3):
+        scene.export(tmp_path / "a.stl", frame=frame, settings={"solid": True})
+        assert trimesh.load(tmp_path / "a.stl").volume == pytest.approx(frame + 1.0)
+    scene.export(tmp_path / "a.glb", settings={"solid": True})
+    assert trimesh.load(tmp_path / "a.glb").geometry
+
+
 def test_nothing_solid_is_an_error(tmp_path: Path) -> None:
     flat = sl.evaluate('(bind "it" (lambda () (call "cube" :scale [1 0 1])))')
     with pytest.raises(SceneError, match="nothing with a volume"):
