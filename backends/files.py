@@ -14,11 +14,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import SceneError, UsageError
 
 # Without O_NONBLOCK, opening a named pipe would block until another process writes to it.
 _NONBLOCK = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
-_FOLDERS = {"CACHE": ".cache", "CONFIG": ".config", "STATE": ".local/state"}
 
 
 def reason_of(error: Exception) -> str:
@@ -32,6 +31,13 @@ def check_folder(output: Path) -> None:
         raise SceneError("file", f"cannot write {output}: the folder {output.parent} does not exist")
     if output.is_dir():
         raise SceneError("file", f"cannot write {output}: it is a directory")
+
+
+def check_picture(output: Path) -> None:
+    """Check before the work starts that ``output`` can be a PNG; raises UsageError, and SceneError("file")."""
+    if output.suffix.lower() != ".png":
+        raise UsageError("value", f"--picture writes PNG files, not `{output}`")
+    check_folder(output)
 
 
 def output_path(program: str, output: str | None, ending: str, is_generated: Callable[[Path], bool]) -> Path:
@@ -49,15 +55,6 @@ def output_path(program: str, output: str | None, ending: str, is_generated: Cal
         message = f"`{default}` exists and was not written by scenelang"
         raise SceneError("file", message, hint=f"add `-o` with another name, or `-o {default}` to replace it")
     return default
-
-
-def user_folder(purpose: str) -> Path:
-    """Return the user's scenelang directory for ``purpose`` ("CACHE", "CONFIG" or "STATE"); it may not exist yet.
-
-    Follows the XDG Base Directory Specification.
-    """
-    base = os.environ.get(f"XDG_{purpose}_HOME")
-    return (Path(base) if base else Path.home() / _FOLDERS[purpose]) / "scenelang"
 
 
 def make_folder(path: Path) -> Path:

@@ -314,7 +314,8 @@ def _cut(text: str, longest: int) -> str:
 class SceneError(Exception):
     """Error in a user's program, the exception form of a diagnostic.
 
-    Builtins raise it without a span; the call that invoked them adds its own.
+    Builtins raise it without a span; the call that invoked them adds its own. ``subject`` is the entity or the mesh
+    that the error is about, where a picture of it helps.
     """
 
     name: str
@@ -329,6 +330,7 @@ class SceneError(Exception):
     expected: str | None = None
     found: str | None = None
     signature: str | None = None
+    subject: Any = None
 
     def called(self, name: str, span: Span | None) -> None:
         """Append the next outer call to the call stack; beyond a maximum length only the outermost call is updated."""

@@ -1,4 +1,4 @@
-"""What is loaded when it is needed: numpy, and the entry points through which installed packages add parts."""
+"""What is loaded when it is needed: numpy, the entry points of installed packages, and files of the user's folders."""
 
 from __future__ import annotations
 
@@ -6,12 +6,24 @@ import os
 import sys
 from collections.abc import Mapping
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 from typing import TYPE_CHECKING, Any
+
+_FOLDERS = {"CACHE": ".cache", "CONFIG": ".config", "STATE": ".local/state"}
+
+
+def user_folder(purpose: str) -> Path:
+    """Return the user's scenelang directory for ``purpose`` ("CACHE", "CONFIG" or "STATE"); it may not exist yet.
+
+    Follows the XDG Base Directory Specification.
+    """
+    base = os.environ.get(f"XDG_{purpose}_HOME")
+    return (Path(base) if base else Path.home() / _FOLDERS[purpose]) / "scenelang"
 
 
 def entry_points_of(group: str) -> Mapping[str, EntryPoint]:

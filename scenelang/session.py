@@ -133,7 +133,8 @@ class Checked:
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluated:
     """Result of an evaluation. ``scene`` is None if there were errors; ``log`` contains the printed lines. ``draws`` is
-    False if the run drew no random numbers, so that it is the same for every seed."""
+    False if the run drew no random numbers, so that it is the same for every seed. ``subject`` is the entity or the
+    mesh that an error is about."""
 
     program: Program | None = field(repr=False)
     scene: Scene | None
@@ -141,6 +142,7 @@ class Evaluated:
     log: tuple[str, ...] = ()
     steps: int = 0
     draws: bool = True
+    subject: Any = field(default=None, repr=False)
 
     @property
     def ok(self) -> bool:
@@ -564,11 +566,13 @@ class Session:
         runtime = self._runtime(source)
         runtime.meter.reset(started)
         run = lambda: self._run(program, runtime)
+        subject = None
         try:
             scene = run_with_room(run, self.options.limits.depth, runtime.meter.cancel, self.folders(source))
             problem = None
         except (SceneError, RecursionError, MemoryError) as error:
             scene, problem = None, self.problem_of(error)
+            subject = getattr(error, "subject", None)
         if problem is not None and self.options.z_entries:
             used = ", ".join(f"<{name}>" for name in list(self.options.z_entries)[:8])
             note = Note(f"embeddings are applied to {used}; remove one with `embeddings FILE set HANDLE --clear`")
@@ -576,7 +580,7 @@ class Session:
         warnings = without_suppressed(runtime.warnings.values(), program.sources)
         diagnostics = confirmed(checked.diagnostics, problem, warnings)
         draws = runtime.streams.was_used
-        return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total, draws)
+        return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total, draws, subject)
 
     def check_geometry(self, source: Source) -> list[Diagnostic]:
         """Evaluate a program and run the geometry lint on its scene; returns the diagnostics of both."""

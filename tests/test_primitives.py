@@ -37,7 +37,14 @@ from scenelang.interpreter.scene.difference import compare_frames, compared_fram
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.base import Primitive
-from scenelang.interpreter.scene.primitives.mesh import areas_of, first_hits, posed, sample_surface, volume_of
+from scenelang.interpreter.scene.primitives.mesh import (
+    areas_of,
+    first_hits,
+    posed,
+    sample_surface,
+    triangle_normals,
+    volume_of,
+)
 from scenelang.primer import attribute_doc, attributes_of, description
 
 trimesh = later("trimesh")
@@ -178,6 +185,36 @@ def test_boxes_are_those_of_the_samples_under_any_pose(made: Made) -> None:
         assert (points >= box[:3] - 1e-9).all()
         assert (points <= box[3:] + 1e-9).all()
         assert [*corners.min(axis=0), *corners.max(axis=0)] == pytest.approx(box, abs=3e-3 * made.shape.extent)
+
+
+@every_one
+@pytest.mark.parametrize("tolerance", [0.3, 0.05, 0.01])
+def test_boxes_hold_for_meshes_of_every_level_of_detail(made: Made, tolerance: float) -> None:
+    """Under random affine maps no vertex is outside, and every side is as near as the tolerance says."""
+    chance = np.random.default_rng(5)
+    allowed = tolerance * made.shape.extent
+    mesh = made.shape.triangulate(allowed)
+    for _ in range(8):
+        at = Matrix(chance.normal(size=12).tolist())
+        _, matrix = made.under(at)
+        corners = mesh.vertices @ matrix[:, :3].T + matrix[:, 3]
+        box = np.array(made.shape.box_under(at))
+        gaps = np.concatenate([corners.min(axis=0) - box[:3], box[3:] - corners.max(axis=0)])
+        assert (gaps >= -1e-9).all()
+        assert (gaps <= np.tile(np.linalg.norm(matrix[:, :3], axis=1), 2) * allowed + 1e-9).all()
+
+
+@every_one
+@pytest.mark.parametrize("tolerance", [0.03, 0.003])
+def test_meshes_are_within_their_tolerance(made: Made, tolerance: float) -> None:
+    """So far in from the faces is inside, and so far out is outside."""
+    allowed = tolerance * made.shape.extent
+    mesh = made.shape.triangulate(allowed).faceted()
+    weights = np.random.default_rng(6).dirichlet([1.0, 1.0, 1.0], (len(mesh.faces), 8))
+    points = np.einsum("fki,fij->fkj", weights, mesh.corners).reshape(-1, 3)
+    step = 1.0001 * allowed * np.repeat(triangle_normals(mesh.corners), 8, axis=0)
+    assert not made.shape.contains(points + step).any()
+    assert made.shape.contains(points - step).mean() > 0.9  # all but what is close to an edge
 
 
 @every_one

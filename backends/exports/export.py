@@ -38,7 +38,6 @@ from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, count_words, descendants, primitive_count
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.modelling.solid import joined as joined_solid
-from scenelang.interpreter.scene.primitives.forms import segments_within
 
 # Metadata of an entity that an export includes besides geometry: word, handle, text, attributes.
 
@@ -299,7 +298,7 @@ def sides_within(entity: Entity, world: Sequence[float], tolerance: float) -> in
     if placed is None:
         return SEGMENTS
     linear = np.array(world).reshape(3, 4)[:, :3] @ placed.matrix[:, :3]
-    return segments_within(tolerance, float(np.linalg.norm(linear, 2)))
+    return placed.form.segments_within(tolerance, float(np.linalg.norm(linear, 2)))
 
 
 def _write_parts(write: Writer, job: Job, folder: Path, path: Path) -> list[str]:

@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import SplitResult, unquote, urlsplit, urlunsplit
 
-from scenelang.backends.files import user_folder
 from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.interpreter.loading import user_folder
 
 # Requests to language models and their replies, independent of the provider.
 

@@ -12,10 +12,11 @@ from pathlib import Path
 from threading import Condition
 from typing import Any
 
-from scenelang.backends.files import atomic_write, user_folder
+from scenelang.backends.files import atomic_write
 from scenelang.backends.language_models.catalogue import Blocks, Message, Model, Reply, Request, StopReason, Usage
 from scenelang.backends.language_models.provider import BatchProvider, OnText, Provider
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.loading import user_folder
 
 # Cache of replies on disk, so that equal requests are paid for once; safe for concurrent processes.
 #

@@ -19,9 +19,10 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import require
-from scenelang.backends.files import atomic_write, reason_of, user_folder
+from scenelang.backends.files import atomic_write, reason_of
 from scenelang.backends.neural.weights import INSTALL, ModelHub, model_hub
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.loading import user_folder
 
 # Loading OpenCLIP models by name, from a folder, the hub's cache or the hub.
 

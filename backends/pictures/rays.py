@@ -1,21 +1,30 @@
 """Analytic ray caster: which solid each sample of a picture sees, and at what depth (numpy only).
 
 Solids are tested only inside their bounding rectangles on the picture: large ones individually over their rectangle,
-small ones in batches over all their samples at once. Each sample stores a 64-bit key, the depth's float32 bits above
-the solid's index, so that the nearest hit is the minimum and ties are broken deterministically.
+small ones in batches over all their samples at once, triangles row by row between their sides. Each sample stores a
+64-bit key, the depth's float32 bits above the solid's index, so that the nearest hit is the minimum and ties are broken
+deterministically.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.geometry.solids import PosedForms
 from scenelang.backends.pictures.camera import Camera
-from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Ratios, Triple, box_corners, first_hits
+from scenelang.interpreter.scene.primitives.forms import (
+    TRIANGLE,
+    CanonicalForm,
+    Ratios,
+    Triple,
+    box_corners,
+    first_hits,
+)
 from scenelang.interpreter.scene.primitives.mesh import inverses_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -24,10 +33,12 @@ Keys = npt.NDArray[np.uint64]
 
 NEAR = 1e-5  # near clipping plane; the scene's half diagonal is 1
 NOTHING = np.uint64(0xFFFFFFFFFFFFFFFF)
-_SMALL = 900  # rectangle size in samples below which solids are cast in batches
+_SMALL = 900  # rectangle size in samples up to which solids are cast in batches
+_SMALL_TRIANGLE = 1 << 14  # the same for triangles, most of which cover little of their rectangles
 _BATCH = 1 << 16
 _BLOCK = 1 << 15
 _SHIFT = np.uint64(32)
+_MARGIN = 1e-3  # in samples
 
 _CUBE = box_corners((1.0, 1.0, 1.0))
 _EDGES = np.array([(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit])
@@ -95,6 +106,15 @@ def _rays(
     return Rays(*size, eye, axes, focal, principal, origin, direction, parallel)
 
 
+class _Samples(NamedTuple):
+    """Samples of a picture, each with the solid that it is tested against (N,), in the order of these."""
+
+    owner: IntArray
+    column: IntArray
+    row: IntArray
+    pixel: IntArray  # number in reading order
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Caster:
     """Solids prepared for ray casting.
@@ -124,7 +144,8 @@ class Caster:
         x0, y0, x1, y1 = self.rectangles.T
         area = (x1 - x0) * (y1 - y0)
         chosen = area > 0 if which is None else (area > 0) & which
-        large = np.flatnonzero(chosen & (area > _SMALL))
+        small = area <= np.where(self.solids.that_are("is_triangle"), _SMALL_TRIANGLE, _SMALL)
+        large = np.flatnonzero(chosen & ~small)
         # front to back, so that occluded blocks can be skipped
         large = large[np.argsort(self.nearest[large], kind="stable")]
         done, total = 0.0, max(1.0, float(area[chosen].sum()))
@@ -134,12 +155,12 @@ class Caster:
                 done += float(area[i])
                 if progress is not None:
                     progress(done / total)
-            for form, small in self.solids.groups(chosen & (area <= _SMALL)):
-                for batch in _batches(small, area):
-                    self._cast_batch(form, batch, keys, beyond)
-                    done += float(area[batch].sum())
+            for form, rows in self.solids.groups(chosen & small):
+                for samples in self._samples(form, rows):
+                    self._cast_batch(form, samples, keys, beyond)
+                    done += float(len(samples.owner))
                     if progress is not None:
-                        progress(done / total)
+                        progress(min(1.0, done / total))
         return keys
 
     def _local_rays(self, which: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -186,36 +207,21 @@ class Caster:
                     found = np.where(found > beyond[top:bottom, x0:x1], found, NOTHING)
                 np.minimum(part, found, out=part)
 
-    def _cast_batch(self, form: CanonicalForm, batch: IntArray, keys: Keys, beyond: Keys | None) -> None:
-        _, owner, pixel, o, d = self._batch_rays(batch)
-        ratios = self._shape_ratios(form, batch, owner)
-        for t in _hits(form, (o[0], o[1], o[2]), (d[0], d[1], d[2]), ratios):
+    def _cast_batch(self, form: CanonicalForm, samples: _Samples, keys: Keys, beyond: Keys | None) -> None:
+        for t in self._batch_hits(form, samples):
             hit = np.flatnonzero(t < np.inf)
-            found, at = _keys_of(t[hit], batch[owner[hit]].astype(np.uint64)), pixel[hit]
+            found, at = _keys_of(t[hit], samples.owner[hit].astype(np.uint64)), samples.pixel[hit]
             if beyond is not None:
                 kept = found > beyond.reshape(-1)[at]
                 found, at = found[kept], at[kept]
             np.minimum.at(keys.reshape(-1), at, found)
 
-    def _shape_ratios(self, form: CanonicalForm, batch: IntArray, owner: IntArray) -> Ratios:
-        """Return the ratios that the shape depends on, for each ray of a batch."""
-        count = form.ratios - form.shading_ratios
-        return tuple(ratio[owner] for ratio in self.solids.ratios_of(form, batch)[:count]) if count else ()
-
-    def _batch_rays(self, batch: IntArray) -> tuple[int, IntArray, IntArray, list[FloatArray], list[FloatArray]]:
-        """Return the rays of all samples in the rectangles of a batch, in the frames of its solids.
-
-        Their number, the position in ``batch`` and the sample (N,) of each, and the coordinates of origins and
-        directions.
-        """
-        x0, y0, x1, y1 = self.rectangles[batch].T
-        width = x1 - x0
-        area = width * (y1 - y0)
-        owner = np.repeat(np.arange(len(batch)), area)
-        within = np.arange(len(owner)) - np.repeat(np.cumsum(area) - area, area)
-        row, column = np.divmod(within, width[owner])
-        pixel = (row + y0[owner]) * self.rays.width + column + x0[owner]
-        origin, direction = self._local_rays(batch)
+    def _batch_hits(self, form: CanonicalForm, samples: _Samples) -> list[npt.NDArray[np.floating]]:
+        """Return the first hits of samples with the solids that own them, for each component of the form."""
+        solids, owner = _distinct(samples.owner)
+        origin, direction = self._local_rays(solids)
+        column = samples.column - self.rectangles[samples.owner, 0]
+        row = samples.row - self.rectangles[samples.owner, 1]
         o: list[FloatArray] = []
         d: list[FloatArray] = []
         for k in range(3):
@@ -224,7 +230,61 @@ class Caster:
                 if moves:
                     value = value + column * c[:, 1, k][owner] + row * c[:, 2, k][owner]
                 out.append(value)
-        return len(owner), owner, pixel, o, d
+        count = form.ratios - form.shading_ratios  # those that the shape depends on
+        ratios = tuple(ratio[owner] for ratio in self.solids.ratios_of(form, solids)[:count])
+        return _hits(form, (o[0], o[1], o[2]), (d[0], d[1], d[2]), ratios)
+
+    def _samples(self, form: CanonicalForm, which: IntArray) -> Iterator[_Samples]:
+        """Yield the samples that the solids ``which``, all of one form, may cover, about ``_BATCH`` at a time."""
+        x0, y0, x1, y1 = self.rectangles[which].T
+        height = y1 - y0
+        for part in _batches(np.arange(len(which)), height):
+            rows = np.repeat(part, height[part])
+            row = np.arange(len(rows)) + np.repeat(y0[part] - (np.cumsum(height[part]) - height[part]), height[part])
+            first, last = x0[rows], x1[rows]
+            if form.is_triangle:
+                first, last = self._clipped_rows(which[rows], row, first, last)
+            width = np.maximum(last - first, 0)
+            for some in _batches(np.flatnonzero(width), width):
+                owner = np.repeat(which[rows[some]], width[some])
+                before = np.cumsum(width[some]) - width[some]
+                column = np.arange(len(owner)) + np.repeat(first[some] - before, width[some])
+                at = np.repeat(row[some], width[some])
+                yield _Samples(owner, column, at, at * self.rays.width + column)
+
+    def _clipped_rows(
+        self, which: IntArray, row: IntArray, first: IntArray, last: IntArray
+    ) -> tuple[IntArray, IntArray]:
+        """Narrow rows [first, last) of samples to what lies between the sides of the triangles ``which``.
+
+        A row is a strip of ``2 _MARGIN`` around its samples' centres; the parts of the three sides in it bound it.
+        """
+        solids, of = _distinct(which)
+        rays = self.rays
+        linear = rays.axes @ self.solids.matrices[solids, :, :3]
+        center = (self.solids.matrices[solids, :, 3] - rays.eye) @ rays.axes.T
+        points = _hull_points(linear, TRIANGLE.hull(())) + center[:, None, :]
+        flat, depth = points[:, :, :2], points[:, :, 2:]
+        if not rays.parallel:
+            flat = np.where(depth.min(axis=1, keepdims=True) > NEAR, flat / depth, np.nan)  # behind: not narrowed
+        x = (flat[:, :, 0] * rays.focal[0] + rays.principal[0])[of]
+        y = (rays.principal[1] - flat[:, :, 1] * rays.focal[1])[of]
+        low, high = np.full(len(row), np.inf), np.full(len(row), -np.inf)
+        for a, b in ((0, 1), (1, 2), (2, 0)):
+            rise = y[:, b] - y[:, a]
+            rise = np.where(np.abs(rise) < 1e-12, 1e-12, rise)
+            above, below = ((row + edge - y[:, a]) / rise for edge in (0.5 - _MARGIN, 0.5 + _MARGIN))
+            meets = (np.minimum(above, below) <= 1.0) & (np.maximum(above, below) >= 0.0)
+            for share in (above, below):
+                at = x[:, a] + np.clip(share, 0.0, 1.0) * (x[:, b] - x[:, a])
+                low, high = np.where(meets, np.minimum(low, at), low), np.where(meets, np.maximum(high, at), high)
+        unknown = np.isnan(x[:, 0] + x[:, 1] + x[:, 2])
+        low, high = np.where(unknown, -np.inf, low), np.where(unknown, np.inf, high)
+        bounded = (
+            np.clip(np.ceil(low - 0.5 - _MARGIN), first, last),
+            np.clip(np.floor(high + 0.5 + _MARGIN), first, last),
+        )
+        return bounded[0].astype(np.int64), bounded[1].astype(np.int64)
 
     def covered(self, owner: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
         """Yield owners and the numbers of samples that each owner's solids cover, whatever is before them.
@@ -252,21 +312,13 @@ class Caster:
         pairs = np.zeros(0, np.int64)
         chosen = np.zeros(len(owner), bool)
         chosen[rows] = True
-        x0, y0, x1, y1 = self.rectangles.T
         for form, mine in self.solids.groups(chosen):
-            for batch in _batches(mine, (x1 - x0) * (y1 - y0)):
-                pixel, solid = self._hit_samples(form, batch)
-                pairs = np.union1d(pairs, number[solid] * size + pixel)
+            for samples in self._samples(form, mine):
+                hit = np.zeros(len(samples.owner), bool)
+                for t in self._batch_hits(form, samples):
+                    hit |= t < np.inf
+                pairs = np.union1d(pairs, number[samples.owner[hit]] * size + samples.pixel[hit])
         return owners, np.bincount(pairs // size, minlength=len(owners))
-
-    def _hit_samples(self, form: CanonicalForm, batch: IntArray) -> tuple[IntArray, IntArray]:
-        """Return the samples that the solids of a batch cover, and the solid that covers each."""
-        at, owner, pixel, o, d = self._batch_rays(batch)
-        ratios = self._shape_ratios(form, batch, owner)
-        hit = np.zeros(at, bool)
-        for t in _hits(form, (o[0], o[1], o[2]), (d[0], d[1], d[2]), ratios):
-            hit |= t < np.inf
-        return pixel[hit], batch[owner[hit]]
 
     def surface(self, ids: IntArray, points: FloatArray, toward: FloatArray) -> FloatArray:
         """Return unit normals (N, 3) of the solids ``ids`` at world ``points`` (N, 3), flipped to face against
@@ -320,13 +372,19 @@ def _keys_of(t: npt.NDArray[np.floating], number: npt.NDArray[np.uint64] | np.ui
     return np.where(near < np.inf, key, NOTHING)
 
 
-def _batches(which: IntArray, area: IntArray) -> list[IntArray]:
-    """Split ``which`` into batches that cover about ``_BATCH`` samples each."""
+def _batches(which: IntArray, size: IntArray) -> list[IntArray]:
+    """Split ``which`` into batches whose sizes add up to about ``_BATCH``."""
     if not len(which):
         return []
-    ends = np.cumsum(area[which])
+    ends = np.cumsum(size[which])
     cuts = np.searchsorted(ends, np.arange(_BATCH, int(ends[-1]), _BATCH))
     return [piece for piece in np.split(which, np.unique(cuts)) if len(piece)]
+
+
+def _distinct(numbers: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the distinct values of sorted ``numbers``, and the index of each number among them."""
+    new = np.concatenate([np.ones(min(1, len(numbers)), bool), numbers[1:] != numbers[:-1]])
+    return numbers[new], np.cumsum(new) - 1
 
 
 # --- rectangles ------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ import time
 from collections.abc import Sequence
 from itertools import chain, islice
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.base import require
 from scenelang.cli.options import (
@@ -69,18 +69,27 @@ def add_check(parser: argparse.ArgumentParser) -> None:
         "--geometry", action="store_true", help="also evaluate, and run the geometry lint (overlaps, gaps, faces)"
     )
     parser.add_argument(
+        "--picture",
+        metavar="FILE",
+        help="with --run: a picture (PNG) of an operand that is no solid",
+    )
+    parser.add_argument(
         "--fix", action="store_true", help="apply safe fixes, which do not change the meaning of programs"
     )
 
 
 def run_check(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.files import program_files
+    from scenelang.backends.files import check_picture, program_files
 
     found: list[Diagnostic] = []
     session: Session | None = None
     files = program_files(arguments.files)
     if arguments.fix and not all(path.endswith(".scene") for path in files):
         raise UsageError("value", "--fix supports only .scene files")
+    if arguments.picture:
+        if not arguments.evaluate:
+            raise UsageError("value", "--picture requires --run")
+        check_picture(Path(arguments.picture))
     for path in files:
         arguments.file = path
         session = session or session_of(arguments)
@@ -105,12 +114,25 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
     if not arguments.evaluate:
         return session.check(source).diagnostics
     result = session.evaluate(source)
+    found, subject = result.diagnostics, result.subject
     try:
         with bounded(arguments):
             compute_all(() if result.scene is None else result.scene.frames)
     except SceneError as error:
-        return [*result.diagnostics, error.diagnostic]
-    return result.diagnostics
+        found, subject = (*found, error.diagnostic), error.subject
+    if arguments.picture and subject is not None:
+        _save_picture(arguments, subject)
+    return found
+
+
+def _save_picture(arguments: argparse.Namespace, subject: Any) -> None:
+    from scenelang.backends.pictures.exhibit import save_exhibit
+
+    with bounded(arguments):
+        save_exhibit(subject, Path(arguments.picture))
+    if not arguments.quiet:
+        print(f"the operand is shown in {arguments.picture}", file=sys.stderr)
+    arguments.picture = None  # that of the first error
 
 
 def run_run(arguments: argparse.Namespace) -> int:

@@ -24,7 +24,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar, get_type_hints
 from urllib.parse import urlsplit
 
-from scenelang.backends.files import atomic_write, user_folder, write_json
+from scenelang.backends.files import atomic_write, write_json
 from scenelang.backends.language_models import catalogue
 from scenelang.backends.language_models.catalogue import TIMEOUT
 from scenelang.backends.language_models.client import (
@@ -42,6 +42,7 @@ from scenelang.grammar.diagnostics import SceneError, UsageError, printable, sug
 from scenelang.grammar.settings import dollars, seconds, setting, settings_in, whole
 from scenelang.inference.brief import Notation
 from scenelang.inference.steps import SamplePlan, Speaker, Verdict
+from scenelang.interpreter.loading import user_folder
 from scenelang.reports import table
 
 _PRIVATE = 0o700

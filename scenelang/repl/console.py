@@ -34,12 +34,12 @@ from prompt_toolkit.lexers import PygmentsLexer
 from prompt_toolkit.patch_stdout import patch_stdout
 from prompt_toolkit.styles import Style
 
-from scenelang.backends.files import user_folder
 from scenelang.grammar.datum import Source
 from scenelang.grammar.reader import Completeness, read
 from scenelang.highlight import SceneLexer
 from scenelang.interpreter.expand.forms import INDENTS
 from scenelang.interpreter.expand.scope import Macro
+from scenelang.interpreter.loading import user_folder
 from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.types import Builtin
 from scenelang.interpreter.scene.primitives import docs_of_words

@@ -11,11 +11,13 @@ import os
 import struct
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from scenelang.grammar.datum import dataclass
+from scenelang.interpreter.loading import user_folder
 
 _LANDLOCK_CREATE, _LANDLOCK_ADD, _LANDLOCK_RESTRICT = 444, 445, 446  # the same on every architecture
 _PR_SET_SECCOMP, _PR_SET_NO_NEW_PRIVS = 22, 38
@@ -104,9 +106,11 @@ def confine(folders: Iterable[str | Path]) -> None:
 
 @cache
 def _libraries() -> tuple[str, ...]:
-    """Return the paths that Python and its packages read at run time."""
+    """Return the paths that Python and its packages read at run time, and that of the solids on disk."""
     found = [sys.prefix, sys.base_prefix, *(path or os.getcwd() for path in sys.path), str(Path(__file__).parents[2])]
     system = ("/usr/lib", "/usr/local/lib", "/lib", "/lib64", "/usr/share", "/etc/ld.so.cache", "/etc/localtime")
+    with suppress(RuntimeError):  # no home folder
+        found.append(str(user_folder("CACHE") / "solids"))
     return tuple(dict.fromkeys([*found, *system, "/proc/cpuinfo", "/proc/meminfo", "/sys/devices/system"]))
 
 

@@ -1,22 +1,25 @@
 """Computes solids with Manifold (Lalish, https://github.com/elalish/manifold): expressions become triangle meshes.
 
-Every node is computed once and kept while there is room. Manifold numbers the surfaces that enter an operation and says
-for each triangle of a result where it comes from, which gives colours and words. Normals are smooth within a surface.
+Every node is computed once and kept while there is room; surfaces that took long are stored on disk too. Manifold
+numbers the surfaces that enter an operation and says for each triangle of a result where it comes from, which gives
+colours and words. Normals are smooth within a surface.
 """
 
 from __future__ import annotations
 
 import math
+import time
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
+from scenelang.interpreter.scene.modelling import stored
 from scenelang.interpreter.scene.modelling.contours import section_of
 from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, REPLACING, SEGMENTS, Expression, nodes_of
+from scenelang.interpreter.scene.modelling.stored import ComputedSolid
 from scenelang.interpreter.scene.modelling.sweeping import height_field, lofted, swept, twisted
 from scenelang.interpreter.scene.primitives.base import Point, Primitive, mesh_of
 from scenelang.interpreter.scene.primitives.mesh import Mesh, posed
@@ -32,6 +35,7 @@ MAX_TRIANGLES = 2_000_000  # of a solid, operands included
 MAX_PAIRS = 200_000  # of faces of a Minkowski sum, each of which takes some 60 microseconds
 _CONVEX = 1e-6  # share of the hull that a convex tool may lack
 _KEPT_TRIANGLES = 8_000_000  # of computed nodes
+_WORTH_STORING = 0.05  # seconds; reading a file takes a few milliseconds
 _SHARP = 40.0  # degrees between faces from which an edge is drawn sharp
 
 
@@ -40,26 +44,6 @@ class FaceSource(NamedTuple):
 
     color: Point
     word: str
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ComputedSolid:
-    """Surface of a solid.
-
-    Attributes
-    ----------
-    mesh
-        Closed mesh with normals, colours of its faces, and the words that they were made as.
-    hull : (K, 3)
-        Vertices of the convex hull, which determine every bounding box.
-    volume, area
-        In scene units.
-    """
-
-    mesh: Mesh
-    hull: FloatArray
-    volume: float
-    area: float
 
 
 class _Made(NamedTuple):
@@ -111,13 +95,26 @@ def computed(expression: Expression) -> ComputedSolid:
     """
     found: ComputedSolid | None = _surfaces.get(expression.digest)
     if found is None:
-        made = manifold_of(expression)
-        if made.manifold.is_empty():
-            hint = "where this may happen, test it: `(> (volume x) 0)`"
-            raise SceneError("solid", f"`{expression.operation}` leaves nothing", hint, expression.site)
-        found = _surface(made)
+        found = stored.load(expression.digest) or _computed(expression)
         _surfaces.put(expression.digest, found, len(found.mesh.faces))
     return found
+
+
+def _computed(expression: Expression) -> ComputedSolid:
+    started = time.perf_counter()
+    made = manifold_of(expression)
+    if made.manifold.is_empty():
+        hint = "where this may happen, test it: `(> (volume x) 0)`"
+        raise SceneError("solid", f"`{expression.operation}` leaves nothing", hint, expression.site)
+    found = _surface(made, time.perf_counter() - started)
+    store(expression, found)
+    return found
+
+
+def store(expression: Expression, solid: ComputedSolid) -> None:
+    """Store the surface of an expression on disk if computing it took long."""
+    if solid.seconds > _WORTH_STORING:
+        stored.save(expression.digest, solid)
 
 
 def manifold_of(expression: Expression) -> _Made:
@@ -225,9 +222,9 @@ def manifold_of_mesh(mesh: Mesh, word: str) -> Manifold:
     vertices, faces, _ = welded(mesh.vertices, mesh.faces)
     made = manifold3d.Manifold(manifold3d.Mesh64(vertices, faces.astype(np.uint64)))
     if made.status() != manifold3d.Error.NoError:
-        raise SceneError("solid", f'"{word}" is no closed solid: {open_edges(vertices, faces)}')
+        raise SceneError("solid", f'"{word}" is no closed solid: {open_edges(vertices, faces)}', subject=mesh)
     if made.is_empty() or abs(made.volume()) <= 0.0:
-        raise SceneError("solid", f'"{word}" has no volume')
+        raise SceneError("solid", f'"{word}" has no volume', subject=mesh)
     if made.volume() < 0.0:  # faces turned inwards
         made = manifold3d.Manifold(manifold3d.Mesh64(vertices, np.ascontiguousarray(faces[:, ::-1]).astype(np.uint64)))
     return made
@@ -251,17 +248,28 @@ def open_edges(vertices: FloatArray, faces: IntArray) -> str:
     """Return what is wrong with a mesh that is no closed solid, with a place."""
     if not len(faces):
         return "it has no faces"
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    key = edges[:, 0] * (len(vertices) + 1) + edges[:, 1]
-    back = edges[:, 1] * (len(vertices) + 1) + edges[:, 0]
+    edges, key, _ = _directed_edges(faces)
     unique, counts = np.unique(key, return_counts=True)
     twice = edges[np.isin(key, unique[counts > 1])]
     if len(twice):
         return f"two faces use an edge in the same direction, at {_at(vertices, twice[0])}"
-    alone = edges[~np.isin(key, back)]
+    alone = boundary_edges(faces)
     if len(alone):
         return f"{len(alone):,} edges belong to one face only, one at {_at(vertices, alone[0])}"
     return "its surface touches itself"
+
+
+def boundary_edges(faces: IntArray) -> IntArray:
+    """Return the edges (K, 2) that only one face uses in their direction, and none in the other."""
+    edges, key, back = _directed_edges(faces)
+    return edges[~np.isin(key, back)]
+
+
+def _directed_edges(faces: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the edges (K, 2) of faces, and a number for each edge and for its reverse."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    count = int(faces.max(initial=0)) + 1
+    return edges, edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0]
 
 
 def _at(vertices: FloatArray, edge: IntArray) -> str:
@@ -420,7 +428,7 @@ OPERATIONS: dict[str, Operation] = {
 # --- surfaces --------------------------------------------------------------------------------------------------------
 
 
-def _surface(made: _Made) -> ComputedSolid:
+def _surface(made: _Made, seconds: float) -> ComputedSolid:
     manifold = made.manifold
     hull = np.array(manifold.hull().to_mesh64().vert_properties[:, :3], np.float64)
     mesh = manifold.calculate_normals(0, _SHARP).to_mesh64(0)
@@ -434,7 +442,7 @@ def _surface(made: _Made) -> ComputedSolid:
     joint = np.arange(len(properties))
     joint[np.asarray(mesh.merge_from_vert, np.int64)] = np.asarray(mesh.merge_to_vert, np.int64)
     surface = Mesh(properties[:, :3], properties[:, 3:6], faces, colors, part, words, joint[faces])
-    return ComputedSolid(surface, hull, manifold.volume(), manifold.surface_area())
+    return ComputedSolid(surface, hull, manifold.volume(), manifold.surface_area(), seconds)
 
 
 def _face_sources(mesh: Mesh64, numbers: Sequence[int]) -> IntArray:

@@ -13,7 +13,7 @@ from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, SEGMENTS
 from scenelang.interpreter.scene.primitives.base import Primitive, Symmetry, color_of
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.scene.modelling.computing import ComputedSolid
+    from scenelang.interpreter.scene.modelling.stored import ComputedSolid
     from scenelang.interpreter.scene.primitives.mesh import Mesh
 
 
@@ -75,11 +75,14 @@ class SolidShape(Primitive):
 def compute_all(roots: Iterable[Entity]) -> None:
     """Compute the solids of frames now, so that errors and limits are met before a backend begins.
 
-    Raises SceneError and LimitError as ``computed`` does.
+    Those that the evaluation computed, which may not write files, are stored on disk now. Raises SceneError and
+    LimitError as ``computed`` does.
     """
     for entity in descendants(*roots):
         if isinstance(entity.shape, SolidShape):
-            _ = entity.shape.computed
+            from scenelang.interpreter.scene.modelling.computing import store
+
+            store(entity.shape.expression, entity.shape.computed)
 
 
 # --- entities as operands --------------------------------------------------------------------------------------------
@@ -100,7 +103,9 @@ def operand_of(name: str, entity: Entity, pose: Sequence[float], word: str, segm
     if what is not None:
         notes = tuple(Note(f'"{entity.word}" is made here', span) for span in entity.call_sites[:1])
         hint = "give it a `bind` that makes solids, or leave it out" if shape.is_semantic else None
-        raise SceneError("solid", f'`{name}` cannot use "{entity.word}": it is {what}', hint, notes=notes)
+        raise SceneError(
+            "solid", f'`{name}` cannot use "{entity.word}": it is {what}', hint, notes=notes, subject=entity
+        )
     parameters = {"segments": segments} if segments != SEGMENTS else {}
     site = entity.call_sites[0] if entity.call_sites else None
     return Operand(Expression(PRIMITIVE, parameters, (), shape, word, shape.color, site), tuple(pose))

@@ -357,14 +357,13 @@ class Primitive:
 
         The mesh is empty if the primitive is invisible.
         """
-        from scenelang.interpreter.scene.primitives.forms import segments_within
         from scenelang.interpreter.scene.primitives.mesh import empty, posed
 
         placed = self.placed()
         if placed is None:
             return empty()
         radius = max(math.sqrt(sum(x * x for x in placed.rows[k::4])) for k in range(3))
-        mesh = placed.form.mesh(segments_within(tolerance, radius), placed.ratios)
+        mesh = placed.form.mesh(placed.form.segments_within(tolerance, radius), placed.ratios)
         return posed(mesh, placed.matrix[None])
 
     def intersect(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, FloatArray]:

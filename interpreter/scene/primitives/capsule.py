@@ -21,6 +21,7 @@ class CapsuleForm(CanonicalForm):
     """Capsule along y from -1 to 1; its ratio is the radius r, so that the straight part ends at 1 - r."""
 
     name = "capsule"
+    is_doubly_curved = True
     ratios = 1
     is_rounded = True
     min_aspect_ratio = 0.02

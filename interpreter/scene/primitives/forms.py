@@ -45,6 +45,8 @@ class CanonicalForm:
     is_convex: ClassVar[bool] = True
     is_curved: ClassVar[bool] = True  # whether its mesh depends on the number of segments
     is_closed: ClassVar[bool] = True  # whether rays cross the surface an even number of times
+    is_triangle: ClassVar[bool] = False
+    is_doubly_curved: ClassVar[bool] = False  # in two directions at a point, as a sphere is
     is_one_sided: ClassVar[bool] = False  # a face of a closed surface: only rays against its normal, +z, can see it
     # Whether its Mitsuba shapes overlap, which is visible in transparent materials.
     overlaps: ClassVar[bool] = False
@@ -74,6 +76,10 @@ class CanonicalForm:
     def mesh(self, segments: int, ratios: Ratios) -> Mesh:
         """Return the closed surface; a full circle has ``segments`` >= 3 sides, with vertices on the true surface."""
         raise NotImplementedError
+
+    def segments_within(self, tolerance: float, radius: float) -> int:
+        """Return the segments of a mesh within ``tolerance`` of the surface, of which ``radius`` is the largest."""
+        return segments_within(tolerance / 2.0 if self.is_doubly_curved else tolerance, radius)  # sagittas add up
 
     def face_count(self, segments: Any, ratios: Ratios) -> Any:
         """Return the approximate number of triangles of ``mesh``; ``segments`` may be an array."""
@@ -408,6 +414,7 @@ class TriangleForm(CanonicalForm):
     name = "triangle"
     is_curved = False
     is_closed = False
+    is_triangle = True
     _seam = 1e-9  # tolerance at the edges, so that no ray passes between neighbouring triangles
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:

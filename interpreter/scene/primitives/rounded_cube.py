@@ -38,6 +38,7 @@ class RoundedForm(CanonicalForm):
     """Box with half sizes x, y, z, dilated by r (a Minkowski sum with a ball); the ratios are (x, y, z, r)."""
 
     name = "rounded_cube"
+    is_doubly_curved = True
     ratios = 4
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:

@@ -20,6 +20,7 @@ class BallForm(CanonicalForm):
     """The ball x^2 + y^2 + z^2 <= 1."""
 
     name = "ball"
+    is_doubly_curved = True
     is_rounded = True
     min_aspect_ratio = 0.02
 

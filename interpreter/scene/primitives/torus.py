@@ -46,6 +46,7 @@ class TorusForm(CanonicalForm):
     """
 
     name = "torus"
+    is_doubly_curved = True
     ratios = 1
     is_rounded = True
     is_convex = False
