@@ -40,6 +40,7 @@ from programs import (
     VECTORS,
     reader_text,
 )
+from solids import bench_solids
 
 from scenelang.backends.minecraft.build_files import game_version, write_schematic
 from scenelang.backends.minecraft.export import read as read_build
@@ -408,6 +409,7 @@ def bench() -> None:
     bench_pictures(session)
     bench_splats()
     bench_datasets(row)
+    bench_solids(row)
     history.report(RATIOS)
 
 

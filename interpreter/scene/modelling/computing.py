@@ -22,7 +22,7 @@ from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, REPLACIN
 from scenelang.interpreter.scene.modelling.stored import ComputedSolid
 from scenelang.interpreter.scene.modelling.sweeping import height_field, lofted, swept, twisted
 from scenelang.interpreter.scene.primitives.base import Point, Primitive, mesh_of
-from scenelang.interpreter.scene.primitives.mesh import Mesh, posed
+from scenelang.interpreter.scene.primitives.mesh import Mesh, posed, smoothed
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -431,17 +431,18 @@ OPERATIONS: dict[str, Operation] = {
 def _surface(made: _Made, seconds: float) -> ComputedSolid:
     manifold = made.manifold
     hull = np.array(manifold.hull().to_mesh64().vert_properties[:, :3], np.float64)
-    mesh = manifold.calculate_normals(0, _SHARP).to_mesh64(0)
+    mesh = manifold.to_mesh64()
     sources = tuple(dict.fromkeys(made.sources[number] for number in mesh.run_original_id))
     source = _face_sources(mesh, [sources.index(made.sources[number]) for number in mesh.run_original_id])
-    properties = np.array(mesh.vert_properties, np.float64)
     colors = np.array([each.color for each in sources], np.float64)[source]
-    faces = np.array(mesh.tri_verts, np.int64)
     words = tuple(dict.fromkeys(each.word for each in sources))
     part = np.array([words.index(each.word) for each in sources], np.int64)[source] if len(words) > 1 else None
-    joint = np.arange(len(properties))
-    joint[np.asarray(mesh.merge_from_vert, np.int64)] = np.asarray(mesh.merge_to_vert, np.int64)
-    surface = Mesh(properties[:, :3], properties[:, 3:6], faces, colors, part, words, joint[faces])
+    vertices, joined = np.array(mesh.vert_properties[:, :3], np.float64), np.arange(len(mesh.vert_properties))
+    joined[np.asarray(mesh.merge_from_vert, np.int64)] = np.asarray(mesh.merge_to_vert, np.int64)
+    joints = joined[np.asarray(mesh.tri_verts, np.int64)]
+    runs = _face_sources(mesh, range(len(mesh.run_original_id)))
+    normals, faces, place = smoothed(vertices, joints, runs, _SHARP)
+    surface = Mesh(vertices[place], normals, faces, colors, part, words, joints)
     return ComputedSolid(surface, hull, manifold.volume(), manifold.surface_area(), seconds)
 
 

@@ -5,6 +5,7 @@ These are the fallbacks of primitives without a closed form.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -143,6 +144,71 @@ def triangle_normals(corners: FloatArray) -> FloatArray:
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     unit: FloatArray = normals / np.where(length > 0.0, length, 1.0)
     return unit
+
+
+# --- smooth surfaces -------------------------------------------------------------------------------------------------
+
+
+def smoothed(
+    vertices: FloatArray, faces: IntArray, surface: IntArray, degrees: float
+) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return normals (N, 3) of a closed mesh, the normal of each corner (F, 3), and the vertex of each normal (N,).
+
+    Corners at a vertex share a normal if a path of faces joins them, all of one ``surface`` (F,), that turns by at most
+    ``degrees`` at each edge. A normal is the mean of its faces' normals, weighted by their angles and areas, so that
+    large flat faces stay flat beside narrow round ones.
+    """
+    corners = vertices[faces]
+    flat = triangle_normals(corners)
+    label = _joined_corners(len(vertices), faces, _smooth_edges(len(vertices), faces, surface, flat, degrees))
+    kept, group = np.unique(label, return_inverse=True)
+    group = group.reshape(-1)
+    weights = (_corner_angles(corners) * areas_of(corners)[:, None]).reshape(-1)
+    weighted = np.repeat(flat, 3, axis=0) * weights[:, None]
+    normals = np.stack([np.bincount(group, weighted[:, k], len(kept)) for k in range(3)], axis=1)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = np.where(length > 1e-300, normals / np.where(length > 0.0, length, 1.0), np.repeat(flat, 3, axis=0)[kept])
+    return normals, group.reshape(-1, 3), faces.reshape(-1)[kept]
+
+
+def _smooth_edges(
+    count: int, faces: IntArray, surface: IntArray, normals: FloatArray, degrees: float
+) -> tuple[IntArray, IntArray]:
+    """Return pairs of corners (K,), the first of an edge in one face and the last of the same edge in the other."""
+    first, last = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
+    key, reverse = first * count + last, last * count + first
+    order = np.argsort(key, kind="stable")
+    place = np.minimum(np.searchsorted(key[order], reverse), len(key) - 1)
+    other = order[place]
+    face, across = np.arange(len(key)) // 3, other // 3
+    smooth = (key[other] == reverse) & (surface[face] == surface[across])
+    smooth &= np.einsum("ni,ni->n", normals[face], normals[across]) >= math.cos(math.radians(degrees)) - 1e-12
+    chosen = np.flatnonzero(smooth)
+    return chosen, 3 * across[chosen] + (other[chosen] + 1) % 3  # where the other face's edge, which runs back, ends
+
+
+def _joined_corners(count: int, faces: IntArray, pairs: tuple[IntArray, IntArray]) -> IntArray:
+    """Return the smallest corner (3 F,) of those that pairs of corners join."""
+    label = np.arange(3 * len(faces))
+    while True:
+        low = np.minimum(label[pairs[0]], label[pairs[1]])
+        new = label.copy()
+        for side in pairs:
+            np.minimum.at(new, label[side], low)
+            np.minimum.at(new, side, low)
+        new = new[new]
+        if np.array_equal(new, label):
+            return label
+        label = new
+
+
+def _corner_angles(corners: FloatArray) -> FloatArray:
+    """Return the angles (F, 3) of triangles at their corners, in radians."""
+    ahead = np.roll(corners, -1, axis=1) - corners
+    back = np.roll(corners, 1, axis=1) - corners
+    across = np.linalg.norm(np.cross(ahead, back), axis=2)
+    angles: FloatArray = np.arctan2(across, np.einsum("fki,fki->fk", ahead, back))
+    return angles
 
 
 # --- measures and samples --------------------------------------------------------------------------------------------
