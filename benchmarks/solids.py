@@ -1,4 +1,4 @@
-"""Solids: drafts of booleans beside cubes, unions by level beside flat ones, and surfaces on disk beside computed ones."""
+"""Solids: drafts of booleans beside cubes, unions by level beside flat ones, surfaces on disk beside computed ones."""
 
 from __future__ import annotations
 

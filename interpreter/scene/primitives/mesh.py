@@ -167,8 +167,10 @@ def smoothed(
     weighted = np.repeat(flat, 3, axis=0) * weights[:, None]
     normals = np.stack([np.bincount(group, weighted[:, k], len(kept)) for k in range(3)], axis=1)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals = np.where(length > 1e-300, normals / np.where(length > 0.0, length, 1.0), np.repeat(flat, 3, axis=0)[kept])
-    return normals, group.reshape(-1, 3), faces.reshape(-1)[kept]
+    unit: FloatArray = np.where(
+        length > 1e-300, normals / np.where(length > 0.0, length, 1.0), np.repeat(flat, 3, axis=0)[kept]
+    )
+    return unit, group.reshape(-1, 3).astype(np.int64), faces.reshape(-1)[kept]
 
 
 def _smooth_edges(
