@@ -9,7 +9,7 @@ refined from many directions.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -19,36 +19,62 @@ import numpy.typing as npt
 from scenelang.backends.geometry.solids import FloatArray, PosedForms
 from scenelang.interpreter.scene.primitives.mesh import cofactors_of
 
-# Broad phase: pairs of overlapping boxes, by sweep and prune along one axis.
+# --- broad phase -----------------------------------------------------------------------------------------------------
 
 
 IntArray = npt.NDArray[np.int64]
+
+_FINEST = 2.0**-20  # of the frame: the smallest cells, so that the number of a cell fits 63 bits
+_QUERIES = 1 << 18  # boxes that are looked up at a time
+_OFFSETS = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)]
 
 
 def neighbours(low: FloatArray, high: FloatArray, margin: float, most: int) -> tuple[IntArray, bool]:
     """Return pairs (M, 2) of boxes within ``margin`` of each other, smaller index first, and whether the list is
     complete.
 
-    At most ``most`` pairs are returned.
+    At most ``most`` pairs are returned. Boxes are hashed by their low corners in a hierarchy of grids, whose cells
+    double in size: each box is compared with the boxes of its own size and less in the 27 cells around it. The time is
+    linear in the number of boxes and pairs. Source: Mirtich, "Efficient Algorithms for Two-Phase Collision Detection",
+    1997.
     """
+    if not len(low):
+        return np.zeros((0, 2), np.int64), True
     low, high = low - margin / 2.0, high + margin / 2.0
-    axis = int(np.argmax(np.var(low + high, axis=0))) if len(low) else 0
-    order = np.argsort(low[:, axis], kind="stable")
-    starts, ends = low[order], high[order]
-    last = np.searchsorted(starts[:, axis], ends[:, axis], side="right")
-    found: list[IntArray] = []
-    total = 0
-    for i in range(len(order)):
-        others = np.arange(i + 1, last[i])
-        if len(others):
-            near = ((starts[others] <= ends[i]) & (ends[others] >= starts[i])).all(axis=1)
-            chosen = order[others[near]]
-            found.append(np.stack([np.full(len(chosen), order[i]), chosen], axis=1))
-            total += len(chosen)
+    least = max(float((high.max(axis=0) - low.min(axis=0)).max()) * _FINEST, 1e-300)
+    level = np.ceil(np.log2(np.maximum((high - low).max(axis=1), least))).astype(np.int64)
+    found, total = [np.zeros((0, 2), np.int64)], 0
+    for each in np.unique(level).tolist():
+        for pairs in _pairs_at_level(low, high, level, each):
+            found.append(pairs)
+            total += len(pairs)
             if total > most:
                 break
-    pairs = np.concatenate(found) if found else np.zeros((0, 2), np.int64)
-    return np.sort(pairs, axis=1)[:most], total <= most
+    pairs = np.sort(np.concatenate(found), axis=1)
+    pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    return pairs[:most], total <= most
+
+
+def _pairs_at_level(low: FloatArray, high: FloatArray, level: IntArray, each: int) -> Iterator[IntArray]:
+    """Yield the pairs (M, 2) of overlapping boxes of which the larger is of the level ``each``."""
+    rows = np.flatnonzero(level <= each)
+    place = np.floor((low[rows] - low[rows].min(axis=0)) / 2.0**each).astype(np.int64) + 1
+    span = place.max(axis=0) + 2
+    key = (place[:, 0] * span[1] + place[:, 1]) * span[2] + place[:, 2]
+    order = np.argsort(key, kind="stable")
+    key, sorted_rows = key[order], rows[order]
+    own = np.flatnonzero(level[rows] == each)
+    for start in range(0, len(own), _QUERIES):
+        mine = own[start : start + _QUERIES]
+        for x, y, z in _OFFSETS:
+            at = ((place[mine, 0] + x) * span[1] + place[mine, 1] + y) * span[2] + place[mine, 2] + z
+            first = np.searchsorted(key, at)
+            count = np.searchsorted(key, at, side="right") - first
+            me = np.repeat(rows[mine], count)
+            other = sorted_rows[np.arange(len(me)) + np.repeat(first - (np.cumsum(count) - count), count)]
+            kept = (level[other] < each) | (other > me)  # two boxes of one level find each other twice
+            kept &= ((low[me] <= high[other]) & (high[me] >= low[other])).all(axis=1)
+            yield np.stack([me[kept], other[kept]], axis=1)
 
 
 def boxes(solids: PosedForms) -> tuple[FloatArray, FloatArray]:

@@ -127,3 +127,41 @@ def test_neighbours_are_all_pairs_of_boxes_that_meet() -> None:
     few, complete = neighbours(low, high, 0.1, 5)
     assert len(few) == 5
     assert not complete
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 300])
+@pytest.mark.parametrize("spread", [0.5, 40.0, 1e9])
+def test_neighbours_of_boxes_of_any_size(count: int, spread: float) -> None:
+    """Sizes over twelve orders of magnitude, flat boxes, equal boxes, and what only touches."""
+    chance = np.random.default_rng(count)
+    center = np.round(chance.uniform(-spread, spread, (count, 3)), 1)
+    half = np.round(10.0 ** chance.uniform(-9.0, 3.0, (count, 3)), 1)
+    half[::7, 1] = 0.0
+    low, high = (
+        np.concatenate([center - half, center[:2] - half[:2]]),
+        np.concatenate([center + half, center[:2] + half[:2]]),
+    )
+    found, complete = neighbours(low, high, 0.0, 10**6)
+    meets = (low[:, None] <= high[None]).all(axis=2) & (low[None] <= high[:, None]).all(axis=2)
+    first, second = np.nonzero(np.triu(meets, 1))
+    assert complete
+    np.testing.assert_array_equal(found, np.stack([first, second], axis=1))
+
+
+def test_neighbours_of_many_boxes_take_time_in_proportion() -> None:
+    """A cube of cells with a slab under all of them: no box is compared with a whole row of others."""
+    import scenelang.backends.geometry.distance as module
+
+    counted = []
+    original = np.repeat
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module.np, "repeat", lambda *given: counted.append(len(found := original(*given))) or found)
+        for side in (10, 20):
+            counted.append(-1)
+            grid = np.stack(np.meshgrid(*[np.arange(side)] * 3), -1).reshape(-1, 3).astype(float)
+            low = np.concatenate([grid, [[0.0, -1.0, 0.0]]])
+            high = np.concatenate([grid + 1.0, [[side, 0.0, side]]])
+            pairs, _ = neighbours(low, high, 1e-3, 10**7)
+            assert len(pairs) == (3 * side - 2) ** 3 // 2 - side**3 // 2 + side**2
+    cut = counted.index(-1, 1)
+    assert sum(counted[cut + 1 :]) < 12 * sum(counted[1:cut])  # 8 times as many boxes; comparing rows takes 32 times
