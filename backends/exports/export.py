@@ -197,12 +197,26 @@ INSTANCES = Option(
     maximum=1_000_000,
 )
 SIDES = Option(
-    "segments", "sides of a full circle (default: 64, fewer in very large files)", None, minimum=3, maximum=1024
+    "segments",
+    "sides of a full circle (default: 64, fewer in very large files); USD's own capsules stay exact",
+    None,
+    minimum=3,
+    maximum=1024,
 )
 TOLERANCE = Option(
-    "tolerance", "greatest distance of round surfaces from their triangles, in scene units; 0 for --segments", 0.0,
+    "tolerance",
+    "greatest distance of round surfaces from their triangles, in scene units, for the largest copy of what is shared "
+    "(gltf, usd); 0 for --segments",
+    0.0,
     minimum=0.0,
-)  # fmt: skip
+)
+INSTANCING = Option(
+    "instancing",
+    "number of copies in one place from which they are one instanced node: EXT_mesh_gpu_instancing (gltf; default "
+    "never) or a PointInstancer (usd; default 10,000); 0 for never",
+    None,
+    minimum=0,
+)
 WHOLE = Option("solid", "join everything to one watertight body", False)
 MAX_FILES = 10_000
 
@@ -219,6 +233,7 @@ class Job:
     segments: int | None = None
     tolerance: float | None = None
     unit: str = "millimeter"
+    instancing: int | None = None
 
 
 Writer = Callable[[Job, Path], None]  # writes the file, and its accompanying files in the same directory
@@ -256,6 +271,7 @@ def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: 
         scene, frame = _as_solids(scene, _setting(backend, options, "segments"), tolerance), None
     plan = planned(scene, frame, 1 if parts and depth is None else depth, options.limit, options.warn)
     fields = {"fps": "fps", "instances": "instance-limit", "segments": "segments", "unit": "unit"}
+    fields |= {"instancing": "instancing"}
     given = {field: _setting(backend, options, name) for field, name in fields.items()}
     job = Job(
         plan,
@@ -305,6 +321,24 @@ def sides_within(entity: Entity, worlds: FloatArray, tolerance: float) -> IntArr
     radii = np.linalg.norm(worlds[:, :, :3] @ placed.matrix[:, :3], 2, axis=(1, 2))
     distinct_radii, place = np.unique(radii, return_inverse=True)
     return np.array([segments_within(tolerance, radius) for radius in distinct_radii.tolist()], np.int64)[place]
+
+
+def item_sides(job: Job, roots: Sequence[ExportItem]) -> Callable[[ExportItem], int]:
+    """Return the sides of full circles of items that are shared: with a tolerance, those of the largest copy.
+
+    Scales along the way from the root are multiplied, which is an upper bound where they stretch differently.
+    """
+    sides, tolerance = job.segments or SEGMENTS, job.tolerance
+    if tolerance is None:
+        return lambda _: sides
+    order = list(distinct(*roots))
+    largest = dict.fromkeys(map(id, order), 0.0) | dict.fromkeys(map(id, roots), 1.0)
+    for item in reversed(order):
+        linear = np.array([place for _, place in item.parts]).reshape(-1, 3, 4)[:, :, :3]
+        norms = np.linalg.norm(linear, 2, axis=(1, 2)).tolist() if item.parts else []
+        for (child, _), norm in zip(item.parts, norms, strict=True):
+            largest[id(child)] = max(largest[id(child)], largest[id(item)] * norm)
+    return lambda item: int(sides_within(item.entity, largest[id(item)] * np.eye(3, 4)[None], tolerance)[0])
 
 
 def _write_parts(write: Writer, job: Job, folder: Path, path: Path) -> list[str]:
@@ -429,7 +463,7 @@ class WorldLeaf:
 def leaves_of(plan: ExportPlan, limit: int) -> Leaves:
     """Return the leaves of the only frame; raises LimitError for more than ``limit``."""
     root = plan.roots[0]
-    counts = _leaf_counts(root)
+    counts = leaf_counts(root)
     if counts[id(root)] > limit:
         raise LimitError(
             "primitives",
@@ -450,7 +484,7 @@ def leaves(plan: ExportPlan, limit: int) -> Iterator[WorldLeaf]:
     return leaves_of(plan, limit).each()
 
 
-def _leaf_counts(root: ExportItem) -> dict[int, int]:
+def leaf_counts(root: ExportItem) -> dict[int, int]:
     """Return the number of leaves below and including each distinct item."""
     counts: dict[int, int] = {}
     for item in distinct(root):  # children first

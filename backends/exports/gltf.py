@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,9 +16,14 @@ import numpy.typing as npt
 from scenelang.backends.exports.export import (
     FPS,
     INSTANCES,
+    INSTANCING,
+    SIDES,
+    TOLERANCE,
     Job,
     Moving,
     facts_of,
+    item_sides,
+    leaf_counts,
     matched,
     merged_facts,
     mesh_backend,
@@ -55,7 +60,8 @@ _MAX_SIZE = 2**32 - 1
 class GltfDocument:
     """The elements of the file, with the tables that deduplicate them."""
 
-    segments: int = SEGMENTS
+    segments: int = SEGMENTS  # of merged meshes
+    required: set[str] = field(default_factory=set)
     nodes: list[dict[str, Any]] = field(default_factory=list)
     meshes: list[dict[str, Any]] = field(default_factory=list)
     materials: list[dict[str, Any]] = field(default_factory=list)
@@ -70,20 +76,21 @@ class GltfDocument:
 
     # --- meshes ---
 
-    def solid_mesh(self, word: str, solid: Solid, look: Look) -> int | None:
+    def solid_mesh(self, word: str, solid: Solid, look: Look, segments: int = SEGMENTS) -> int | None:
         """Return the index of a primitive's shared mesh, None if it is invisible."""
-        key = (solid.key, look)
+        key = (solid.key, look, segments)
         if key not in self._mesh_numbers:
-            self._mesh_numbers[key] = self._add_solid(word, solid, look)
+            self._mesh_numbers[key] = self._add_solid(word, solid, look, segments)
         return self._mesh_numbers[key]
 
-    def _add_solid(self, word: str, solid: Solid, look: Look) -> int | None:
+    def _add_solid(self, word: str, solid: Solid, look: Look, segments: int) -> int | None:
         if look.opacity == 0.0:
             return None
-        if solid.key not in self._surfaces:
-            surface = solid.surface(SEGMENTS)
-            self._surfaces[solid.key] = None if surface is None else self._add_surface(surface)
-        geometry = self._surfaces[solid.key]
+        key = solid.key, segments
+        if key not in self._surfaces:
+            surface = solid.surface(segments)
+            self._surfaces[key] = None if surface is None else self._add_surface(surface)
+        geometry = self._surfaces[key]
         if geometry is None:
             return None
         extras = None if solid.form is None else solid.form.gltf(solid.ratios)
@@ -169,7 +176,8 @@ class GltfDocument:
             "accessors": self.accessors,
             "bufferViews": self.views,
             "buffers": [buffer] if self.size else [],
-            "extensionsUsed": sorted(used),
+            "extensionsUsed": sorted(used | self.required),
+            "extensionsRequired": sorted(self.required),
         }
         filled = {key: value for key, value in document.items() if value != []}
         return json.dumps(filled, separators=(",", ":"), ensure_ascii=True, allow_nan=False).encode()
@@ -296,51 +304,145 @@ class AnimationTracks:
 Node = dict[str, Any]
 
 
-def node_fields(decomposition: Decomposition, index: int) -> list[dict[str, Any]]:
+def node_fields(decomposition: Decomposition, index: int) -> list[Node]:
     """Return the fields of one glTF node, or of a parent and its child, for pose ``index``; identities are omitted."""
-    fields = {
-        "translation": decomposition.translation,
-        "rotation": decomposition.rotation,
-        "scale": decomposition.scale,
-    }
-    neutral = {"translation": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0], "scale": [1.0, 1.0, 1.0]}
-    listed = {name: values[index].tolist() for name, values in fields.items()}
-    outer = {name: value for name, value in listed.items() if value != neutral[name]}
-    return [outer, {"rotation": decomposition.inner[index].tolist()}] if decomposition.shears[index] else [outer]
+    row = slice(index, index + 1)
+    d = decomposition
+    return all_fields(Decomposition(d.translation[row], d.rotation[row], d.scale[row], d.inner[row], d.shears[row]))[0]
+
+
+def all_fields(decomposition: Decomposition) -> list[list[Node]]:
+    """Return what ``node_fields`` returns for every pose."""
+    found: list[list[Node]] = [[{}] for _ in range(len(decomposition.translation))]
+    for name, neutral in _NEUTRAL.items():
+        values = getattr(decomposition, name)
+        rows = np.flatnonzero((values != neutral).any(axis=1))
+        for row, value in zip(rows.tolist(), values[rows].tolist(), strict=True):
+            found[row][0][name] = value
+    for row in np.flatnonzero(decomposition.shears).tolist():
+        found[row].append({"rotation": decomposition.inner[row].tolist()})
+    return found
+
+
+_NEUTRAL = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
+INSTANCED = "EXT_mesh_gpu_instancing"
+_CHUNK = 1 << 16  # poses decomposed at a time
 
 
 @dataclass(slots=True)
 class Nodes:
-    """Adds nodes to ``document``, with caches for poses, primitives and extras."""
+    """Adds nodes to ``document``, with caches for poses, primitives and what nodes of an item have in common.
+
+    ``sides`` are those of full circles of an item. From ``least`` copies of an item in another one on, they are
+    instances of one node for each mesh (``EXT_mesh_gpu_instancing``); 0 for never.
+    """
 
     document: GltfDocument
+    sides: Callable[[ExportItem], int] = field(default=lambda _: SEGMENTS)
+    least: int = 0
     _poses: dict[Matrix, list[Node]] = field(default_factory=dict)
+    _parts: dict[int, list[list[Node]]] = field(default_factory=dict)
     _solids: dict[int, Solid | None] = field(default_factory=dict)
     _extras: dict[int, Node] = field(default_factory=dict)
+    _meshes: dict[int, Node] = field(default_factory=dict)
 
     # --- static objects ---
 
     def prepare(self, items: Iterable[ExportItem]) -> None:
         """Decompose all poses below ``items`` at once, which is much faster than one by one."""
-        found = {self.placed(child, place) for item in distinct(*items) for child, place in item.parts}
-        fresh = [place for place in found if place not in self._poses]
-        for start in range(0, len(fresh), 1 << 16):
-            block = fresh[start : start + (1 << 16)]
-            decomposition = decompose(np.array(block).reshape(-1, 3, 4))
-            for index, place in enumerate(block):
-                self._poses[place] = node_fields(decomposition, index)
+        order = [item for item in distinct(*items) if item.parts and id(item) not in self._parts]
+        children = [child for item in order for child, _ in item.parts]
+        poses = np.array([place for item in order for _, place in item.parts]).reshape(-1, 3, 4)
+        fields: list[list[Node]] = []
+        for start in range(0, len(children), _CHUNK):
+            rows = slice(start, start + _CHUNK)
+            fields += all_fields(decompose(self._all_placed(children[rows], poses[rows])))
+        start = 0
+        for item in order:
+            self._parts[id(item)] = fields[start : start + len(item.parts)]
+            start += len(item.parts)
+
+    def _all_placed(self, items: Sequence[ExportItem], poses: FloatArray) -> FloatArray:
+        """Return what ``placed`` returns for each of the items under its pose (K, 3, 4)."""
+        numbers: dict[int, int] = {}
+        index = [numbers.setdefault(id(item), len(numbers)) for item in items]
+        own = np.array([self.placed(item, IDENTITY) for item in {id(item): item for item in items}.values()])
+        return _products(poses, own.reshape(-1, 3, 4)[index])
 
     def add_still(self, root: ExportItem, place: Matrix, siblings: list[int] | None) -> None:
         """Add a node for each instance below and including ``root``, without recursion."""
-        waiting: list[tuple[ExportItem, Matrix, list[int] | None]] = [(root, place, siblings)]
+        waiting = [(root, self._fields(self.placed(root, place)), siblings)]
         while waiting:
-            item, local, siblings = waiting.pop()
-            node = self._add_posed(item.word, self._fields(self.placed(item, local)), self.extras(item), siblings)
-            self._fill(node, item)
-            if item.parts:
-                children: list[int] = []
+            item, fields, siblings = waiting.pop()
+            node = self._add_posed(item.word, fields, self.extras(item), siblings)
+            node |= self._mesh_of(item)
+            if not item.parts:
+                continue
+            children: list[int] = []
+            node["children"] = children
+            copied = self._copied(item)
+            for child, poses in copied.values():
+                self._add_copies(child, np.array(poses).reshape(-1, 3, 4), children)
+            rows = zip(reversed(item.parts), reversed(self._parts[id(item)]), strict=True)
+            waiting.extend((child, below, children) for (child, _), below in rows if id(child) not in copied)
+
+    def _copied(self, item: ExportItem) -> dict[int, tuple[ExportItem, list[Matrix]]]:
+        """Return the parts of an item that are instanced, with their poses."""
+        if not self.least or len(item.parts) < self.least:
+            return {}
+        found: dict[int, tuple[ExportItem, list[Matrix]]] = {}
+        for child, place in item.parts:
+            found.setdefault(id(child), (child, []))[1].append(place)
+        return {key: value for key, value in found.items() if len(value[1]) >= self.least}
+
+    def _add_copies(self, root: ExportItem, places: FloatArray, siblings: list[int]) -> None:
+        """Add a node for each item below and including ``root`` that stands for all its instances.
+
+        Instance ``k`` of a part is in copy ``k // n`` of ``root`` if a copy has n of it.
+        """
+        waiting = [(root, places, siblings)]
+        while waiting:
+            item, poses, siblings = waiting.pop()
+            if item.is_leaf:
+                self._add_instances(item, poses, siblings)
+                continue
+            children: list[int] = []
+            node: Node = {"name": item.word, "extras": self.extras(item) | {"instances": len(poses)}}
+            self._append(node, siblings)
+            below: dict[int, tuple[ExportItem, list[Matrix]]] = {}
+            for child, place in item.parts:
+                below.setdefault(id(child), (child, []))[1].append(place)
+            for child, own in reversed(list(below.values())):
+                inner = np.array(own).reshape(-1, 3, 4)
+                product_ = _products(np.repeat(poses, len(inner), axis=0), np.tile(inner, (len(poses), 1, 1)))
+                waiting.append((child, product_, children))
+            if below:
                 node["children"] = children
-                waiting.extend((child, pose_, children) for child, pose_ in reversed(item.parts))
+
+    def _add_instances(self, item: ExportItem, poses: FloatArray, siblings: list[int]) -> None:
+        """Add one node for all instances of a leaf, and ordinary nodes for those that are mirrored or sheared."""
+        found = decompose(self._all_placed([item] * len(poses), poses))
+        plain = ~found.shears & (found.scale > 0.0).all(axis=1)
+        node: Node = {"name": item.word, "extras": self.extras(item) | {"instances": int(plain.sum())}}
+        mesh = self._mesh_of(item)
+        if mesh and plain.any():
+            self.document.required.add(INSTANCED)
+            attributes = self._instances(found, np.flatnonzero(plain))
+            node |= mesh | {"extensions": {INSTANCED: {"attributes": attributes}}}
+        if plain.any():
+            self._append(node, siblings)
+        for row in np.flatnonzero(~plain).tolist():
+            self._add_posed(item.word, node_fields(found, row), self.extras(item), siblings).update(mesh)
+
+    def _instances(self, found: Decomposition, rows: npt.NDArray[np.int64]) -> dict[str, int]:
+        """Add the attributes of instances; ``_INSTANCE`` counts them as the scene does, ordinary nodes included."""
+        add = self.document.add_array
+        attributes = {"TRANSLATION": add(found.translation[rows].astype(np.float32), "VEC3")}
+        for name, kind in (("rotation", "VEC4"), ("scale", "VEC3")):
+            values = getattr(found, name)[rows]
+            if (values != _NEUTRAL[name]).any():
+                attributes[name.upper()] = add(values.astype(np.float32), kind)
+        return attributes | {"_INSTANCE": add(rows.astype(np.uint32), "SCALAR")}
 
     def placed(self, item: ExportItem, local: Matrix) -> Matrix:
         """Return the pose of the item's node, including that of a primitive's solid."""
@@ -385,18 +487,21 @@ class Nodes:
         outer["children"] = [self._append(node, None)]
         return node
 
-    def _fill(self, node: Node, item: ExportItem) -> None:
-        """Set the mesh of the node to that of its item, if any."""
-        mesh = self.mesh(item)
-        if mesh is not None:
-            node["mesh"] = mesh
+    def _mesh_of(self, item: ExportItem) -> Node:
+        """Return the field of a node that has the mesh of the item; nothing if that is invisible."""
+        if id(item) not in self._meshes:
+            mesh = self.mesh(item)
+            self._meshes[id(item)] = {} if mesh is None else {"mesh": mesh}
+        return self._meshes[id(item)]
 
     def mesh(self, item: ExportItem) -> int | None:
         """Return the index of the item's mesh."""
         if item.merged:
             return self.document.merged_mesh(item.entity)
         solid = self.solid(item)
-        return None if solid is None else self.document.solid_mesh(item.word, solid, look_of(item.entity))
+        if solid is None:
+            return None
+        return self.document.solid_mesh(item.word, solid, look_of(item.entity), self.sides(item))
 
     # --- animated objects ---
 
@@ -426,7 +531,7 @@ class Nodes:
             places = [self.placed(item, place) for item, place in zip(items, places, strict=True)]
         node = self._add_track(moving.word, places, moving.shown, self.extras(moving.first), siblings, tracks)
         if one:
-            self._fill(node, kinds[0][0])
+            node.update(self._mesh_of(kinds[0][0]))
         elif kinds:
             self._add_variants(moving, kinds, children, tracks)
         if children or moving.children or (moving.fixed is not None and moving.fixed.parts):
@@ -444,7 +549,7 @@ class Nodes:
             mine = [other if seen else None for other, seen in zip(moving.items, shown, strict=True)]
             places = [self.placed(other, IDENTITY) for other in _filled(mine)]
             node = self._add_track(f"{moving.word}/{number}", places, shown, None, children, tracks)
-            self._fill(node, item)
+            node.update(self._mesh_of(item))
 
     def _add_track(
         self,
@@ -473,6 +578,13 @@ class Nodes:
             node = self._add_inner(f"{name}/shown", first, node)
             tracks.add(len(self.document.nodes) - 1, "scale", np.repeat(np.array(shown, float)[:, None], 3, 1), True)
         return node
+
+
+def _products(outer: FloatArray, inner: FloatArray) -> FloatArray:
+    """Return the products of affine poses (K, 3, 4), the inner ones applied first."""
+    found: FloatArray = outer[:, :, :3] @ inner
+    found[:, :, 3] += outer[:, :, 3]
+    return found
 
 
 def _filled(items: Sequence[ExportItem | None]) -> list[ExportItem]:
@@ -505,10 +617,10 @@ def write(job: Job, path: Path) -> None:
 
 def document_of(job: Job) -> GltfDocument:
     """Return the glTF document of a plan; raises LimitError if it would be too large."""
-    plan = cut_below(job.plan, job.instances)
+    plan = _within_limits(job)
     whole = [item.entity for item in distinct(*plan.roots) if item.merged]
-    document = GltfDocument(segments_for(whole, "the merged meshes", _HINT))
-    nodes = Nodes(document)
+    document = GltfDocument(job.segments or segments_for(whole, "the merged meshes", _HINT))
+    nodes = Nodes(document, item_sides(job, plan.roots), job.instancing or 0)
     if plan.animated:
         _add_frames(nodes, plan, job.fps)
     else:
@@ -517,6 +629,17 @@ def document_of(job: Job) -> GltfDocument:
     if document.is_too_large:
         raise LimitError("size", "the meshes exceed the 4 GB limit of a glTF file", hint=_HINT)
     return document
+
+
+def _within_limits(job: Job) -> ExportPlan:
+    """Return the plan with repeated parts merged as far as its nodes must be fewer; instances need none."""
+    if not job.instancing:
+        return cut_below(job.plan, job.instances)
+    most = max(leaf_counts(root)[id(root)] for root in job.plan.roots)
+    if most > job.limit:
+        message = f"the scene expands to {most:,} instances, more than the limit of {job.limit:,}"
+        raise LimitError("primitives", message, hint="raise it with --max-primitives, or omit --instancing")
+    return job.plan
 
 
 def _add_frames(nodes: Nodes, plan: ExportPlan, fps: float) -> None:
@@ -542,5 +665,5 @@ GLTF = mesh_backend(
     (".glb", ".gltf"),
     write,
     animated=True,
-    options=(INSTANCES, FPS),
+    options=(INSTANCES, INSTANCING, SIDES, TOLERANCE, FPS),
 )

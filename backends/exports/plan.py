@@ -172,7 +172,7 @@ def sizes(roots: Sequence[ExportItem]) -> dict[int, int]:
     """Return the number of instances below and including each distinct item."""
     counts: dict[int, int] = {}
     for item in distinct(*roots):
-        counts[id(item)] = 1 + sum(counts[id(child)] for child, _ in item.parts)
+        counts[id(item)] = 1 + sum([counts[id(child)] for child, _ in item.parts])
     return counts
 
 
@@ -187,18 +187,18 @@ def cut_below(plan: ExportPlan, limit: int) -> ExportPlan:
     most = max(counts[id(root)] for root in plan.roots)
     if most <= limit:
         return plan
-    repeated = _repeated(plan.roots)
+    repeated = {key for key in _repeated(plan.roots) if counts[key] > 1}  # a single node cannot become fewer
     threshold = 2
-    while _nodes(plan.roots, counts, repeated, threshold) > limit and threshold < most:
+    nodes = most
+    while repeated and (nodes := _nodes(plan.roots, counts, repeated, threshold)) > limit and threshold < most:
         threshold *= 2
-    nodes = _nodes(plan.roots, counts, repeated, threshold)
     if nodes > max(limit, MAX_NODES):
         raise LimitError(
             "primitives",
             f"the scene needs {nodes:,} nodes, more than the limit of {MAX_NODES:,} for a file",
             hint="merge parts with --depth N, or write .usd",
         )
-    return _merged_below(plan, counts, repeated, threshold)
+    return _merged_below(plan, counts, repeated, threshold) if repeated else plan
 
 
 def _repeated(roots: Sequence[ExportItem]) -> set[int]:
