@@ -124,18 +124,23 @@ class Prims:
 
     # --- poses and visibility, static or animated ---
 
-    def place(self, prim: Any, poses: Sequence[Matrix]) -> None:
-        """Set the pose of a prim: one pose, or one per frame."""
+    def place(self, prim: Any, poses: Sequence[Matrix], has_order: bool = False) -> None:
+        """Set the pose of a prim, or one per frame; with ``has_order``, its prototype has the ``xformOpOrder``."""
         moves = len(set(poses)) > 1
         if not moves and poses[0] == IDENTITY:
             return
         made = self.attribute(prim, "xformOp:transform", "Matrix4d", None if moves else self.matrix(poses[0]))
-        self.attribute(prim, "xformOpOrder", "TokenArray", self.vt.TokenArray(["xformOp:transform"]))
+        if not has_order:
+            self.order(prim)
         if moves:
             last = len(poses) - 1
             for frame, pose in enumerate(poses):
                 if frame in (0, last) or pose != poses[frame - 1] or pose != poses[frame + 1]:
                     self.layer.SetTimeSample(made.path, frame, self.matrix(pose))
+
+    def order(self, prim: Any) -> None:
+        """Say that the pose of a prim, or of what refers to it, is its ``xformOp:transform``."""
+        self.attribute(prim, "xformOpOrder", "TokenArray", self.vt.TokenArray(["xformOp:transform"]))
 
     def show(self, prim: Any, shown: Sequence[bool]) -> None:
         """Hide the prim in the frames without it."""
@@ -417,7 +422,7 @@ class _Tree:
             for position, (child, pose) in enumerate(item.parts):
                 if position in copied:
                     continue
-                made = self._posed(prim, child, (pose,))
+                made = self._posed(prim, child, (pose,), has_order=id(child) in self.repeated)
                 if id(child) in self.repeated:
                     self._refer_to(made, child, waiting)
                 else:
@@ -468,9 +473,9 @@ class _Tree:
             )
             raise LimitError("primitives", f"the scene is too large for USD: {what}", hint="merge parts with --depth N")
 
-    def _posed(self, parent: Any, item: ExportItem, poses: Sequence[Matrix]) -> Any:
+    def _posed(self, parent: Any, item: ExportItem, poses: Sequence[Matrix], has_order: bool = False) -> Any:
         prim = self.prims.prim(parent, self._name(parent, item.word), "Xform")
-        self.prims.place(prim, poses)
+        self.prims.place(prim, poses, has_order)
         return prim
 
     def _name(self, parent: Any, word: str) -> str:
@@ -486,6 +491,8 @@ class _Tree:
         if self._prototypes is None:
             self._prototypes = self.prims.prim(self.root, "Prototypes", "", abstract=True)
         made = self.prims.prim(self._prototypes, self._name(self._prototypes, item.word), "Xform")
+        self.prims.attribute(made, "xformOp:transform", "Matrix4d", self.prims.matrix(IDENTITY))
+        self.prims.order(made)
         self._paths[id(item)] = made.path
         return made
 

@@ -17,8 +17,8 @@ from support import evaluate
 from exports.gltf_reader import Gltf
 from exports.oracle import EXAMPLES, corners_of, example, expected, obj_corners, same_points, scenes
 from exports.test_meshes import ply_rows
-from exports.test_usd import complaints
-from exports.test_usd import seen as usd_seen
+from exports.usd_reader import complaints
+from exports.usd_reader import seen as usd_seen
 from scenelang.backends import files
 from scenelang.backends.base import Backend, BackendOptions
 from scenelang.backends.exports import export
