@@ -104,6 +104,10 @@ def bench_exports(row: Callable[[str, float, float, str, str], None]) -> None:
             mine, other = measured("ours", name, ending), measured("trimesh", name, ending)
             row(f"export 100,000 {name}, {ending}", mine["seconds"], other["seconds"], "trimesh", "<= 2")
             _tell(mine, other)
+        for ending, other_name in ((".glb", "one node each"), (".usdc", "one prim each")):
+            mine, other = (measured("ours", name, ending, f"instancing={least}") for least in (2, 0))
+            row(f"export 100,000 {name}, {ending}, instanced", mine["seconds"], other["seconds"], other_name, "")
+            _tell(mine, other)
 
 
 def _tell(mine: dict[str, float], other: dict[str, float]) -> None:

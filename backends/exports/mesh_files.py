@@ -62,7 +62,7 @@ def _outline(piece: LeafPiece) -> _Outline:
     surface, colors = piece.surface, piece.colors
     columns = surface.vertices
     if colors is not None:
-        colors = to_srgb(np.clip(colors, 0.0, 1.0))
+        colors = to_srgb(np.clip(colors, 0.0, 1.0)).astype(np.float64)
         columns = np.hstack([columns, colors])
     if surface.joints is None or colors is not None:
         points, place = _firsts(columns)
