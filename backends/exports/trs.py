@@ -8,11 +8,14 @@ way.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import permutations, product
 
 import numpy as np
 import numpy.typing as npt
+
+from scenelang.interpreter.runtime.values import Matrix
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -44,7 +47,7 @@ def decompose(poses: FloatArray) -> Decomposition:
     inner = np.tile(np.eye(3), (len(poses), 1, 1))
     rows = np.flatnonzero(shears)
     if len(rows):
-        axes[rows], size[rows], inner[rows] = _singular(linear[rows])
+        axes[rows], size[rows], inner[rows] = singular(linear[rows])
     return Decomposition(poses[:, :, 3], quaternions(axes), size, quaternions(inner), shears)
 
 
@@ -54,7 +57,7 @@ def decompose_track(poses: FloatArray) -> Decomposition:
     axes, size = _axes(linear)
     whole = size > 0.0
     if _shears(axes).any():
-        outer, scale, inner = _continuous_singular(*_singular(linear))
+        outer, scale, inner = _continuous_singular(*singular(linear))
         shears = np.ones(len(poses), bool)
     else:
         outer, scale = _continuous(axes, size, whole)
@@ -63,6 +66,21 @@ def decompose_track(poses: FloatArray) -> Decomposition:
     return Decomposition(
         poses[:, :, 3], _same_hemisphere(quaternions(outer)), scale, _same_hemisphere(quaternions(inner)), shears
     )
+
+
+def unsheared(place: Matrix) -> tuple[Matrix, Matrix] | None:
+    """Return two poses without shear whose product is ``place``, None if it has no shear itself."""
+    a, b, c, _, d, e, f, _, g, h, i, _ = place
+    size = math.sqrt((a * a + d * d + g * g) * (b * b + e * e + h * h))
+    other = math.sqrt((a * a + d * d + g * g) * (c * c + f * f + i * i))
+    last = math.sqrt((b * b + e * e + h * h) * (c * c + f * f + i * i))
+    bent = abs(a * b + d * e + g * h) > _SQUARE * size or abs(a * c + d * f + g * i) > _SQUARE * other
+    if not bent and abs(b * c + e * f + h * i) <= _SQUARE * last:
+        return None
+    matrix = np.array(place).reshape(3, 4)
+    outer, scale, inner = singular(matrix[None, :, :3])
+    first = np.hstack([outer[0] * scale[0], matrix[:, 3:]])
+    return Matrix(first.ravel().tolist()), Matrix(np.hstack([inner[0], np.zeros((3, 1))]).ravel().tolist())
 
 
 def quaternions(r: FloatArray) -> FloatArray:
@@ -138,7 +156,7 @@ def _proper(axes: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]
     return axes, size
 
 
-def _singular(linear: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def singular(linear: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return rotations U, scales S and rotations V' with ``linear = U S V'``."""
     u, s, v = np.linalg.svd(linear)
     left, right = np.sign(np.linalg.det(u)), np.sign(np.linalg.det(v))

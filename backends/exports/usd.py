@@ -45,7 +45,7 @@ from scenelang.backends.exports.plan import (
     solid_of,
     unit_surface,
 )
-from scenelang.backends.exports.trs import decompose
+from scenelang.backends.exports.trs import decompose, unsheared
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix
@@ -474,6 +474,11 @@ class _Tree:
             raise LimitError("primitives", f"the scene is too large for USD: {what}", hint="merge parts with --depth N")
 
     def _posed(self, parent: Any, item: ExportItem, poses: Sequence[Matrix], has_order: bool = False) -> Any:
+        pair = unsheared(poses[0]) if len(set(poses)) == 1 else None
+        if pair is not None:  # objects of Blender have no shear of their own
+            parent = self.prims.prim(parent, self._name(parent, f"{item.word}_shear"), "Xform")
+            self.prims.place(parent, pair[:1])
+            poses = pair[1:]
         prim = self.prims.prim(parent, self._name(parent, item.word), "Xform")
         self.prims.place(prim, poses, has_order)
         return prim
