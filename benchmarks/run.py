@@ -24,6 +24,7 @@ from typing import Any
 import history
 import other_lisps
 from blocks import cuboids, entities, looped, read_in_a_loop, written_in_a_loop
+from exports import bench_exports
 from labelled import bench_datasets
 from native import chessboard, fib, loop, nested, placed, queens, strings, tak, tree, vectors
 from programs import (
@@ -408,6 +409,7 @@ def bench() -> None:
     bench_build_files()
     bench_pictures(session)
     bench_splats()
+    bench_exports(row)
     bench_datasets(row)
     bench_solids(row)
     history.report(RATIOS)

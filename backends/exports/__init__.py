@@ -1,5 +1,5 @@
 """Export of scenes to files of other programs (docs/exports.md).
 
-``items`` and ``surfaces`` define what is written, ``export`` contains what the formats share; ``gltf``, ``usd``,
+``plan`` defines what is written, ``export`` contains what the formats share, ``trs`` splits poses; ``gltf``, ``usd``,
 ``mesh_files`` (OBJ, PLY, STL), ``mitsuba_xml`` and ``scene_json`` write. Formats are independent of one another.
 """

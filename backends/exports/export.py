@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +24,6 @@ from scenelang.backends.exports.plan import (
     planned,
     segments_for,
     solid_of,
-    surface_of,
 )
 from scenelang.backends.files import atomic_write_all
 from scenelang.backends.minecraft.models import as_cubes
@@ -36,8 +35,12 @@ from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY, Embedding,
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, count_words, descendants, primitive_count
+from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.modelling.solid import joined as joined_solid
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 
 # Metadata of an entity that an export includes besides geometry: word, handle, text, attributes.
 
@@ -193,12 +196,26 @@ INSTANCES = Option(
     maximum=1_000_000,
 )
 SIDES = Option(
-    "segments", "sides of a full circle (default: 64, fewer in very large files)", None, minimum=3, maximum=1024
+    "segments",
+    "sides of a full circle (default: 64, fewer in very large files); USD's own capsules stay exact",
+    None,
+    minimum=3,
+    maximum=1024,
 )
 TOLERANCE = Option(
-    "tolerance", "greatest distance of round surfaces from their triangles, in scene units; 0 for --segments", 0.0,
+    "tolerance",
+    "greatest distance of round surfaces from their triangles, in scene units, for the largest copy of what is shared "
+    "(gltf, usd); 0 for --segments",
+    0.0,
     minimum=0.0,
-)  # fmt: skip
+)
+INSTANCING = Option(
+    "instancing",
+    "number of copies in one place from which they are one instanced node: EXT_mesh_gpu_instancing (gltf; default "
+    "never) or a PointInstancer (usd; default 10,000); 0 for never",
+    None,
+    minimum=0,
+)
 WHOLE = Option("solid", "join everything to one watertight body", False)
 MAX_FILES = 10_000
 
@@ -215,6 +232,7 @@ class Job:
     segments: int | None = None
     tolerance: float | None = None
     unit: str = "millimeter"
+    instancing: int | None = None
 
 
 Writer = Callable[[Job, Path], None]  # writes the file, and its accompanying files in the same directory
@@ -252,6 +270,7 @@ def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: 
         scene, frame = _as_solids(scene, _setting(backend, options, "segments"), tolerance), None
     plan = planned(scene, frame, 1 if parts and depth is None else depth, options.limit, options.warn)
     fields = {"fps": "fps", "instances": "instance-limit", "segments": "segments", "unit": "unit"}
+    fields |= {"instancing": "instancing"}
     given = {field: _setting(backend, options, name) for field, name in fields.items()}
     job = Job(
         plan,
@@ -278,7 +297,7 @@ def _as_solids(scene: Scene, segments: int | None, tolerance: float | None) -> S
     sides = segments or SEGMENTS
 
     def sides_of(entity: Entity) -> int:
-        return sides if tolerance is None else sides_within(entity, IDENTITY, tolerance)
+        return sides if tolerance is None else int(sides_within(entity, np.eye(3, 4)[None], tolerance)[0])
 
     roots = []
     for root in scene.frames:
@@ -292,13 +311,35 @@ def _as_solids(scene: Scene, segments: int | None, tolerance: float | None) -> S
     return Scene(scene.word, roots, scene.animated)
 
 
-def sides_within(entity: Entity, world: Sequence[float], tolerance: float) -> int:
-    """Return the sides of full circles of a primitive for which its mesh is within ``tolerance`` under a pose."""
+def sides_within(entity: Entity, worlds: FloatArray, tolerance: float) -> IntArray:
+    """Return the sides of full circles of a primitive for which its mesh is within ``tolerance`` under each of the
+    poses (K, 3, 4)."""
     placed = None if entity.shape is None else entity.shape.placed()
     if placed is None:
-        return SEGMENTS
-    linear = np.array(world).reshape(3, 4)[:, :3] @ placed.matrix[:, :3]
-    return placed.form.segments_within(tolerance, float(np.linalg.norm(linear, 2)))
+        return np.full(len(worlds), SEGMENTS)
+    radii = np.linalg.norm(worlds[:, :, :3] @ placed.matrix[:, :3], 2, axis=(1, 2))
+    distinct_radii, place = np.unique(radii, return_inverse=True)
+    return np.array([placed.form.segments_within(tolerance, radius) for radius in distinct_radii.tolist()], np.int64)[
+        place
+    ]
+
+
+def item_sides(job: Job, roots: Sequence[ExportItem]) -> Callable[[ExportItem], int]:
+    """Return the sides of full circles of items that are shared: with a tolerance, those of the largest copy.
+
+    Scales along the way from the root are multiplied, which is an upper bound where they stretch differently.
+    """
+    sides, tolerance = job.segments or SEGMENTS, job.tolerance
+    if tolerance is None:
+        return lambda _: sides
+    order = list(distinct(*roots))
+    largest = dict.fromkeys(map(id, order), 0.0) | dict.fromkeys(map(id, roots), 1.0)
+    for item in reversed(order):
+        linear = np.array([place for _, place in item.parts]).reshape(-1, 3, 4)[:, :, :3]
+        norms = np.linalg.norm(linear, 2, axis=(1, 2)).tolist() if item.parts else []
+        for (child, _), norm in zip(item.parts, norms, strict=True):
+            largest[id(child)] = max(largest[id(child)], largest[id(item)] * norm)
+    return lambda item: int(sides_within(item.entity, largest[id(item)] * np.eye(3, 4)[None], tolerance)[0])
 
 
 def _write_parts(write: Writer, job: Job, folder: Path, path: Path) -> list[str]:
@@ -373,29 +414,41 @@ def unsupported_frames(roots: Sequence[ExportItem], ending: str) -> None:
         raise SceneError("unsupported", f"a {ending} file can contain only one frame", hint="select one with --frame N")
 
 
-# Flattening: the leaves of a scene in world coordinates, for formats without a hierarchy.
+# Flattening: the leaves of a scene in world coordinates, for formats without a hierarchy. Leaves are rows of arrays,
+# and all copies of a surface in a block of some hundred thousand vertices are computed at once.
 
 
-FloatArray = npt.NDArray[np.float64]
+_BLOCK = 1 << 18  # vertices computed at a time
+Thing = TypeVar("Thing")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlacedMesh:
-    """A leaf in world coordinates: the words from the root to it, its look, its ``surface``.
+class Leaves:
+    """The items of a frame that are meshes, N instances in depth-first order.
 
-    If the surface has colours, they are the complete colour; otherwise the look's colour applies.
+    Instance ``i`` is ``items[index[i]]`` under the world pose ``matrices[i]`` (3, 4). ``paths[path_index[i]]`` are the
+    words from the root to its parent, and ``branch[i]`` is the part of the root that it is in.
     """
 
-    path: tuple[str, ...]
-    look: Look
-    surface: ExportSurface
+    items: tuple[ExportItem, ...]
+    index: IntArray
+    matrices: FloatArray
+    paths: tuple[tuple[str, ...], ...]
+    path_index: IntArray
+    branch: IntArray
 
-    def srgb(self) -> npt.NDArray[np.uint8]:
-        """Return the colour of every vertex (V, 4) as 8-bit sRGB, with the opacity."""
-        linear = self.surface.colors if self.surface.colors is not None else np.array([self.look.color])
-        out = np.full((len(self.surface.vertices), 4), round(255 * self.look.opacity), np.uint8)
-        out[:, :3] = np.rint(255.0 * to_srgb(np.clip(linear, 0.0, 1.0)))
-        return out
+    def __len__(self) -> int:
+        return len(self.index)
+
+    def path(self, number: int) -> tuple[str, ...]:
+        """Return the words from the root to an instance, its own included."""
+        return (*self.paths[self.path_index[number]], self.items[self.index[number]].word)
+
+    def each(self) -> Iterator[WorldLeaf]:
+        """Yield the instances one by one."""
+        rows = zip(self.index.tolist(), self.matrices.reshape(-1, 12).tolist(), self.branch.tolist(), strict=True)
+        for number, (item, place, branch) in enumerate(rows):
+            yield WorldLeaf(self.items[item], Matrix(place), self.path(number), branch)
 
 
 @dataclass(frozen=True, slots=True)
@@ -408,39 +461,138 @@ class WorldLeaf:
     branch: int = 0
 
 
-def leaves(plan: ExportPlan, limit: int) -> Iterator[WorldLeaf]:
-    """Yield the leaves of the only frame in depth-first order; raises LimitError for more than ``limit``."""
-    count = _leaf_count(plan.roots[0])
-    if count > limit:
+def leaves_of(plan: ExportPlan, limit: int) -> Leaves:
+    """Return the leaves of the only frame; raises LimitError for more than ``limit``."""
+    root = plan.roots[0]
+    counts = leaf_counts(root)
+    if counts[id(root)] > limit:
         raise LimitError(
             "primitives",
-            f"the scene expands to {count:,} primitives, more than the limit of {limit:,}",
+            f"the scene expands to {counts[id(root)]:,} primitives, more than the limit of {limit:,}",
             hint="raise it with --max-primitives, or write .glb or .usd, which share repeated parts",
         )
-    stack = [WorldLeaf(plan.roots[0], IDENTITY, (plan.roots[0].word,))]
-    while stack:
-        leaf = stack.pop()
-        if leaf.item.is_leaf:
-            yield leaf
-        for position, (child, place) in reversed(list(enumerate(leaf.item.parts))):
-            branch = leaf.branch if len(leaf.path) > 1 else position
-            stack.append(WorldLeaf(child, pose.compose(leaf.pose, place), (*leaf.path, child.word), branch))
+    entity, items = _as_entities(root)
+    merged_ones = {key for key, item in items.items() if item.merged}
+    flat = flatten_entity(entity, merged_ones, snap_blocks=False)
+    found = tuple(items[id(primitive)] for primitive in flat.primitives)
+    below = [counts[id(child)] for child, _ in root.parts]
+    branch = np.repeat(np.arange(len(below)), below) if below else np.zeros(len(flat), np.int64)
+    return Leaves(found, flat.index, flat.matrices, flat.paths, flat.path_index, branch)
 
 
-def _leaf_count(root: ExportItem) -> int:
-    """Return the number of leaves without expanding them."""
+def leaves(plan: ExportPlan, limit: int) -> Iterator[WorldLeaf]:
+    """Yield the leaves of the only frame in depth-first order; raises LimitError for more than ``limit``."""
+    return leaves_of(plan, limit).each()
+
+
+def leaf_counts(root: ExportItem) -> dict[int, int]:
+    """Return the number of leaves below and including each distinct item."""
     counts: dict[int, int] = {}
     for item in distinct(root):  # children first
-        counts[id(item)] = item.is_leaf + sum(counts[id(child)] for child, _ in item.parts)
-    return counts[id(root)]
+        counts[id(item)] = item.is_leaf + sum([counts[id(child)] for child, _ in item.parts])
+    return counts
 
 
-def placed(job: Job, ending: str) -> Iterator[PlacedMesh]:
-    """Yield every visible leaf with its triangles in the world, one patch per material."""
-    surfaces = Surfaces(job, ending)
-    for leaf in surfaces.leaves:
-        for look, surface in surfaces.patches(leaf):
-            yield PlacedMesh(leaf.path, look, surface.under(np.array(leaf.pose).reshape(1, 3, 4)))
+def _as_entities(root: ExportItem) -> tuple[Entity, dict[int, ExportItem]]:
+    """Return the graph of items as one of entities, in which a merged item is a leaf, and the items of its leaves."""
+    order = list(distinct(root))
+    if not any(item.merged for item in order):
+        return root.entity, {id(item.entity): item for item in order if item.is_leaf}
+    made: dict[int, Entity] = {}
+    for item in order:
+        parts = tuple(Pair(made[id(child)], place) for child, place in item.parts)
+        own = item.entity
+        made[id(item)] = own if own.is_primitive else Entity(own.word, own.embedding, parts)
+    return made[id(root)], {id(made[id(item)]): item for item in order if item.is_leaf}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LeafPiece:
+    """A surface with one look, and the pose (3, 4) in the leaf that it belongs to.
+
+    If the surface has colours, they are multiplied by the look's colour.
+    """
+
+    look: Look
+    surface: ExportSurface
+    pose: FloatArray
+
+    @property
+    def colors(self) -> FloatArray | None:
+        """The complete colour of every vertex (V, 3), None if it is the look's."""
+        return None if self.surface.colors is None else self.surface.colors * np.array(self.look.color)
+
+    def srgb(self) -> npt.NDArray[np.uint8]:
+        """Return the colour of every vertex, or one for all, as 8-bit sRGB (V or 1, 4), with the opacity."""
+        own = self.colors
+        linear = np.array([self.look.color]) if own is None else own
+        out = np.full((len(linear), 4), round(255 * self.look.opacity), np.uint8)
+        out[:, :3] = np.rint(255.0 * to_srgb(np.clip(linear, 0.0, 1.0)))
+        return out
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WorldBlock:
+    """Consecutive pieces of a scene in the world, P of them.
+
+    Attributes
+    ----------
+    pieces, leaf : (P,)
+        What each is, and the number of its leaf.
+    mirrored : (P,)
+        Whether its faces are reversed.
+    first : (P + 1,)
+        Its first vertex in ``vertices`` and ``normals`` (V, 3).
+    """
+
+    pieces: Sequence[LeafPiece]
+    leaf: IntArray
+    mirrored: npt.NDArray[np.bool_]
+    first: IntArray
+    vertices: FloatArray
+    normals: FloatArray
+
+    def faces(self) -> IntArray:
+        """Return the faces (F, 3) of all pieces, which index the vertices of the block."""
+        start = _starts([len(piece.surface.faces) for piece in self.pieces])
+        out = np.empty((start[-1], 3), np.int64)
+        for surface, rows in _by_surface(self.pieces):
+            faces = np.where(self.mirrored[rows][:, None, None], surface.faces[:, ::-1], surface.faces)
+            out[_spans(start[rows], len(surface.faces))] = faces + self.first[rows][:, None, None]
+        return out
+
+    def srgb(self) -> npt.NDArray[np.uint8]:
+        """Return the colour of every vertex (V, 4) as 8-bit sRGB, with the opacity."""
+        out = np.empty((self.first[-1], 4), np.uint8)
+        for piece, rows in _grouped(self.pieces):
+            out[_spans(self.first[rows], len(piece.surface.vertices))] = piece.srgb()
+        return out
+
+
+def _starts(sizes: Sequence[int]) -> IntArray:
+    """Return where each of consecutive spans of ``sizes`` starts, and where the last one ends."""
+    start = np.zeros(len(sizes) + 1, np.int64)
+    np.cumsum(sizes, out=start[1:])
+    return start
+
+
+def _spans(start: IntArray, size: int) -> IntArray:
+    """Return the numbers in the spans of ``size`` at each ``start`` (K,), as (K, size)."""
+    return start[:, None] + np.arange(size)
+
+
+def _by_surface(pieces: Sequence[LeafPiece]) -> Iterator[tuple[ExportSurface, IntArray]]:
+    """Yield each distinct surface of the pieces with their rows."""
+    return _grouped([piece.surface for piece in pieces])
+
+
+def _grouped(things: Sequence[Thing]) -> Iterator[tuple[Thing, IntArray]]:
+    """Yield each distinct thing with its rows."""
+    rows: dict[int, list[int]] = {}
+    for row, thing in enumerate(things):
+        rows.setdefault(id(thing), []).append(row)
+    for found in rows.values():
+        yield things[found[0]], np.array(found, np.int64)
 
 
 class Surfaces:
@@ -451,37 +603,108 @@ class Surfaces:
 
     def __init__(self, job: Job, ending: str) -> None:
         unsupported_frames(job.plan.roots, ending)
-        self.leaves = list(leaves(job.plan, min(job.limit, MAX_VERTICES)))
-        hint = "write .glb or .usd, which share repeated parts"
-        total = sum(primitive_count(leaf.item.entity) for leaf in self.leaves)
-        if total > job.limit:
-            message = f"the scene expands to {total:,} primitives, more than the limit of {job.limit:,}"
-            raise LimitError("primitives", message, hint)
+        self.leaves = leaves_of(job.plan, min(job.limit, MAX_VERTICES))
         self._job = job
-        self._sides = job.segments or segments_for([x.item.entity for x in self.leaves], f"the {ending} file", hint)
+        self._sides = self._fitting(f"the {ending} file")
+        self._shared: dict[Hashable, ExportSurface | None] = {}
+        self._pieces: dict[tuple[int, int], Sequence[LeafPiece]] = {}
         self._patches: dict[tuple[int, int], Sequence[tuple[Look, ExportSurface]]] = {}
 
-    def sides(self, leaf: WorldLeaf) -> int:
-        """Return the number of sides of full circles in a leaf."""
-        if self._job.tolerance is None or leaf.item.merged:
-            return self._sides
-        return sides_within(leaf.item.entity, leaf.pose, self._job.tolerance)
+    def _fitting(self, what: str) -> int:
+        """Return the number of sides of full circles, as chosen or as fits."""
+        hint = "write .glb or .usd, which share repeated parts"
+        counts = np.bincount(self.leaves.index, minlength=len(self.leaves.items)).tolist()
+        entities = [item.entity for item in self.leaves.items]
+        total = sum(count * primitive_count(entity) for count, entity in zip(counts, entities, strict=True))
+        if total > self._job.limit:
+            message = f"the scene expands to {total:,} primitives, more than the limit of {self._job.limit:,}"
+            raise LimitError("primitives", message, hint)
+        return self._job.segments or segments_for(entities, what, hint, counts)
 
-    def patches(self, leaf: WorldLeaf) -> Sequence[tuple[Look, ExportSurface]]:
+    def sides(self) -> IntArray:
+        """Return the number of sides of full circles in each leaf."""
+        sides = np.full(len(self.leaves), self._sides)
+        tolerance, index = self._job.tolerance, self.leaves.index
+        if tolerance is None:
+            return sides
+        ends = np.cumsum(np.bincount(index, minlength=len(self.leaves.items)))
+        for item, rows in zip(self.leaves.items, np.split(np.argsort(index, kind="stable"), ends[:-1]), strict=True):
+            if not item.merged:
+                sides[rows] = sides_within(item.entity, self.leaves.matrices[rows], tolerance)
+        return sides
+
+    def size(self) -> tuple[int, int]:
+        """Return the number of vertices and of faces of all pieces."""
+        keys, counts = np.unique(np.stack([self.leaves.index, self.sides()]), axis=1, return_counts=True)
+        vertices = faces = 0
+        for number, sides, count in zip(*keys.tolist(), counts.tolist(), strict=True):
+            surfaces = [piece.surface for piece in self.pieces(self.leaves.items[number], sides)]
+            vertices += count * sum(len(surface.vertices) for surface in surfaces)
+            faces += count * sum(len(surface.faces) for surface in surfaces)
+        return vertices, faces
+
+    def patches(self, item: ExportItem, sides: int) -> Sequence[tuple[Look, ExportSurface]]:
         """Return the surface of a leaf in its own frame, one patch per material."""
-        key = id(leaf.item), self.sides(leaf)
+        key = id(item), sides
         if key not in self._patches:
-            self._patches[key] = _patches(leaf.item, key[1])
+            pieces = self.pieces(item, sides)
+            self._patches[key] = [(p.look, replace(_in_leaf(p), colors=p.colors)) for p in pieces]
         return self._patches[key]
 
+    def pieces(self, item: ExportItem, sides: int) -> Sequence[LeafPiece]:
+        """Return the surface of a leaf, one piece per material, as surfaces that equal forms share."""
+        key = id(item), sides
+        if key not in self._pieces:
+            self._pieces[key] = self._made(item, sides)
+        return self._pieces[key]
 
-def _patches(item: ExportItem, segments: int) -> Sequence[tuple[Look, ExportSurface]]:
-    if item.merged:
-        return [(patch.look, patch.surface) for patch in merged(item.entity, segments)]
-    look = look_of(item.entity)
-    surface = None if look.opacity == 0.0 else surface_of(item.entity, segments)
-    if surface is None:
-        return []
-    if surface.colors is not None:
-        surface = replace(surface, colors=surface.colors * np.array(look.color))
-    return [(look, surface)]
+    def _made(self, item: ExportItem, sides: int) -> Sequence[LeafPiece]:
+        still = np.eye(3, 4)
+        if item.merged:
+            return [LeafPiece(patch.look, patch.surface, still) for patch in merged(item.entity, sides)]
+        look, solid = look_of(item.entity), solid_of(item.entity)
+        if solid is None or look.opacity == 0.0:
+            return []
+        key = solid.key, sides
+        if key not in self._shared:
+            self._shared[key] = solid.surface(sides)
+        surface = self._shared[key]
+        return [] if surface is None else [LeafPiece(look, surface, np.array(solid.pose).reshape(3, 4))]
+
+    def blocks(self) -> Iterator[WorldBlock]:
+        """Yield all visible leaves with their triangles in the world, in order."""
+        index, sides = self.leaves.index.tolist(), self.sides().tolist()
+        pieces: list[LeafPiece] = []
+        leaf: list[int] = []
+        room = _BLOCK
+        for row, key in enumerate(zip(index, sides, strict=True)):
+            for piece in self.pieces(self.leaves.items[key[0]], key[1]):
+                pieces.append(piece)
+                leaf.append(row)
+                room -= len(piece.surface.vertices)
+            if room < 0:
+                yield self._block(pieces, leaf)
+                pieces, leaf, room = [], [], _BLOCK
+        if pieces:
+            yield self._block(pieces, leaf)
+
+    def _block(self, pieces: Sequence[LeafPiece], leaf: Sequence[int]) -> WorldBlock:
+        first = _starts([len(piece.surface.vertices) for piece in pieces])
+        leaf_rows = np.array(leaf, np.int64)
+        own = np.array([piece.pose for piece in pieces])
+        world = self.leaves.matrices[leaf_rows]
+        poses = world[:, :, :3] @ own
+        poses[:, :, 3] += world[:, :, 3]
+        vertices, normals = np.empty((first[-1], 3)), np.empty((first[-1], 3))
+        mirrored = np.zeros(len(pieces), np.bool_)
+        for surface, rows in _by_surface(pieces):
+            spans = _spans(first[rows], len(surface.vertices))
+            vertices[spans], normals[spans], mirrored[rows] = surface.copies(poses[rows])
+        return WorldBlock(pieces, leaf_rows, mirrored, first, vertices, normals)
+
+
+def _in_leaf(piece: LeafPiece) -> ExportSurface:
+    """Return the surface of a piece in the frame of its leaf; corners keep their joints."""
+    if (piece.pose == np.eye(3, 4)).all():
+        return piece.surface
+    return replace(piece.surface.under(piece.pose[None]), joints=piece.surface.joints)

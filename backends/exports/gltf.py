@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import permutations, product
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -17,9 +16,14 @@ import numpy.typing as npt
 from scenelang.backends.exports.export import (
     FPS,
     INSTANCES,
+    INSTANCING,
+    SIDES,
+    TOLERANCE,
     Job,
     Moving,
     facts_of,
+    item_sides,
+    leaf_counts,
     matched,
     merged_facts,
     mesh_backend,
@@ -37,6 +41,7 @@ from scenelang.backends.exports.plan import (
     segments_for,
     solid_of,
 )
+from scenelang.backends.exports.trs import Decomposition, decompose, decompose_track
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix
@@ -55,7 +60,8 @@ _MAX_SIZE = 2**32 - 1
 class GltfDocument:
     """The elements of the file, with the tables that deduplicate them."""
 
-    segments: int = SEGMENTS
+    segments: int = SEGMENTS  # of merged meshes
+    required: set[str] = field(default_factory=set)
     nodes: list[dict[str, Any]] = field(default_factory=list)
     meshes: list[dict[str, Any]] = field(default_factory=list)
     materials: list[dict[str, Any]] = field(default_factory=list)
@@ -70,20 +76,21 @@ class GltfDocument:
 
     # --- meshes ---
 
-    def solid_mesh(self, word: str, solid: Solid, look: Look) -> int | None:
+    def solid_mesh(self, word: str, solid: Solid, look: Look, segments: int = SEGMENTS) -> int | None:
         """Return the index of a primitive's shared mesh, None if it is invisible."""
-        key = (solid.key, look)
+        key = (solid.key, look, segments)
         if key not in self._mesh_numbers:
-            self._mesh_numbers[key] = self._add_solid(word, solid, look)
+            self._mesh_numbers[key] = self._add_solid(word, solid, look, segments)
         return self._mesh_numbers[key]
 
-    def _add_solid(self, word: str, solid: Solid, look: Look) -> int | None:
+    def _add_solid(self, word: str, solid: Solid, look: Look, segments: int) -> int | None:
         if look.opacity == 0.0:
             return None
-        if solid.key not in self._surfaces:
-            surface = solid.surface(SEGMENTS)
-            self._surfaces[solid.key] = None if surface is None else self._add_surface(surface)
-        geometry = self._surfaces[solid.key]
+        key = solid.key, segments
+        if key not in self._surfaces:
+            surface = solid.surface(segments)
+            self._surfaces[key] = None if surface is None else self._add_surface(surface)
+        geometry = self._surfaces[key]
         if geometry is None:
             return None
         extras = None if solid.form is None else solid.form.gltf(solid.ratios)
@@ -169,7 +176,8 @@ class GltfDocument:
             "accessors": self.accessors,
             "bufferViews": self.views,
             "buffers": [buffer] if self.size else [],
-            "extensionsUsed": sorted(used),
+            "extensionsUsed": sorted(used | self.required),
+            "extensionsRequired": sorted(self.required),
         }
         filled = {key: value for key, value in document.items() if value != []}
         return json.dumps(filled, separators=(",", ":"), ensure_ascii=True, allow_nan=False).encode()
@@ -286,221 +294,6 @@ class AnimationTracks:
             self.document.animations.append({"name": name, "samplers": self.samplers, "channels": self.channels})
 
 
-# Affine poses as translation, rotation and scale (TRS), the transforms that glTF can animate. A pose with orthogonal
-# axes is one node (t, R, S). A pose with shear is two by the singular value decomposition A = U S V': a parent (t, U,
-# S) and a child V'. The decomposition is unique up to signs (and the order of singular values); in an animation each is
-# chosen closest to that of the previous frame, so that interpolation takes the short way.
-
-
-_SQUARE = 1e-6  # maximum cosine between two axes of a pose without shear
-_SIGNS = np.array([s for s in product((1.0, -1.0), repeat=3) if s[0] * s[1] * s[2] > 0.0])  # (4, 3) half turns
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Decomposition:
-    """Decomposition of P affine poses into TRS nodes.
-
-    ``translation`` (P, 3), ``rotation`` (P, 4) unit quaternions x y z w, ``scale`` (P, 3) and, for poses with shear,
-    ``inner`` (P, 4), the quaternion of the child node; ``shears`` (P,) marks them.
-    """
-
-    translation: FloatArray
-    rotation: FloatArray
-    scale: FloatArray
-    inner: FloatArray
-    shears: npt.NDArray[np.bool_]
-
-
-def decompose(poses: FloatArray) -> Decomposition:
-    """Decompose each of the affine poses (P, 3, 4) independently."""
-    linear = poses[:, :, :3]
-    axes, size = _axes(linear)
-    shears = _shears(axes)
-    axes, size = _proper(_completed(axes, size > 0.0), size)
-    inner = np.tile(np.eye(3), (len(poses), 1, 1))
-    rows = np.flatnonzero(shears)
-    if len(rows):
-        axes[rows], size[rows], inner[rows] = _singular(linear[rows])
-    return Decomposition(poses[:, :, 3], quaternions(axes), size, quaternions(inner), shears)
-
-
-def decompose_track(poses: FloatArray) -> Decomposition:
-    """Decompose the poses (F, 3, 4) of one node over F frames, continuously from frame to frame."""
-    linear = poses[:, :, :3]
-    axes, size = _axes(linear)
-    whole = size > 0.0
-    if _shears(axes).any():
-        outer, scale, inner = _continuous_singular(*_singular(linear))
-        shears = np.ones(len(poses), bool)
-    else:
-        outer, scale = _continuous(axes, size, whole)
-        inner = np.tile(np.eye(3), (len(poses), 1, 1))
-        shears = np.zeros(len(poses), bool)
-    return Decomposition(
-        poses[:, :, 3], _same_hemisphere(quaternions(outer)), scale, _same_hemisphere(quaternions(inner)), shears
-    )
-
-
-def node_fields(decomposition: Decomposition, index: int) -> list[dict[str, Any]]:
-    """Return the fields of one glTF node, or of a parent and its child, for pose ``index``; identities are omitted."""
-    fields = {
-        "translation": decomposition.translation,
-        "rotation": decomposition.rotation,
-        "scale": decomposition.scale,
-    }
-    neutral = {"translation": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0], "scale": [1.0, 1.0, 1.0]}
-    listed = {name: values[index].tolist() for name, values in fields.items()}
-    outer = {name: value for name, value in listed.items() if value != neutral[name]}
-    return [outer, {"rotation": decomposition.inner[index].tolist()}] if decomposition.shears[index] else [outer]
-
-
-def quaternions(r: FloatArray) -> FloatArray:
-    """Return the unit quaternions (P, 4), x y z w, of rotation matrices (P, 3, 3): the longest row of 4 q q'."""
-    x, y, z = r[:, 0, 0], r[:, 1, 1], r[:, 2, 2]
-    a, b, c = r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]
-    d, e, f = r[:, 0, 1] + r[:, 1, 0], r[:, 0, 2] + r[:, 2, 0], r[:, 1, 2] + r[:, 2, 1]
-    rows = np.stack(
-        [
-            np.stack([1 + x - y - z, d, e, a], axis=1),
-            np.stack([d, 1 - x + y - z, f, b], axis=1),
-            np.stack([e, f, 1 - x - y + z, c], axis=1),
-            np.stack([a, b, c, 1 + x + y + z], axis=1),
-        ],
-        axis=1,
-    )
-    longest = np.argmax(np.diagonal(rows, axis1=1, axis2=2), axis=1)
-    q = rows[np.arange(len(r)), longest]
-    q = q / np.linalg.norm(q, axis=1, keepdims=True)
-    q = np.where((q[:, 3] < 0.0)[:, None], -q, q)
-    exact: FloatArray = q + 0.0  # + 0.0 removes negative zeros
-    return exact
-
-
-# --- decomposition of single poses ---------------------------------------------------------------------------------
-
-
-def _axes(linear: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the columns as unit vectors (P, 3, 3), zero vectors for zero length, and their lengths (P, 3)."""
-    largest = np.abs(linear).max(axis=1)
-    safe = np.where(largest > 0.0, largest, 1.0)
-    scaled = linear / safe[:, None, :]
-    size = np.sqrt((scaled * scaled).sum(axis=1))
-    return scaled / np.where(size > 0.0, size, 1.0)[:, None, :], size * largest
-
-
-def _shears(axes: FloatArray) -> npt.NDArray[np.bool_]:
-    products = np.abs(np.swapaxes(axes, 1, 2) @ axes)
-    bent: npt.NDArray[np.bool_] = np.maximum.reduce([products[:, 0, 1], products[:, 0, 2], products[:, 1, 2]]) > _SQUARE
-    return bent
-
-
-def _completed(axes: FloatArray, whole: npt.NDArray[np.bool_], near: FloatArray | None = None) -> FloatArray:
-    """Return orthogonal axes (P, 3, 3) whose zero columns are replaced, as close to the rotation ``near`` as
-    possible."""
-    axes = axes.copy()
-    for row in np.flatnonzero(~whole.all(axis=1)):
-        like = np.eye(3) if near is None else near
-        known = [axes[row, :, k] for k in range(3) if whole[row, k]]
-        for k in np.flatnonzero(~whole[row]):
-            axes[row, :, k] = _orthogonal_to(known, like[:, k])
-            known.append(axes[row, :, k])
-    return axes
-
-
-def _orthogonal_to(known: list[FloatArray], target: FloatArray) -> FloatArray:
-    """Return the unit vector nearest to ``target`` that is orthogonal to all ``known`` unit vectors."""
-    for candidate in (target, *np.eye(3)):
-        rest = candidate - sum((v * (v @ candidate) for v in known), np.zeros(3))
-        length = float(np.linalg.norm(rest))
-        if length > 0.1:
-            unit: FloatArray = rest / length
-            return unit
-    raise AssertionError("three axes span space")
-
-
-def _proper(axes: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return proper rotations and scales, negating the x axis of left-handed frames."""
-    axes, size = axes.copy(), size.copy()
-    mirrored = np.linalg.det(axes) < 0.0
-    axes[mirrored, :, 0] *= -1.0
-    size[mirrored, 0] *= -1.0
-    return axes, size
-
-
-def _singular(linear: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return rotations U, scales S and rotations V' with ``linear = U S V'``."""
-    u, s, v = np.linalg.svd(linear)
-    left, right = np.sign(np.linalg.det(u)), np.sign(np.linalg.det(v))
-    return u * left[:, None, None], s * (left * right)[:, None], v * right[:, None, None]
-
-
-# --- continuity over time ------------------------------------------------------------------------------------------
-
-
-def _continuous(axes: FloatArray, size: FloatArray, whole: npt.NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-    """Return continuous rotations and scales; the signs of scales change only where a pose is mirrored."""
-    first = int(np.argmax(whole.sum(axis=1)))  # the frame with the most axes provides those missing in others
-    base, length = _proper(_completed(axes[first][None], whole[first][None]), size[first][None])
-    turned, scale = np.empty_like(axes), size.copy()
-    for steps in (range(first, len(axes)), range(first - 1, -1, -1)):
-        near, signs = base[0], np.where(length[0] < 0.0, -1.0, 1.0)
-        for step in steps:
-            near, signs = _nearest(axes[step], whole[step], near, signs)
-            turned[step], scale[step] = near, size[step] * signs
-    return turned, scale
-
-
-def _nearest(
-    axes: FloatArray, whole: npt.NDArray[np.bool_], near: FloatArray, signs: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the rotation and the signs of the scale for orthogonal ``axes`` (3, 3) closest to ``near`` and
-    ``signs``."""
-    if not whole.all():
-        full = _completed((axes * signs)[None], whole[None], near)[0]
-        if np.linalg.det(full) < 0.0:
-            full[:, int(np.argmin(whole))] *= -1.0  # its scale is 0
-        return full, signs
-    if np.linalg.det(axes) * np.prod(signs) < 0.0:
-        choices = -signs * _SIGNS
-        signs = choices[np.argmax(np.einsum("ij,ij,sj->s", near, axes, choices))]
-    return axes * signs, signs
-
-
-def _continuous_singular(u: FloatArray, s: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the same products with the order and signs of singular values continuous from frame to frame."""
-    u, s, v = u.copy(), s.copy(), v.copy()
-    orders = np.array(list(permutations(range(3))))
-    odd = np.array([np.linalg.det(np.eye(3)[order]) for order in orders])[:, None, None]
-    signs = np.where(s[0] < 0.0, -1.0, 1.0)
-    for step in range(1, len(u)):
-        us = u[step][:, orders].transpose(1, 0, 2) * odd  # (6, 3, 3) columns in each order, made proper
-        vs = v[step][orders] * odd  # (6, 3, 3) rows in each order
-        length = s[step][orders]
-        own = np.where(length < 0.0, -1.0, 1.0)
-        mirrored = bool((own[0].prod() != signs.prod()) and length[0].all())
-        signs = -signs if mirrored else signs
-        us, length = us * (own * signs)[:, None, :], np.abs(length) * signs
-        proper = np.linalg.det(us) > 0.0
-        us = np.where(proper[:, None, None], us, -us)  # only where a singular value is 0
-        length = np.where(proper[:, None], length, -length)
-        near = np.einsum("ij,oij,sj->os", u[step - 1], us, _SIGNS) + np.einsum("ij,oij,si->os", v[step - 1], vs, _SIGNS)
-        change = np.abs(length - s[step - 1]).sum(axis=1) / max(float(np.abs(s[step - 1 : step + 1]).max()), 1e-300)
-        near -= 6.0 * change[:, None]  # prefer solutions in which a rotating object keeps its scale
-        order, flip = np.unravel_index(int(np.argmax(near)), near.shape)
-        u[step], v[step] = us[order] * _SIGNS[flip], vs[order] * _SIGNS[flip][:, None]
-        s[step] = length[order]
-    return u, s, v
-
-
-def _same_hemisphere(q: FloatArray) -> FloatArray:
-    """Return quaternions with signs such that consecutive ones are in the same hemisphere."""
-    if len(q) < 2:
-        return q
-    turned = np.cumprod(np.concatenate([[1.0], np.where((q[1:] * q[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)]))
-    out: FloatArray = q * turned[:, None] + 0.0
-    return out
-
-
 # The hierarchy of a scene as glTF nodes, named by words, and its frames as an animation. Every instance of an entity is
 # a node whose ``extras`` contain its metadata. A primitive's node places its canonical solid (a unit cube, ball,
 # cylinder or cone, shared by all with the same look), so its pose is the product of the entity's and the solid's.
@@ -511,38 +304,145 @@ def _same_hemisphere(q: FloatArray) -> FloatArray:
 Node = dict[str, Any]
 
 
+def node_fields(decomposition: Decomposition, index: int) -> list[Node]:
+    """Return the fields of one glTF node, or of a parent and its child, for pose ``index``; identities are omitted."""
+    row = slice(index, index + 1)
+    d = decomposition
+    return all_fields(Decomposition(d.translation[row], d.rotation[row], d.scale[row], d.inner[row], d.shears[row]))[0]
+
+
+def all_fields(decomposition: Decomposition) -> list[list[Node]]:
+    """Return what ``node_fields`` returns for every pose."""
+    found: list[list[Node]] = [[{}] for _ in range(len(decomposition.translation))]
+    for name, neutral in _NEUTRAL.items():
+        values = getattr(decomposition, name)
+        rows = np.flatnonzero((values != neutral).any(axis=1))
+        for row, value in zip(rows.tolist(), values[rows].tolist(), strict=True):
+            found[row][0][name] = value
+    for row in np.flatnonzero(decomposition.shears).tolist():
+        found[row].append({"rotation": decomposition.inner[row].tolist()})
+    return found
+
+
+_NEUTRAL = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
+INSTANCED = "EXT_mesh_gpu_instancing"
+_CHUNK = 1 << 16  # poses decomposed at a time
+
+
 @dataclass(slots=True)
 class Nodes:
-    """Adds nodes to ``document``, with caches for poses, primitives and extras."""
+    """Adds nodes to ``document``, with caches for poses, primitives and what nodes of an item have in common.
+
+    ``sides`` are those of full circles of an item. From ``least`` copies of an item in another one on, they are
+    instances of one node for each mesh (``EXT_mesh_gpu_instancing``); 0 for never.
+    """
 
     document: GltfDocument
+    sides: Callable[[ExportItem], int] = field(default=lambda _: SEGMENTS)
+    least: int = 0
     _poses: dict[Matrix, list[Node]] = field(default_factory=dict)
+    _parts: dict[int, list[list[Node]]] = field(default_factory=dict)
     _solids: dict[int, Solid | None] = field(default_factory=dict)
     _extras: dict[int, Node] = field(default_factory=dict)
+    _meshes: dict[int, Node] = field(default_factory=dict)
 
     # --- static objects ---
 
     def prepare(self, items: Iterable[ExportItem]) -> None:
         """Decompose all poses below ``items`` at once, which is much faster than one by one."""
-        found = {self.placed(child, place) for item in distinct(*items) for child, place in item.parts}
-        fresh = [place for place in found if place not in self._poses]
-        for start in range(0, len(fresh), 1 << 16):
-            block = fresh[start : start + (1 << 16)]
-            decomposition = decompose(np.array(block).reshape(-1, 3, 4))
-            for index, place in enumerate(block):
-                self._poses[place] = node_fields(decomposition, index)
+        order = [item for item in distinct(*items) if item.parts and id(item) not in self._parts]
+        children = [child for item in order for child, _ in item.parts]
+        poses = np.array([place for item in order for _, place in item.parts]).reshape(-1, 3, 4)
+        fields: list[list[Node]] = []
+        for start in range(0, len(children), _CHUNK):
+            rows = slice(start, start + _CHUNK)
+            fields += all_fields(decompose(self._all_placed(children[rows], poses[rows])))
+        start = 0
+        for item in order:
+            self._parts[id(item)] = fields[start : start + len(item.parts)]
+            start += len(item.parts)
+
+    def _all_placed(self, items: Sequence[ExportItem], poses: FloatArray) -> FloatArray:
+        """Return what ``placed`` returns for each of the items under its pose (K, 3, 4)."""
+        numbers: dict[int, int] = {}
+        index = [numbers.setdefault(id(item), len(numbers)) for item in items]
+        own = np.array([self.placed(item, IDENTITY) for item in {id(item): item for item in items}.values()])
+        return _products(poses, own.reshape(-1, 3, 4)[index])
 
     def add_still(self, root: ExportItem, place: Matrix, siblings: list[int] | None) -> None:
         """Add a node for each instance below and including ``root``, without recursion."""
-        waiting: list[tuple[ExportItem, Matrix, list[int] | None]] = [(root, place, siblings)]
+        waiting = [(root, self._fields(self.placed(root, place)), siblings)]
         while waiting:
-            item, local, siblings = waiting.pop()
-            node = self._add_posed(item.word, self._fields(self.placed(item, local)), self.extras(item), siblings)
-            self._fill(node, item)
-            if item.parts:
-                children: list[int] = []
+            item, fields, siblings = waiting.pop()
+            node = self._add_posed(item.word, fields, self.extras(item), siblings)
+            node |= self._mesh_of(item)
+            if not item.parts:
+                continue
+            children: list[int] = []
+            node["children"] = children
+            copied = self._copied(item)
+            for child, poses in copied.values():
+                self._add_copies(child, np.array(poses).reshape(-1, 3, 4), children)
+            rows = zip(reversed(item.parts), reversed(self._parts[id(item)]), strict=True)
+            waiting.extend((child, below, children) for (child, _), below in rows if id(child) not in copied)
+
+    def _copied(self, item: ExportItem) -> dict[int, tuple[ExportItem, list[Matrix]]]:
+        """Return the parts of an item that are instanced, with their poses."""
+        if not self.least or len(item.parts) < self.least:
+            return {}
+        found: dict[int, tuple[ExportItem, list[Matrix]]] = {}
+        for child, place in item.parts:
+            found.setdefault(id(child), (child, []))[1].append(place)
+        return {key: value for key, value in found.items() if len(value[1]) >= self.least}
+
+    def _add_copies(self, root: ExportItem, places: FloatArray, siblings: list[int]) -> None:
+        """Add a node for each item below and including ``root`` that stands for all its instances.
+
+        Instance ``k`` of a part is in copy ``k // n`` of ``root`` if a copy has n of it.
+        """
+        waiting = [(root, places, siblings)]
+        while waiting:
+            item, poses, siblings = waiting.pop()
+            if item.is_leaf:
+                self._add_instances(item, poses, siblings)
+                continue
+            children: list[int] = []
+            node: Node = {"name": item.word, "extras": self.extras(item) | {"instances": len(poses)}}
+            self._append(node, siblings)
+            below: dict[int, tuple[ExportItem, list[Matrix]]] = {}
+            for child, place in item.parts:
+                below.setdefault(id(child), (child, []))[1].append(place)
+            for child, own in reversed(list(below.values())):
+                inner = np.array(own).reshape(-1, 3, 4)
+                product_ = _products(np.repeat(poses, len(inner), axis=0), np.tile(inner, (len(poses), 1, 1)))
+                waiting.append((child, product_, children))
+            if below:
                 node["children"] = children
-                waiting.extend((child, pose_, children) for child, pose_ in reversed(item.parts))
+
+    def _add_instances(self, item: ExportItem, poses: FloatArray, siblings: list[int]) -> None:
+        """Add one node for all instances of a leaf, and ordinary nodes for those that are mirrored or sheared."""
+        found = decompose(self._all_placed([item] * len(poses), poses))
+        plain = ~found.shears & (found.scale > 0.0).all(axis=1)
+        node: Node = {"name": item.word, "extras": self.extras(item) | {"instances": int(plain.sum())}}
+        mesh = self._mesh_of(item)
+        if mesh and plain.any():
+            self.document.required.add(INSTANCED)
+            attributes = self._instances(found, np.flatnonzero(plain))
+            node |= mesh | {"extensions": {INSTANCED: {"attributes": attributes}}}
+        if plain.any():
+            self._append(node, siblings)
+        for row in np.flatnonzero(~plain).tolist():
+            self._add_posed(item.word, node_fields(found, row), self.extras(item), siblings).update(mesh)
+
+    def _instances(self, found: Decomposition, rows: npt.NDArray[np.int64]) -> dict[str, int]:
+        """Add the attributes of instances; ``_INSTANCE`` counts them as the scene does, ordinary nodes included."""
+        add = self.document.add_array
+        attributes = {"TRANSLATION": add(found.translation[rows].astype(np.float32), "VEC3")}
+        for name, kind in (("rotation", "VEC4"), ("scale", "VEC3")):
+            values = getattr(found, name)[rows]
+            if (values != _NEUTRAL[name]).any():
+                attributes[name.upper()] = add(values.astype(np.float32), kind)
+        return attributes | {"_INSTANCE": add(rows.astype(np.uint32), "SCALAR")}
 
     def placed(self, item: ExportItem, local: Matrix) -> Matrix:
         """Return the pose of the item's node, including that of a primitive's solid."""
@@ -587,18 +487,21 @@ class Nodes:
         outer["children"] = [self._append(node, None)]
         return node
 
-    def _fill(self, node: Node, item: ExportItem) -> None:
-        """Set the mesh of the node to that of its item, if any."""
-        mesh = self.mesh(item)
-        if mesh is not None:
-            node["mesh"] = mesh
+    def _mesh_of(self, item: ExportItem) -> Node:
+        """Return the field of a node that has the mesh of the item; nothing if that is invisible."""
+        if id(item) not in self._meshes:
+            mesh = self.mesh(item)
+            self._meshes[id(item)] = {} if mesh is None else {"mesh": mesh}
+        return self._meshes[id(item)]
 
     def mesh(self, item: ExportItem) -> int | None:
         """Return the index of the item's mesh."""
         if item.merged:
             return self.document.merged_mesh(item.entity)
         solid = self.solid(item)
-        return None if solid is None else self.document.solid_mesh(item.word, solid, look_of(item.entity))
+        if solid is None:
+            return None
+        return self.document.solid_mesh(item.word, solid, look_of(item.entity), self.sides(item))
 
     # --- animated objects ---
 
@@ -628,7 +531,7 @@ class Nodes:
             places = [self.placed(item, place) for item, place in zip(items, places, strict=True)]
         node = self._add_track(moving.word, places, moving.shown, self.extras(moving.first), siblings, tracks)
         if one:
-            self._fill(node, kinds[0][0])
+            node.update(self._mesh_of(kinds[0][0]))
         elif kinds:
             self._add_variants(moving, kinds, children, tracks)
         if children or moving.children or (moving.fixed is not None and moving.fixed.parts):
@@ -646,7 +549,7 @@ class Nodes:
             mine = [other if seen else None for other, seen in zip(moving.items, shown, strict=True)]
             places = [self.placed(other, IDENTITY) for other in _filled(mine)]
             node = self._add_track(f"{moving.word}/{number}", places, shown, None, children, tracks)
-            self._fill(node, item)
+            node.update(self._mesh_of(item))
 
     def _add_track(
         self,
@@ -675,6 +578,13 @@ class Nodes:
             node = self._add_inner(f"{name}/shown", first, node)
             tracks.add(len(self.document.nodes) - 1, "scale", np.repeat(np.array(shown, float)[:, None], 3, 1), True)
         return node
+
+
+def _products(outer: FloatArray, inner: FloatArray) -> FloatArray:
+    """Return the products of affine poses (K, 3, 4), the inner ones applied first."""
+    found: FloatArray = outer[:, :, :3] @ inner
+    found[:, :, 3] += outer[:, :, 3]
+    return found
 
 
 def _filled(items: Sequence[ExportItem | None]) -> list[ExportItem]:
@@ -707,10 +617,10 @@ def write(job: Job, path: Path) -> None:
 
 def document_of(job: Job) -> GltfDocument:
     """Return the glTF document of a plan; raises LimitError if it would be too large."""
-    plan = cut_below(job.plan, job.instances)
+    plan = _within_limits(job)
     whole = [item.entity for item in distinct(*plan.roots) if item.merged]
-    document = GltfDocument(segments_for(whole, "the merged meshes", _HINT))
-    nodes = Nodes(document)
+    document = GltfDocument(job.segments or segments_for(whole, "the merged meshes", _HINT))
+    nodes = Nodes(document, item_sides(job, plan.roots), job.instancing or 0)
     if plan.animated:
         _add_frames(nodes, plan, job.fps)
     else:
@@ -719,6 +629,17 @@ def document_of(job: Job) -> GltfDocument:
     if document.is_too_large:
         raise LimitError("size", "the meshes exceed the 4 GB limit of a glTF file", hint=_HINT)
     return document
+
+
+def _within_limits(job: Job) -> ExportPlan:
+    """Return the plan with repeated parts merged as far as its nodes must be fewer; instances need none."""
+    if not job.instancing:
+        return cut_below(job.plan, job.instances)
+    most = max(leaf_counts(root)[id(root)] for root in job.plan.roots)
+    if most > job.limit:
+        message = f"the scene expands to {most:,} instances, more than the limit of {job.limit:,}"
+        raise LimitError("primitives", message, hint="raise it with --max-primitives, or omit --instancing")
+    return job.plan
 
 
 def _add_frames(nodes: Nodes, plan: ExportPlan, fps: float) -> None:
@@ -744,5 +665,5 @@ GLTF = mesh_backend(
     (".glb", ".gltf"),
     write,
     animated=True,
-    options=(INSTANCES, FPS),
+    options=(INSTANCES, INSTANCING, SIDES, TOLERANCE, FPS),
 )

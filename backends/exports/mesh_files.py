@@ -10,59 +10,133 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.exports.export import SIDES, TOLERANCE, Job, PlacedMesh, mesh_backend, placed
-from scenelang.backends.exports.plan import ExportSurface
+from scenelang.backends.exports.export import SIDES, TOLERANCE, Job, LeafPiece, Surfaces, WorldBlock, mesh_backend
 from scenelang.backends.pictures.appearance import Look, to_srgb
 from scenelang.interpreter.scene.primitives.mesh import triangle_normals
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 
 _MAX_SHININESS = 1000.0  # maximum of Ns, which is 0 for a rough surface
 
 
 def _write_obj(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``, with a material file; raises SceneError and LimitError."""
-    materials: dict[Look, str] = {}
+    surfaces = Surfaces(job, ".obj")
+    text = _ObjText(surfaces)
     library = path.with_suffix(".mtl")
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write(f"# scenelang: y up, colours are sRGB\nmtllib {library.name}\n")
-        start, numbers = 1, dict[tuple[str, ...], int]()
-        for one in placed(job, ".obj"):
-            name = _object_name(one, numbers)
-            material = materials.setdefault(one.look, f"material_{len(materials) + 1}")
-            file.write(f"o {name}\ng {' '.join(map(_escaped, one.path))}\nusemtl {material}\n")
-            file.writelines(_lines(one, start))
-            start += len(one.surface.vertices)
-    library.write_text("".join(_material(name, look) for look, name in materials.items()), encoding="ascii")
+        for block in surfaces.blocks():
+            file.writelines(text.objects(block))
+    materials = (_material(name, look) for look, name in text.materials.items())
+    library.write_text("".join(materials), encoding="ascii")
 
 
-def _object_name(one: PlacedMesh, numbers: dict[tuple[str, ...], int]) -> str:
-    """Return the words from the root to the leaf, with a number if the name is not unique."""
-    number = numbers[one.path] = numbers.get(one.path, 0) + 1
-    return "/".join(map(_escaped, one.path)) + (f".{number:03d}" if number > 1 else "")
+@dataclass(frozen=True, slots=True, eq=False)
+class _Outline:
+    """A surface as an object of OBJ has it, where positions and normals are numbered apart and each is there once.
+
+    ``points`` and ``normals`` are the vertices that they are taken from, ``colors`` the colours of the points.
+    ``faces`` and ``mirrored`` are the numbers of three corners, position and normal, from 0. ``form`` is the text of
+    the object but for its numbers.
+    """
+
+    points: IntArray
+    normals: IntArray
+    colors: FloatArray | None
+    faces: IntArray
+    mirrored: IntArray
+    form: str
+
+
+def _outline(piece: LeafPiece) -> _Outline:
+    surface, colors = piece.surface, piece.colors
+    columns = surface.vertices
+    if colors is not None:
+        colors = to_srgb(np.clip(colors, 0.0, 1.0)).astype(np.float64)
+        columns = np.hstack([columns, colors])
+    if surface.joints is None or colors is not None:
+        points, place = _firsts(columns)
+        point = place[surface.faces]
+    else:  # what only touches itself stays apart
+        _, first, place = np.unique(surface.joints, return_index=True, return_inverse=True)
+        points, point = surface.faces.ravel()[first], place.reshape(surface.faces.shape)
+    normals, normal = _firsts(surface.normals)
+    corners = np.stack([point, normal[surface.faces]], axis=2)
+    form = ("v" + " %.9g" * columns.shape[1] + "\n") * len(points) + "vn %.6g %.6g %.6g\n" * len(normals)
+    faces = "f %d//%d %d//%d %d//%d\n" * len(surface.faces)
+    own = None if colors is None else colors[points]
+    return _Outline(points, normals, own, corners.reshape(-1), corners[:, ::-1].reshape(-1), form + faces)
+
+
+def _firsts(rows: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return the first of each set of equal rows, in order, and for each row the number of its set."""
+    _, first, place = np.unique(rows + 0.0, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    number = np.empty(len(order), np.int64)
+    number[order] = np.arange(len(order))
+    return first[order], number[place.reshape(-1)]
+
+
+class _ObjText:
+    """Writes the objects of an OBJ file, which number positions and normals through the file."""
+
+    def __init__(self, surfaces: Surfaces) -> None:
+        self.materials: dict[Look, str] = {}
+        self._leaves = surfaces.leaves
+        self._outlines: dict[Hashable, _Outline] = {}
+        self._names: dict[tuple[int, str], str] = {}
+        self._numbers: dict[str, int] = {}
+        self._next = np.array([1, 1])
+
+    def objects(self, block: WorldBlock) -> Iterator[str]:
+        """Yield the text of each object of a block."""
+        starts, leaf, mirrored = block.first.tolist(), block.leaf.tolist(), block.mirrored.tolist()
+        for number, piece in enumerate(block.pieces):
+            outline = self._outline(piece)
+            points = block.vertices[starts[number] + outline.points]
+            if outline.colors is not None:
+                points = np.hstack([points, outline.colors])
+            normals = block.normals[starts[number] + outline.normals] + 0.0
+            faces = outline.mirrored if mirrored[number] else outline.faces
+            corners = (faces.reshape(-1, 2) + self._next).ravel()
+            self._next = self._next + np.array([len(points), len(normals)])
+            numbers = (*points.ravel().tolist(), *normals.ravel().tolist(), *corners.tolist())
+            yield self._head(leaf[number], piece.look)
+            yield outline.form % numbers
+
+    def _outline(self, piece: LeafPiece) -> _Outline:
+        key = id(piece.surface), None if piece.surface.colors is None else piece.look.color
+        if key not in self._outlines:
+            self._outlines[key] = _outline(piece)
+        return self._outlines[key]
+
+    def _head(self, leaf: int, look: Look) -> str:
+        """Return the lines that begin an object; its name has a number if it is not unique."""
+        path = self._leaves.path(leaf)
+        key = int(self._leaves.path_index[leaf]), path[-1]
+        if key not in self._names:
+            words = [_escaped(word) for word in path]
+            self._names[key] = "/".join(words)
+        name = self._names[key]
+        number = self._numbers[name] = self._numbers.get(name, 0) + 1
+        material = self.materials.setdefault(look, f"material_{len(self.materials) + 1}")
+        counted = f".{number:03d}" if number > 1 else ""
+        return f"o {name}{counted}\ng {name.replace('/', ' ')}\nusemtl {material}\n"
 
 
 def _escaped(word: str) -> str:
     """Return a word without the characters that are delimiters in the format."""
     return re.sub(r"[\s/#\\]+", "_", word.encode("utf-8", "replace").decode()) or "_"
-
-
-def _lines(one: PlacedMesh, start: int) -> Iterator[str]:
-    """Yield the vertices, normals and faces of one object; its vertices are numbered from ``start``."""
-    surface = one.surface
-    columns = surface.vertices
-    if surface.colors is not None:
-        columns = np.hstack([columns, to_srgb(np.clip(surface.colors, 0.0, 1.0))])
-    form = "v" + " %.9g" * columns.shape[1] + "\n"
-    yield (form * len(columns)) % tuple(columns.ravel().tolist())
-    yield ("vn %.6g %.6g %.6g\n" * len(surface.normals)) % tuple((surface.normals + 0.0).ravel().tolist())
-    corners = np.repeat(surface.faces.reshape(-1) + start, 2)
-    yield ("f %d//%d %d//%d %d//%d\n" * len(surface.faces)) % tuple(corners.tolist())
 
 
 def _material(name: str, look: Look) -> str:
@@ -103,22 +177,28 @@ _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 
 def _write_ply(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
-    vertices, faces, start = [], [], 0
-    for one in placed(job, ".ply"):
-        rows = np.empty(len(one.surface.vertices), _VERTEX)
-        rows["position"], rows["normal"], rows["color"] = one.surface.vertices, one.surface.normals, one.srgb()
-        vertices.append(rows)
-        faces.append(one.surface.faces + start)
-        start += len(rows)
-    write_ply(path, _PROPERTIES, vertices, faces, "scenelang: y up, colours are sRGB")
+    surfaces = Surfaces(job, ".ply")
+    faces: list[npt.NDArray[Any]] = []
+
+    def vertices() -> Iterator[npt.NDArray[Any]]:
+        start = 0
+        for block in surfaces.blocks():
+            rows = np.empty(len(block.vertices), _VERTEX)
+            rows["position"], rows["normal"], rows["color"] = block.vertices, block.normals, block.srgb()
+            faces.append(_ply_faces(block.faces() + start))  # written after all vertices
+            start += len(rows)
+            yield rows
+
+    write_ply(path, _PROPERTIES, vertices(), faces, "scenelang: y up, colours are sRGB", surfaces.size())
 
 
 def write_ply(
     path: Path,
     properties: Sequence[tuple[str, str]],
-    vertices: Sequence[npt.NDArray[Any]],
-    faces: Sequence[npt.NDArray[np.int64]] | None,
+    vertices: Iterable[npt.NDArray[Any]],
+    faces: Iterable[npt.NDArray[Any]] | None,
     comment: str | None = None,
+    size: tuple[int, int] | None = None,
 ) -> None:
     """Write a binary PLY file.
 
@@ -126,23 +206,31 @@ def write_ply(
     ----------
     properties : sequence of (str, str)
         Types and names of the vertex properties.
-    vertices : sequence of structured arrays
+    vertices : iterable of structured arrays
         Rows that are concatenated.
-    faces : sequence of (F, 3) arrays, optional
-        Indices into all vertices; None for a point cloud.
+    faces : iterable of (F, 3) arrays, or of arrays of PLY's own rows, optional
+        Indices into all vertices; None for a point cloud. They are read after all vertices.
+    size : (int, int), optional
+        The numbers of vertices and faces, needed unless both are sequences.
     """
+    if size is None:
+        vertices, faces = list(vertices), None if faces is None else list(faces)
+        size = sum(map(len, vertices)), sum(map(len, faces or ()))
     lines = ["ply", "format binary_little_endian 1.0", *([f"comment {comment}"] if comment else ())]
-    lines += [f"element vertex {sum(map(len, vertices))}", *(f"property {kind} {name}" for kind, name in properties)]
+    lines += [f"element vertex {size[0]}", *(f"property {kind} {name}" for kind, name in properties)]
     if faces is not None:
-        lines += [f"element face {sum(map(len, faces))}", "property list uchar int vertex_indices"]
+        lines += [f"element face {size[1]}", "property list uchar int vertex_indices"]
     lines += ["end_header", ""]
     with path.open("wb") as file:
         file.write("\n".join(lines).encode("ascii"))
         file.writelines(rows.tobytes() for rows in vertices)
-        for corners in faces or ():
-            sides = np.empty(len(corners), _FACE)
-            sides["count"], sides["corners"] = 3, corners
-            file.write(sides.tobytes())
+        file.writelines((f if f.dtype == _FACE else _ply_faces(f)).tobytes() for f in faces or ())
+
+
+def _ply_faces(corners: IntArray) -> npt.NDArray[Any]:
+    rows = np.empty(len(corners), _FACE)
+    rows["count"], rows["corners"] = 3, corners
+    return rows
 
 
 PLY = mesh_backend(
@@ -158,16 +246,16 @@ _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attrib
 
 def _write_stl(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
-    pieces = [_triangles(one.surface) for one in placed(job, ".stl")]
+    surfaces = Surfaces(job, ".stl")
     with path.open("wb") as file:
         file.write(b"scenelang: y up".ljust(80, b" "))
-        file.write(struct.pack("<I", sum(map(len, pieces))))
-        file.writelines(rows.tobytes() for rows in pieces)
+        file.write(struct.pack("<I", surfaces.size()[1]))
+        file.writelines(_triangles(block.vertices, block.faces()).tobytes() for block in surfaces.blocks())
 
 
-def _triangles(surface: ExportSurface) -> npt.NDArray[np.void]:
-    rows = np.zeros(len(surface.faces), _TRIANGLE)
-    corners = surface.vertices[surface.faces]
+def _triangles(vertices: FloatArray, faces: IntArray) -> npt.NDArray[np.void]:
+    rows = np.zeros(len(faces), _TRIANGLE)
+    corners = vertices[faces]
     rows["corners"], rows["normal"] = corners, triangle_normals(corners)
     return rows
 

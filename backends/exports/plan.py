@@ -21,11 +21,11 @@ from scenelang.backends.pictures.appearance import Look, check_seen, look_of
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.bounds import entity_box
-from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
-from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
+from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts, primitive_count
+from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives import Primitive
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
-from scenelang.interpreter.scene.primitives.mesh import Mesh, posed
+from scenelang.interpreter.scene.primitives.mesh import Mesh, posed_points
 
 MAX_NODES = 1_000_000  # of a strict tree
 _MAX_COORDINATE = 1e30  # limit for single precision, with a margin for products
@@ -172,7 +172,7 @@ def sizes(roots: Sequence[ExportItem]) -> dict[int, int]:
     """Return the number of instances below and including each distinct item."""
     counts: dict[int, int] = {}
     for item in distinct(*roots):
-        counts[id(item)] = 1 + sum(counts[id(child)] for child, _ in item.parts)
+        counts[id(item)] = 1 + sum([counts[id(child)] for child, _ in item.parts])
     return counts
 
 
@@ -187,18 +187,18 @@ def cut_below(plan: ExportPlan, limit: int) -> ExportPlan:
     most = max(counts[id(root)] for root in plan.roots)
     if most <= limit:
         return plan
-    repeated = _repeated(plan.roots)
+    repeated = {key for key in _repeated(plan.roots) if counts[key] > 1}  # a single node cannot become fewer
     threshold = 2
-    while _nodes(plan.roots, counts, repeated, threshold) > limit and threshold < most:
+    nodes = most
+    while repeated and (nodes := _nodes(plan.roots, counts, repeated, threshold)) > limit and threshold < most:
         threshold *= 2
-    nodes = _nodes(plan.roots, counts, repeated, threshold)
     if nodes > max(limit, MAX_NODES):
         raise LimitError(
             "primitives",
             f"the scene needs {nodes:,} nodes, more than the limit of {MAX_NODES:,} for a file",
             hint="merge parts with --depth N, or write .usd",
         )
-    return _merged_below(plan, counts, repeated, threshold)
+    return _merged_below(plan, counts, repeated, threshold) if repeated else plan
 
 
 def _repeated(roots: Sequence[ExportItem]) -> set[int]:
@@ -263,9 +263,20 @@ class ExportSurface:
 
     def under(self, matrices: FloatArray) -> ExportSurface:
         """Return copies of the surface under the poses (K, 3, 4), concatenated."""
-        mesh = posed(Mesh(self.vertices, self.normals, self.faces), matrices)
+        vertices, normals, mirrored = self.copies(matrices)
+        faces = np.where(mirrored[:, None, None], self.faces[:, ::-1], self.faces)
+        faces = faces + (np.arange(len(matrices)) * len(self.vertices))[:, None, None]
         colors = None if self.colors is None else np.tile(self.colors, (len(matrices), 1))
-        return ExportSurface(mesh.vertices, _unit_normals(mesh.shading), mesh.faces, colors)
+        return ExportSurface(vertices.reshape(-1, 3), normals.reshape(-1, 3), faces.reshape(-1, 3), colors)
+
+    def copies(self, matrices: FloatArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
+        """Return vertices and unit normals (K, V, 3) under the poses (K, 3, 4), and which poses mirror (K,)."""
+        vertices, normals, mirrored = posed_points(self.vertices, self.normals, matrices)
+        doubtful = np.abs(np.einsum("kvi,kvi->kv", normals, normals) - 1.0) > 1e-9
+        doubtful |= ~np.isfinite(normals).all(axis=2)
+        if doubtful.any():
+            normals[doubtful] = _unit_normals(normals[doubtful])
+        return vertices, normals, mirrored
 
 
 def surface_of(entity: Entity, segments: int = SEGMENTS) -> ExportSurface | None:
@@ -422,29 +433,36 @@ def joined(surfaces: Sequence[ExportSurface]) -> ExportSurface:
     )
 
 
-def segments_for(entities: Sequence[Entity], what: str, hint: str | None = None) -> int:
+def segments_for(
+    entities: Sequence[Entity], what: str, hint: str | None = None, counts: Sequence[int] | None = None
+) -> int:
     """Return the largest number of sides of round primitives for which the merged ``entities`` fit; raises LimitError.
 
-    ``what`` names the file in the message, ``hint`` is the hint of the error.
+    ``what`` names the file in the message, ``hint`` is the hint of the error. Entity ``i`` is there ``counts[i]``
+    times, by default once.
     """
-    shapes = [(frame, np.bincount(frame.index)) for frame in _frames(entities, what, hint)]
+    shapes = _primitives_in(entities, [1] * len(entities) if counts is None else counts, what, hint)
     for segments in _COARSER:
-        total = sum(
-            int(count) * vertex_count(primitive, segments)
-            for frame, counts in shapes
-            for primitive, count in zip(frame.primitives, counts.tolist(), strict=True)
-        )
+        total = sum(count * vertex_count(primitive, segments) for primitive, count in shapes)
         if total <= MAX_VERTICES:
             return segments
-        if not any(p.shape is not None and is_round(p.shape) for frame, _ in shapes for p in frame.primitives):
+        if not any(p.shape is not None and is_round(p.shape) for p, _ in shapes):
             break
     raise LimitError(
         "primitives", f"{what} would have {total:,} vertices, more than the limit of {MAX_VERTICES:,}", hint=hint
     )
 
 
-def _frames(entities: Sequence[Entity], what: str, hint: str | None) -> list[FlatFrame]:
-    total = sum(primitive_count(entity) for entity in entities)
+def _primitives_in(
+    entities: Sequence[Entity], counts: Sequence[int], what: str, hint: str | None
+) -> list[tuple[Entity, int]]:
+    """Return the primitives below the entities, with how often they are there."""
+    total = sum(count * primitive_count(entity) for entity, count in zip(entities, counts, strict=True))
     if 3 * total > MAX_VERTICES:  # check before anything is expanded
         raise LimitError("primitives", f"{what} would have {total:,} primitives, more than the limit", hint=hint)
-    return [flatten_entity(entity, snap_blocks=False) for entity in entities]
+    found: list[tuple[Entity, int]] = []
+    for entity, times in zip(entities, counts, strict=True):
+        order = list(descendants(entity))
+        below = instance_counts(order)
+        found.extend((each, times * below[id(each)]) for each in order if each.is_primitive)
+    return found

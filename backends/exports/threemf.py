@@ -65,6 +65,7 @@ class _Model:
 
     def __init__(self, job: Job) -> None:
         self._job, self._surfaces = job, Surfaces(job, ".3mf")
+        self._leaves = list(zip(self._surfaces.leaves.each(), self._surfaces.sides().tolist(), strict=True))
         self._colors: dict[str, int] = {}
         self._meshes: dict[tuple[int, bool], int] = {}
         self._objects: list[str] = []
@@ -85,24 +86,24 @@ class _Model:
 
     def _parts(self) -> list[int]:
         """Make the objects, and return the numbers of those that are built."""
-        groups: dict[int, tuple[str, list[WorldLeaf]]] = {}
-        for leaf in self._surfaces.leaves:
+        groups: dict[int, tuple[str, list[tuple[WorldLeaf, int]]]] = {}
+        for leaf, sides in self._leaves:
             word = leaf.path[1] if len(leaf.path) > 1 else leaf.path[0]
-            groups.setdefault(leaf.branch, (word, []))[1].append(leaf)
+            groups.setdefault(leaf.branch, (word, []))[1].append((leaf, sides))
         found = []
         for word, members in groups.values():
-            components = [line for leaf in members for line in self._components(leaf)]
+            components = [line for leaf, sides in members for line in self._components(leaf, sides)]
             if components:
                 found.append(self._add(f"name={_quoted(word)}", f"<components>\n{''.join(components)}</components>"))
         return found
 
-    def _components(self, leaf: WorldLeaf) -> Iterator[str]:
+    def _components(self, leaf: WorldLeaf, sides: int) -> Iterator[str]:
         pose = np.array(leaf.pose, np.float64).reshape(3, 4)
         pose = np.concatenate([_STANDING @ pose[:, :3], (_STANDING @ pose[:, 3])[:, None]], axis=1)
         mirrored = bool(np.linalg.det(pose[:, :3]) < 0.0)
         if mirrored:
             pose[:, :3] *= _MIRROR
-        for look, surface in self._surfaces.patches(leaf):
+        for look, surface in self._surfaces.patches(leaf.item, sides):
             key = id(surface), mirrored
             if key not in self._meshes:
                 self._meshes[key] = self._mesh(leaf.item.word, look, surface, mirrored)

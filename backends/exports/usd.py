@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,22 +19,41 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import require
-from scenelang.backends.exports.export import FPS, Job, Moving, facts_of, matched, merged_facts, mesh_backend, variants
+from scenelang.backends.exports.export import (
+    FPS,
+    INSTANCING,
+    SIDES,
+    TOLERANCE,
+    Job,
+    Moving,
+    facts_of,
+    item_sides,
+    matched,
+    merged_facts,
+    mesh_backend,
+    variants,
+)
 from scenelang.backends.exports.plan import (
+    SEGMENTS,
     ExportItem,
     ExportPlan,
     ExportSurface,
+    Solid,
     distinct,
     merged,
     segments_for,
     solid_of,
     unit_surface,
 )
+from scenelang.backends.exports.trs import decompose, unsheared
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 
 # Prims of a USD layer through Sdf, which is twenty times faster than UsdGeom.
 
@@ -77,7 +96,7 @@ class Prims:
     def __init__(self, layer: Any) -> None:
         self.sdf, self.gf, self.vt = (require(f"pxr.{name}", INSTALL) for name in ("Sdf", "Gf", "Vt"))
         self.layer = layer
-        self._solids: dict[tuple[CanonicalForm, tuple[float, ...]], Any] = {}
+        self._solids: dict[Hashable, Any] = {}
         self._shape_names = PrimNames()
 
     def prim(self, parent: Any, name: str, kind: str, abstract: bool = False) -> Any:
@@ -105,18 +124,23 @@ class Prims:
 
     # --- poses and visibility, static or animated ---
 
-    def place(self, prim: Any, poses: Sequence[Matrix]) -> None:
-        """Set the pose of a prim: one pose, or one per frame."""
+    def place(self, prim: Any, poses: Sequence[Matrix], has_order: bool = False) -> None:
+        """Set the pose of a prim, or one per frame; with ``has_order``, its prototype has the ``xformOpOrder``."""
         moves = len(set(poses)) > 1
         if not moves and poses[0] == IDENTITY:
             return
         made = self.attribute(prim, "xformOp:transform", "Matrix4d", None if moves else self.matrix(poses[0]))
-        self.attribute(prim, "xformOpOrder", "TokenArray", self.vt.TokenArray(["xformOp:transform"]))
+        if not has_order:
+            self.order(prim)
         if moves:
             last = len(poses) - 1
             for frame, pose in enumerate(poses):
                 if frame in (0, last) or pose != poses[frame - 1] or pose != poses[frame + 1]:
                     self.layer.SetTimeSample(made.path, frame, self.matrix(pose))
+
+    def order(self, prim: Any) -> None:
+        """Say that the pose of a prim, or of what refers to it, is its ``xformOp:transform``."""
+        self.attribute(prim, "xformOpOrder", "TokenArray", self.vt.TokenArray(["xformOp:transform"]))
 
     def show(self, prim: Any, shown: Sequence[bool]) -> None:
         """Hide the prim in the frames without it."""
@@ -151,27 +175,40 @@ class Prims:
         for frame, value in enumerate(values if len(set(boxes)) > 1 else ()):
             self.layer.SetTimeSample(made.path, frame, value)
 
+    def hint_instances(self, prim: Any, items: Sequence[ExportItem], poses: FloatArray) -> None:
+        """Set the extent of a PointInstancer, whose instances are the items under the poses (K, 3, 4)."""
+        boxes = {id(item): entity_box(item.entity) for item in items}
+        known = np.array([boxes[id(item)] or (np.nan,) * 6 for item in items]).reshape(-1, 2, 3)
+        middle, half = known.mean(axis=1), (known[:, 1] - known[:, 0]) / 2.0
+        places = np.einsum("kij,kj->ki", poses[:, :, :3], middle) + poses[:, :, 3]
+        reach = np.einsum("kij,kj->ki", np.abs(poses[:, :, :3]), half)
+        if np.isfinite(known).any():
+            ends = [np.nanmin(places - reach, axis=0), np.nanmax(places + reach, axis=0)]
+            self.attribute(prim, "extent", "Float3Array", self.points(np.array(ends)))
+
     # --- geometry ---
 
-    def shape(self, parent: Any, name: str, form: CanonicalForm, ratios: tuple[float, ...], look: Look) -> Any:
+    def shape(self, parent: Any, name: str, solid: Solid, look: Look, segments: int = SEGMENTS) -> Any:
         """Add a canonical form: a reference to a shared prim, of a built-in USD schema if the form has one, else a
         mesh."""
-        schema = form.usd(ratios)
+        form = solid.form
+        assert form is not None
+        schema = form.usd(solid.ratios)
         prim = self.prim(parent, name, "Mesh" if schema is None else schema[0])
-        prim.referenceList.prependedItems = [self.sdf.Reference("", self._solid(form, ratios))]
+        prim.referenceList.prependedItems = [self.sdf.Reference("", self._solid(form, solid.ratios, segments))]
         self._paint(prim, np.array([look.color]), "constant", look)
         return prim
 
-    def _solid(self, form: CanonicalForm, ratios: tuple[float, ...]) -> Any:
+    def _solid(self, form: CanonicalForm, ratios: tuple[float, ...], segments: int) -> Any:
         """Return the path of a canonical form's prim, adding it on first use."""
-        key = (form, ratios)
+        schema = form.usd(ratios)
+        key = (form, ratios, segments if schema is None else None)
         if key not in self._solids:
             root = self.layer.GetPrimAtPath(f"/{self.layer.defaultPrim}")
             holder = root.nameChildren.get(SHAPES) or self.prim(root, SHAPES, "", abstract=True)
-            schema = form.usd(ratios)
             made = self.prim(holder, self._shape_names.fresh(form.name), "Mesh" if schema is None else schema[0])
             if schema is None:
-                self._triangles(made, unit_surface(form, ratios))
+                self._triangles(made, unit_surface(form, ratios, segments))
             else:
                 for name, (kind, value) in schema[1].items():
                     self.attribute(made, name, kind, value)
@@ -179,6 +216,25 @@ class Prims:
                 self.attribute(made, "extent", "Float3Array", self.points(np.stack([-reach, reach])))
             self._solids[key] = made.path
         return self._solids[key]
+
+    def instancer(
+        self, prim: Any, prototypes: Sequence[Any], index: IntArray, poses: FloatArray, ids: IntArray
+    ) -> None:
+        """Make ``prim`` a PointInstancer of the paths ``prototypes``: instance ``i`` is ``prototypes[index[i]]`` under
+        ``poses[i]`` (3, 4), which have no shear."""
+        vt, found = self.vt, decompose(poses)
+        relation = self.sdf.RelationshipSpec(prim, "prototypes", custom=False)
+        relation.targetPathList.explicitItems = list(prototypes)
+        self.attribute(prim, "protoIndices", "IntArray", vt.IntArray.FromNumpy(index.astype(np.int32)))
+        self.attribute(prim, "positions", "Point3fArray", self.points(found.translation))
+        self.attribute(prim, "ids", "Int64Array", vt.Int64Array.FromNumpy(ids.astype(np.int64)))
+        if (found.scale != 1.0).any():
+            self.attribute(prim, "scales", "Float3Array", self.points(found.scale))
+        if (found.rotation != (0.0, 0.0, 0.0, 1.0)).any():
+            turns = np.ascontiguousarray(found.rotation, np.float32)
+            half = turns.astype(np.float16)  # for readers that do not know the exact ones
+            self.attribute(prim, "orientations", "QuathArray", vt.QuathArray.FromNumpy(half))
+            self.attribute(prim, "orientationsf", "QuatfArray", vt.QuatfArray.FromNumpy(turns))
 
     def mesh(self, parent: Any, name: str, surface: ExportSurface, look: Look) -> Any:
         """Add triangles with their normals and, if the surface has them, colours."""
@@ -268,6 +324,7 @@ class Materials:
 
 
 MAX_PRIMS = 1_000_000
+INSTANCER_COPIES = 10_000  # copies in one place from which they are one PointInstancer unless --instancing says so
 _MAX_DEPTH = 1_000  # USD composes recursively
 
 
@@ -310,18 +367,26 @@ def _fill(layer: Any, job: Job) -> None:
         layer.pseudoRoot.SetInfo(name, value)
     prims.hint_extent(root, plan.roots)
     materials = Materials(prims, prims.prim(root, "Materials", "Scope"))
-    tree = _Tree(prims, materials, root, segments_for(whole, "the merged meshes"))
+    segments = job.segments or segments_for(whole, "the merged meshes")
+    least = INSTANCER_COPIES if job.instancing is None else job.instancing
+    tree = _Tree(prims, materials, root, segments, item_sides(job, plan.roots), least)
     tree.add_frames(matched(plan.roots)) if plan.animated else tree.add_root(plan)
 
 
 @dataclass(slots=True)
 class _Tree:
-    """Adds the hierarchy below ``root``; ``repeated`` items become prototypes on first use."""
+    """Adds the hierarchy below ``root``; ``repeated`` items become prototypes on first use.
+
+    ``segments`` are the sides of full circles of merged meshes, ``sides`` those of an item. From ``least`` copies of an
+    item in another one on, they are one PointInstancer; 0 for never.
+    """
 
     prims: Prims
     materials: Materials
     root: Any
     segments: int
+    sides: Callable[[ExportItem], int]
+    least: int = 0
     repeated: set[int] = field(default_factory=set)
     room: int = MAX_PRIMS
     _prototypes: Any = None
@@ -353,15 +418,50 @@ class _Tree:
             self.prims.describe(prim, item)
             if item.is_leaf:
                 self._geometry(item, prim)
-            for child, pose in item.parts:
-                made = self._posed(prim, child, (pose,))
-                if id(child) not in self.repeated:
-                    waiting.append((child, made, level + 1))
-                elif id(child) not in self._paths:
-                    waiting.append((child, self._prototype(child), 1))
-                    self._refer(made, child)
+            copied = self._instancer(item, prim, waiting)
+            for position, (child, pose) in enumerate(item.parts):
+                if position in copied:
+                    continue
+                made = self._posed(prim, child, (pose,), has_order=id(child) in self.repeated)
+                if id(child) in self.repeated:
+                    self._refer_to(made, child, waiting)
                 else:
-                    self._refer(made, child)
+                    waiting.append((child, made, level + 1))
+
+    def _refer_to(self, prim: Any, item: ExportItem, waiting: list[tuple[ExportItem, Any, int]]) -> None:
+        """Make a prim an instance of the prototype of a repeated item, which is filled later if it is new."""
+        if id(item) not in self._paths:
+            waiting.append((item, self._prototype(item), 1))
+        self._refer(prim, item)
+
+    def _instancer(self, item: ExportItem, prim: Any, waiting: list[tuple[ExportItem, Any, int]]) -> set[int]:
+        """Add a PointInstancer for the parts of an item that are there often; return their positions among the parts.
+
+        Instances cannot be sheared, so such parts are not among them. ``ids`` are the positions.
+        """
+        rows: dict[int, list[int]] = {}
+        for position, (child, _) in enumerate(item.parts if self.least else ()):
+            rows.setdefault(id(child), []).append(position)
+        often = [found for found in rows.values() if len(found) >= self.least]
+        if not often:
+            return set()
+        positions = np.array(sorted(position for found in often for position in found), np.int64)
+        poses = np.array([item.parts[position][1] for position in positions.tolist()]).reshape(-1, 3, 4)
+        plain = ~decompose(poses).shears
+        positions, poses = positions[plain], poses[plain]
+        numbers: dict[int, int] = {}
+        children = [item.parts[position][0] for position in positions.tolist()]
+        index = np.array([numbers.setdefault(id(child), len(numbers)) for child in children], np.int64)
+        if not len(index):
+            return set()
+        made = self.prims.prim(prim, self._name(prim, "instances"), "PointInstancer")
+        prototypes = []
+        for child in {id(child): child for child in children}.values():
+            prototypes.append(self.prims.prim(made, self._name(made, child.word), "Xform"))
+            self._refer_to(prototypes[-1], child, waiting)
+        self.prims.instancer(made, [each.path for each in prototypes], index, poses, positions)
+        self.prims.hint_instances(made, children, poses)
+        return set(positions.tolist())
 
     def _count_prim(self, level: int) -> None:
         self.room -= 1
@@ -373,9 +473,14 @@ class _Tree:
             )
             raise LimitError("primitives", f"the scene is too large for USD: {what}", hint="merge parts with --depth N")
 
-    def _posed(self, parent: Any, item: ExportItem, poses: Sequence[Matrix]) -> Any:
+    def _posed(self, parent: Any, item: ExportItem, poses: Sequence[Matrix], has_order: bool = False) -> Any:
+        pair = unsheared(poses[0]) if len(set(poses)) == 1 else None
+        if pair is not None:  # objects of Blender have no shear of their own
+            parent = self.prims.prim(parent, self._name(parent, f"{item.word}_shear"), "Xform")
+            self.prims.place(parent, pair[:1])
+            poses = pair[1:]
         prim = self.prims.prim(parent, self._name(parent, item.word), "Xform")
-        self.prims.place(prim, poses)
+        self.prims.place(prim, poses, has_order)
         return prim
 
     def _name(self, parent: Any, word: str) -> str:
@@ -391,6 +496,8 @@ class _Tree:
         if self._prototypes is None:
             self._prototypes = self.prims.prim(self.root, "Prototypes", "", abstract=True)
         made = self.prims.prim(self._prototypes, self._name(self._prototypes, item.word), "Xform")
+        self.prims.attribute(made, "xformOp:transform", "Matrix4d", self.prims.matrix(IDENTITY))
+        self.prims.order(made)
         self._paths[id(item)] = made.path
         return made
 
@@ -418,10 +525,10 @@ class _Tree:
         if look.opacity == 0.0:
             return None
         if solid.form is not None:
-            made = self.prims.shape(prim, name, solid.form, solid.ratios, look)
+            made = self.prims.shape(prim, name, solid, look, self.sides(item))
             self.materials.bind(made, look)
         else:
-            surface = solid.surface()
+            surface = solid.surface(self.sides(item))
             if surface is None:
                 return None
             made = self.prims.mesh(prim, name, surface, look)
@@ -453,9 +560,10 @@ class _Tree:
         if id(item) not in self.repeated:
             self._fill_prim(item, prim, level)
             return
-        if id(item) not in self._paths:
-            self._fill_prim(item, self._prototype(item), 1)
-        self._refer(prim, item)
+        waiting: list[tuple[ExportItem, Any, int]] = []
+        self._refer_to(prim, item, waiting)
+        for each in waiting:
+            self._fill_prim(*each)
 
     def _changing(self, moving: Moving, prim: Any) -> None:
         """Add the geometry of a leaf whose look or shape changes: one prim for each variant, visible in its frames."""
@@ -506,7 +614,7 @@ USD = mesh_backend(
     (".usd", ".usda", ".usdc", ".usdz"),
     write,
     animated=True,
-    options=(FPS,),
+    options=(INSTANCING, SIDES, TOLERANCE, FPS),
     packages=("pxr",),
     install=INSTALL,
 )

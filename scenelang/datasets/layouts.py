@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.exports.gltf import quaternions
+from scenelang.backends.exports.trs import quaternions
 from scenelang.backends.files import replaced_folder
 from scenelang.backends.labels.things import OTHER, rigid_parts
 from scenelang.datasets.making import decoded, png

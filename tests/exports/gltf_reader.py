@@ -88,9 +88,23 @@ class Gltf:
             names = (*names, node["name"])
             extras = node.get("extras", extras)
             if "mesh" in node:
-                out.append((node["mesh"], world, names, extras))
+                out += [(node["mesh"], world @ own, names, extras) for own in self._instances(node)]
             stack.extend((child, world, names, extras) for child in reversed(node.get("children", ())))
         return out
+
+    def _instances(self, node: dict[str, Any]) -> list[np.ndarray]:
+        """The poses in its own frame at which the mesh of a node is seen."""
+        given = node.get("extensions", {}).get("EXT_mesh_gpu_instancing")
+        if given is None:
+            return [np.eye(4)]
+        assert "EXT_mesh_gpu_instancing" in self.document["extensionsRequired"]
+        columns = {name: self.array(number) for name, number in given["attributes"].items()}
+        assert len({len(column) for column in columns.values()} | {node["extras"]["instances"]}) == 1
+        names = [name for name in columns if not name.startswith("_")]
+        return [
+            _matrix({name.lower(): columns[name][row].astype(float) for name in names})
+            for row in range(len(columns["TRANSLATION"]))
+        ]
 
     def _mesh(self, number: int, world: np.ndarray, names: tuple[str, ...], extras: dict[str, Any]) -> list[Seen]:
         out = []

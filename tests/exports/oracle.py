@@ -60,6 +60,23 @@ def expected(scene: Scene, frame: int = 0, segments: int = SEGMENTS) -> Iterator
         yield Expected((*flat.paths[flat.path_index[i]], entity.word), vertices, look.color, matrix, entity)
 
 
+def corners_of(one: Expected, segments: int = SEGMENTS) -> np.ndarray:
+    """The corners of a primitive's triangles (3 F, 3) in the world."""
+    surface = surface_of(one.entity, segments)
+    assert surface is not None
+    return one.vertices[surface.faces.ravel()]
+
+
+def obj_corners(path: Path) -> np.ndarray:
+    """The corners of the triangles of an OBJ file, one a row: position, colour if all have one, and normal."""
+    lines = [line.split() for line in path.read_text().splitlines()]
+    found = [line[1:] for line in lines if line[:1] == ["v"]]
+    points = np.array([row[: min(map(len, found))] for row in found], float)
+    normals = np.array([line[1:] for line in lines if line[:1] == ["vn"]], float)
+    pairs = np.array([corner.split("//") for line in lines if line[:1] == ["f"] for corner in line[1:]], int) - 1
+    return np.hstack([points[pairs[:, 0]], normals[pairs[:, 1]]])
+
+
 @cache
 def example(name: str, **defines: Any) -> Scene:
     path = EXAMPLES / name

@@ -71,6 +71,21 @@ def test_odd_scenes_have_no_errors(make: Any, tmp_path: Path) -> None:
     assert [one for one in validated(*files) if one["errors"]] == []
 
 
+@pytest.mark.parametrize("name", one_in(2, ["chessboard.scene", "making/bracket.scene"]))
+def test_instances_have_no_errors(name: str, make: Any, tmp_path: Path) -> None:
+    """The validator does not know the extension and says so; it checks all accessors."""
+    mirrored, sheared = Matrix((-1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0)), Matrix((1, 1, 0, 9, 0, 1, 0, 0, 0, 0, 1, 0))
+    turned = Matrix((0, 0, 2, 3, 0, 2, 0, 0, -2, 0, 0, 0))
+    parts = [(make.primitive("cone"), place) for place in (mirrored, sheared, turned, turned)]
+    files = [tmp_path / "a.glb", tmp_path / "b.gltf"]
+    for scene, file in zip((example(name), make.scene(*parts)), files, strict=True):
+        GLTF.run(scene, file, BackendOptions(settings={"instancing": 2}))
+    known = {"UNSUPPORTED_EXTENSION", "UNUSED_OBJECT"}
+    for one in validated(*files):
+        assert (one["errors"], one["warnings"]) == (0, 0), one
+        assert {message["code"] for message in one["messages"]} <= known
+
+
 def test_the_validator_finds_errors(make: Any, tmp_path: Path) -> None:
     path = tmp_path / "a.gltf"
     GLTF.run(make.scene(make.primitive("cube")), path, BackendOptions())

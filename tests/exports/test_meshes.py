@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from sampling import only
 from searching import many
 
-from exports.oracle import example, expected, on_examples, same_points, scenes
+from exports.oracle import corners_of, example, expected, obj_corners, on_examples, same_points, scenes
 from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports.mesh_files import OBJ, PLY, STL
 from scenelang.backends.pictures.appearance import from_srgb, to_srgb
@@ -121,11 +121,9 @@ def test_obj_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
 
     scene = example(name)
     OBJ.run(scene, tmp_path / "a.obj", BackendOptions())
-    vertices = np.array(
-        [line.split()[1:] for line in (tmp_path / "a.obj").read_text().splitlines() if line[:2] == "v "]
-    )
-    wanted = points_and_colors(scene)
-    assert np.allclose(vertices.astype(float), wanted[:, :3], rtol=1e-8, atol=1e-8)
+    corners = obj_corners(tmp_path / "a.obj")
+    wanted = np.concatenate([corners_of(one) for one in expected(scene)])
+    assert np.allclose(corners[:, :3], wanted, rtol=1e-8, atol=1e-8)
     loaded = trimesh.load(tmp_path / "a.obj", process=False, group_material=False, split_objects=True)
     assert len(loaded.geometry) == len(list(expected(scene)))
 
@@ -134,9 +132,32 @@ def test_obj_of_parts_has_coloured_vertices(tmp_path: Path) -> None:
     scene = example("jenga.scene")
     OBJ.run(scene, tmp_path / "a.obj", BackendOptions(settings={"depth": 0}))
     lines = (tmp_path / "a.obj").read_text().splitlines()
-    rows = np.array([line.split()[1:] for line in lines if line[:2] == "v "], float)
-    assert same_points(rows, points_and_colors(scene), 1e-6)
+    corners = [corners_of(one) for one in expected(scene)]
+    colors = [to_srgb(np.array(one.color)) for one in expected(scene)]
+    wanted = [np.hstack([rows, np.tile(color, (len(rows), 1))]) for rows, color in zip(corners, colors, strict=True)]
+    assert same_points(obj_corners(tmp_path / "a.obj")[:, :6], np.concatenate(wanted), 1e-6)
     assert len([line for line in lines if line.startswith("o ")]) == 1
+
+
+@settings(max_examples=many(30), deadline=None)
+@given(scenes())
+def test_obj_of_any_pose_has_shared_points_and_outward_normals(scene: Scene) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        OBJ.run(scene, Path(folder) / "a.obj", BackendOptions())
+        corners = obj_corners(Path(folder) / "a.obj")
+    wanted = list(expected(scene))
+    points, normals = corners[:, :3].reshape(-1, 3, 3), corners[:, -3:].reshape(-1, 3, 3)
+    middles = np.concatenate([corners_of(one).reshape(-1, 3, 3).mean(axis=1) for one in wanted])
+    assert same_points(points.mean(axis=1), middles, 1e-6)
+    across = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
+    sized = np.linalg.norm(across, axis=1) > 1e-6
+    assert (np.einsum("fi,fi->f", across, normals.mean(axis=1))[sized] > 0.0).all()
+
+
+def test_a_box_in_obj_has_eight_points(make: Any, tmp_path: Path) -> None:
+    OBJ.run(make.scene(make.primitive("cube")), tmp_path / "a.obj", BackendOptions())
+    lines = (tmp_path / "a.obj").read_text().splitlines()
+    assert [sum(line.startswith(f"{kind} ") for line in lines) for kind in ("v", "vn", "f")] == [8, 6, 12]
 
 
 def test_too_much_is_refused_before_the_memory_is_gone(tmp_path: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,13 @@ from hypothesis import given, settings
 from searching import many
 
 from exports.oracle import example, expected, on_examples, same_points, scenes
+from exports.usd_reader import complaints, seen
 from scenelang.backends.base import BackendOptions
-from scenelang.backends.exports.plan import SEGMENTS, surface_of
+from scenelang.backends.exports.plan import surface_of
 from scenelang.backends.exports.usd import USD, PrimNames
 from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Pair
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene
-from scenelang.interpreter.scene.primitives.capsule import CAPSULE
 
 pytest.importorskip("pxr", reason="usd-core is not installed")
 
@@ -30,52 +29,6 @@ def written(scene: Scene, path: Path, **settings_: Any) -> Any:
 
     USD.run(scene, path, BackendOptions(settings=settings_))
     return Usd.Stage.Open(str(path))
-
-
-def seen(stage: Any, moment: float = 0.0) -> Iterator[tuple[tuple[str, ...], np.ndarray, np.ndarray]]:
-    """The words down to every visible shape, its world vertices and its colours, in depth-first order."""
-    from pxr import Usd, UsdGeom
-
-    places, default = UsdGeom.XformCache(moment), Usd.TimeCode(moment)
-    prims = iter(Usd.PrimRange(stage.GetDefaultPrim(), Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
-    for prim in prims:
-        if prim.IsA(UsdGeom.Imageable) and UsdGeom.Imageable(prim).GetVisibilityAttr().Get(default) == "invisible":
-            prims.PruneChildren()
-            continue
-        if not prim.IsA(UsdGeom.Gprim):
-            continue
-        world = np.array(places.GetLocalToWorldTransform(prim)).T
-        vertices = vertices_of(prim)
-        colors = np.array(UsdGeom.Gprim(prim).GetDisplayColorAttr().Get(), float)
-        yield _words(prim), vertices @ world[:3, :3].T + world[:3, 3], np.broadcast_to(colors, vertices.shape)
-
-
-def vertices_of(prim: Any) -> np.ndarray:
-    """The points of a mesh; of USD's own capsule, those that one of our meshes would have."""
-    if prim.GetTypeName() == "Mesh":
-        return np.array(prim.GetAttribute("points").Get(), float)
-    assert prim.GetTypeName() == "Capsule"
-    assert prim.GetAttribute("axis").Get() == "Y"
-    radius = prim.GetAttribute("radius").Get()
-    assert radius + prim.GetAttribute("height").Get() / 2 == pytest.approx(1.0)
-    return CAPSULE.mesh(SEGMENTS, (radius,)).vertices
-
-
-def _words(prim: Any) -> tuple[str, ...]:
-    words = []
-    while prim:
-        if prim.HasAttribute("scenelang:word"):
-            words.append(prim.GetAttribute("scenelang:word").Get())
-        prim = prim.GetParent()
-    return tuple(reversed(words))
-
-
-def complaints(stage: Any) -> list[str]:
-    from pxr import UsdValidation
-
-    every = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
-    assert len(every) > 20
-    return [error.GetMessage() for error in UsdValidation.ValidationContext(every).Validate(stage)]
 
 
 def check(stage: Any, scene: Scene, frame: int = 0) -> None:

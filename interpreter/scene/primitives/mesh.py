@@ -98,20 +98,31 @@ def posed(mesh: Mesh, matrices: FloatArray) -> Mesh:
 
     The faces of mirrored copies are reversed, so that they stay counter-clockwise seen from outside.
     """
-    linear = matrices[:, :, :3]
     count, size = len(matrices), len(mesh.vertices)
-    vertices = mesh.vertices @ np.swapaxes(linear, 1, 2) + matrices[:, None, :, 3]
-    cofactors = cofactors_of(linear)  # normals transform with the inverse transpose, up to a factor
-    mirrored = np.einsum("ni,ni->n", linear[:, :, 0], cofactors[:, :, 0]) < 0.0
-    normals = mesh.shading @ np.swapaxes(cofactors, 1, 2)
-    normals *= np.where(mirrored, -1.0, 1.0)[:, None, None]
-    length = np.sqrt(np.einsum("nvi,nvi->nv", normals, normals))
-    normals /= np.where(length > 0.0, length, 1.0)[:, :, None]
+    vertices, normals, mirrored = posed_points(mesh.vertices, mesh.shading, matrices)
     faces = (
         np.where(mirrored[:, None, None], mesh.faces[:, ::-1], mesh.faces) + (np.arange(count) * size)[:, None, None]
     )
     colors = None if mesh.colors is None else np.tile(mesh.colors, (count, 1))
     return Mesh(vertices.reshape(-1, 3), normals.reshape(-1, 3), faces.reshape(-1, 3), colors)
+
+
+def posed_points(
+    vertices: FloatArray, normals: FloatArray, matrices: FloatArray
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Return positions and unit normals (K, V, 3) under each of the poses (K, 3, 4), and which poses mirror (K,).
+
+    Normals without a direction, such as those under a singular pose, are not of unit length.
+    """
+    linear = matrices[:, :, :3]
+    points = vertices @ np.swapaxes(linear, 1, 2) + matrices[:, None, :, 3]
+    cofactors = cofactors_of(linear)  # normals transform with the inverse transpose, up to a factor
+    mirrored = np.einsum("ni,ni->n", linear[:, :, 0], cofactors[:, :, 0]) < 0.0
+    directions = normals @ np.swapaxes(cofactors, 1, 2)
+    directions *= np.where(mirrored, -1.0, 1.0)[:, None, None]
+    length = np.sqrt(np.einsum("nvi,nvi->nv", directions, directions))
+    directions /= np.where(length > 0.0, length, 1.0)[:, :, None]
+    return points, directions, mirrored
 
 
 _AROUND = [0, 1, 2, 0, 1]
