@@ -71,7 +71,8 @@ def obj_corners(path: Path) -> np.ndarray:
     """The corners of the triangles of an OBJ file, one a row: position, colour if all have one, and normal."""
     lines = [line.split() for line in path.read_text().splitlines()]
     found = [line[1:] for line in lines if line[:1] == ["v"]]
-    points = np.array([row[: min(map(len, found))] for row in found], float)
+    width = min(map(len, found))
+    points = np.array([row[:width] for row in found], float)
     normals = np.array([line[1:] for line in lines if line[:1] == ["vn"]], float)
     pairs = np.array([corner.split("//") for line in lines if line[:1] == ["f"] for corner in line[1:]], int) - 1
     return np.hstack([points[pairs[:, 0]], normals[pairs[:, 1]]])
