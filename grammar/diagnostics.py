@@ -169,6 +169,7 @@ CODES: dict[str, DiagnosticCode] = {
     "floating": DiagnosticCode(
         "W612", "A part touches nothing and floats slightly off the ground or off its neighbour."
     ),
+    "unstable": DiagnosticCode("W626", "A thing would fall over: its centre of mass is beside what it rests on."),
     "below-ground": DiagnosticCode("W613", "A part extends far below the ground, y = 0."),
     "coincident-faces": DiagnosticCode(
         "W614", "Two faces of different colours are coplanar and overlap, so either may be drawn (z-fighting)."
@@ -736,6 +737,7 @@ _WARNINGS = {
     "set-order": "Use a list where the order matters; in Python, iterate over `sorted(names)`.",
     "overlap": "Move one of the parts, or remove the duplicate; allow it with `; lint: allow overlap` if intended.",
     "floating": "Place it with `on-top-of`, `align` or `attach`, or allow it with `; lint: allow floating`.",
+    "unstable": "Move it over its support, or attach it; allow it with `; lint: allow unstable` if it is fixed there.",
     "below-ground": "Raise it by the depth below 0, which `compute-shape-min` returns.",
     "coincident-faces": "Move one of the faces by a thousandth, or make one of the parts slightly smaller.",
     "geometry-limit": "Check a part of the scene separately with `--root WORD`.",

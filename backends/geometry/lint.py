@@ -7,146 +7,26 @@ alone is therefore not reported; the rules below identify what is nearly always 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Callable, Iterable, Iterator, Set
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.distance import IntArray, Pairs, boxes, depths, distances, neighbours
-from scenelang.backends.geometry.solids import FloatArray, PosedForms, composed, posed_forms
-from scenelang.backends.pictures.appearance import look_of
+from scenelang.backends.geometry.bodies import MAX_PAIRS, Bodies, bodies_of, clusters
+from scenelang.backends.geometry.distance import IntArray, depths
+from scenelang.backends.geometry.solids import FloatArray, PosedForms
+from scenelang.backends.geometry.stability import contacts_of, intersecting, is_airborne, unstable
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, Note
-from scenelang.interpreter.runtime.values import IDENTITY
-from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
-from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.interpreter.scene.primitives import Placed, find
-from scenelang.interpreter.scene.primitives.cube import placed_block
+from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
+from scenelang.interpreter.scene.primitives import find
 from scenelang.interpreter.scene.primitives.mesh import cofactors_of, inverses_of
 
-# Primitives of one frame as convex bodies in world coordinates, and their contacts.
-
-
-MAX_PAIRS = 300_000
-_TOUCH = 1e-3  # contact tolerance relative to the scene's diagonal
-_BATCH = 20_000
 _SIDES = 32  # of a round solid, for containment tests of its vertices
 
 
-@dataclass(frozen=True, eq=False)
-class Bodies:
-    """N bodies of one frame.
-
-    ``entity[i]`` is the index in ``entities`` of the primitive of body ``i``, ``paths[path[i]]`` the words that lead to
-    it. A mesh is represented by its bounding box. ``opaque`` bodies hide what is behind them.
-    """
-
-    solids: PosedForms
-    entities: tuple[Entity, ...]
-    entity: IntArray
-    paths: tuple[tuple[str, ...], ...]
-    path: IntArray
-    opaque: npt.NDArray[np.bool_]
-    colors: FloatArray  # (N, 3) linear
-    plain: frozenset[str]  # the bound words whose entities each consist of one solid
-
-    def __len__(self) -> int:
-        return len(self.solids)
-
-    @cached_property
-    def boxes(self) -> tuple[FloatArray, FloatArray]:
-        return boxes(self.solids)
-
-    @cached_property
-    def size(self) -> float:
-        """Diagonal of the frame's bounding box."""
-        low, high = self.boxes
-        return float(np.linalg.norm(high.max(axis=0) - low.min(axis=0))) if len(self) else 0.0
-
-    @property
-    def touch(self) -> float:
-        """Contact tolerance, in scene units."""
-        return _TOUCH * self.size
-
-    def pairs(self, numbers: IntArray) -> Pairs:
-        a, b = numbers[:, 0], numbers[:, 1]
-        return Pairs(self.solids.take(a), self.solids.take(b))
-
-    def gaps(self, numbers: IntArray) -> FloatArray:
-        """Return the distances of pairs (M, 2)."""
-        parts = [distances(self.pairs(numbers[i : i + _BATCH])) for i in range(0, len(numbers), _BATCH)]
-        return np.concatenate(parts) if parts else np.zeros(0)
-
-    @cached_property
-    def contacts(self) -> tuple[IntArray, FloatArray, bool]:
-        """The touching pairs (M, 2), their distances, and whether all pairs were checked."""
-        near, complete = neighbours(*self.boxes, self.touch, MAX_PAIRS)
-        gaps = self.gaps(near)
-        close = gaps <= self.touch
-        return near[close], gaps[close], complete
-
-    def words(self, i: int) -> tuple[str, ...]:
-        """Return the words from the root to a body."""
-        return (*self.paths[self.path[i]], self.entities[self.entity[i]].word)
-
-
-def bodies_of(root: Entity) -> Bodies:
-    """Return the visible primitives below ``root`` as bodies, without those of zero volume."""
-    frame = flatten_entity(root)
-    placed = [_placed(entity) for entity in frame.primitives]
-    looks = [look_of(entity) for entity in frame.primitives]
-    known = np.array([one is not None for one in placed], bool)
-    seen = np.array([look.opacity > 0.0 for look in looks], bool)
-    index = np.asarray(frame.index)
-    chosen = np.flatnonzero((known & seen)[index]) if len(index) else np.zeros(0, np.int64)
-    index = index[chosen]
-    forms = posed_forms(placed).take(index)
-    matrices = composed(np.asarray(frame.matrices)[chosen], forms.matrices)
-    solid = np.abs(np.linalg.det(matrices[:, :, :3])) > 1e-30 if len(chosen) else np.zeros(0, bool)
-    chosen, index = chosen[solid], index[solid]
-    return Bodies(
-        replace(forms, matrices=matrices).take(solid),
-        frame.primitives,
-        index,
-        frame.paths,
-        np.asarray(frame.path_index)[chosen],
-        np.array([look.opacity >= 1.0 for look in looks], bool)[index],
-        np.array([look.color for look in looks], np.float64).reshape(-1, 3)[index],
-        _plain_words(root),
-    )
-
-
-def _plain_words(root: Entity) -> frozenset[str]:
-    counts: dict[str, set[int]] = {}
-    for entity in descendants(root):
-        if not entity.is_primitive:
-            counts.setdefault(entity.word, set()).add(primitive_count(entity))
-    return frozenset(word for word, found in counts.items() if found == {1})
-
-
-def _placed(entity: Entity) -> Placed | None:
-    """Return the canonical form of a primitive in its frame, the bounding box for a mesh.
-
-    None for blocks, which replace earlier ones at the same place and so cannot overlap, and for invisible primitives.
-    """
-    shape = entity.shape
-    if shape is None or not shape.has_geometry or shape.is_block:
-        return None
-    placed = shape.placed()
-    if placed is not None or (shape.is_solid and shape.is_flat):
-        return placed
-    low, high = np.array(shape.box_under(IDENTITY)).reshape(2, 3)
-    if not shape.is_file and not (high > low).any():
-        return None
-    x, y, z = (high - low).tolist()
-    rows = np.array(placed_block((x, y, z)).rows).reshape(3, 4)
-    rows[:, 3] = (low + high) / 2.0
-    return placed_block((x, y, z))._replace(rows=tuple(rows.ravel().tolist()))
-
-
-# Coplanar faces: the flat faces of posed solids, and the intersection of two of them.
+# --- coplanar faces: the flat faces of posed solids, and the intersection of two of them ---
 
 
 _DOWN = -0.99
@@ -258,8 +138,9 @@ _MIN_COLOR_DIFFERENCE = 0.08  # linear: z-fighting of stones with slightly diffe
 class Finding:
     """A suspicious configuration.
 
-    ``kind`` is twin, buried, deep, hovering, sunk or fighting. ``body`` is its subject, ``other`` the body it is near
-    or in. ``amount`` is a length in scene units (an area for faces), ``move`` the translation that would fix it.
+    ``kind`` is twin, buried, deep, through, hovering, sunk, unstable or fighting. ``body`` is its subject, ``other``
+    the body it is near or in. ``amount`` is a length in scene units (an area for faces), ``move`` the translation that
+    would fix it.
     """
 
     kind: str
@@ -269,8 +150,8 @@ class Finding:
     move: tuple[float, float, float] | None = None
 
 
-def findings(bodies: Bodies) -> Iterator[Finding]:
-    """Yield all findings about a frame, kind by kind."""
+def findings(bodies: Bodies, root: Entity) -> Iterator[Finding]:
+    """Yield all findings about the frame with a root, kind by kind."""
     if not len(bodies):
         return
     pairs, _, _ = bodies.contacts
@@ -281,7 +162,10 @@ def findings(bodies: Bodies) -> Iterator[Finding]:
     hidden = _buried(bodies, rest)
     yield from hidden
     inside = {f.body for f in hidden}
-    yield from _deep_siblings(bodies, np.array([p for p in rest.tolist() if inside.isdisjoint(p)]).reshape(-1, 2))
+    siblings = list(_deep_siblings(bodies, np.array([p for p in rest.tolist() if inside.isdisjoint(p)]).reshape(-1, 2)))
+    yield from siblings
+    known = same | {(f.body, f.other) for f in siblings} | {(i, None) for i in inside}
+    yield from _balance(bodies, root, known)
     yield from _hovering(bodies, pairs)
     yield from _below_ground(bodies)
     yield from _fighting_faces(bodies, rest)
@@ -390,41 +274,44 @@ def _is_a_thing(bodies: Bodies, i: int) -> bool:
     return not _is_material(words[-1]) or (len(words) > 1 and words[-2] in bodies.plain)
 
 
+def _balance(bodies: Bodies, root: Entity, known: Set[tuple[int, int | None]]) -> Iterator[Finding]:
+    """Yield things that pass through each other or would fall over, unless their bodies are ``known`` for overlaps."""
+    contacts = contacts_of(bodies, root)
+    for crossing in intersecting(bodies, contacts):
+        body, other = crossing.body, crossing.other
+        if known.isdisjoint({(body, other), (other, body), (body, None), (other, None)}):
+            yield Finding("through", body, other, crossing.depth, crossing.move)
+    for falling in unstable(bodies, contacts, _ground_height(bodies)):
+        yield Finding("unstable", falling.body, falling.other, falling.beside, falling.move)
+
+
+def _ground_height(bodies: Bodies) -> float:
+    """Return the height that the scene stands on: 0 if something stands there, else that of its lowest point."""
+    low, _ = bodies.boxes
+    return 0.0 if bool((np.abs(low[:, 1]) <= 2.0 * bodies.touch).any()) else float(low[:, 1].min())
+
+
 # --- floating --------------------------------------------------------------------------------------------------------
 
 
 def _hovering(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
     """Yield clusters of touching solids that are slightly above the ground and separate from everything else."""
-    cluster = _clusters(len(bodies), pairs)
+    cluster = clusters(len(bodies), pairs)
     low, _ = bodies.boxes
-    stands_on_zero = bool((np.abs(low[:, 1]) <= 2.0 * bodies.touch).any())
-    ground = 0.0 if stands_on_zero else float(low[:, 1].min())
+    ground = _ground_height(bodies)
     numbers, sizes = np.unique(cluster, return_counts=True)
     if len(numbers) < 2:
         return
     standing = {int(c) for c in cluster[low[:, 1] <= ground + 2.0 * bodies.touch]}
     standing.add(int(numbers[np.argmax(sizes)]))
-    flying = [int(c) for c in numbers if int(c) not in standing]
-    if len(flying) > max(1.0, _MAX_FLOATING * len(numbers)):
+    words = {int(c): bodies.words(int(np.argmax(cluster == c))) for c in numbers}
+    flying = [int(c) for c in numbers if int(c) not in standing and not is_airborne(words[int(c)])]
+    kinds, floating = {words[c] for c in (*standing, *flying)}, {words[c] for c in flying}
+    if len(floating) > max(1.0, _MAX_FLOATING * len(kinds)):
         return
     for c in flying:
         members = np.flatnonzero(cluster == c)
         yield from _gap_of(bodies, members, np.flatnonzero(cluster != c), ground)
-
-
-def _clusters(count: int, pairs: IntArray) -> IntArray:
-    """Return the connected component of each body under contact (union-find)."""
-    parent = list(range(count))
-
-    def root(i: int) -> int:
-        while parent[i] != i:
-            parent[i] = parent[parent[i]]
-            i = parent[i]
-        return i
-
-    for i, j in pairs.tolist():
-        parent[root(i)] = root(j)
-    return np.array([root(i) for i in range(count)], np.int64)
 
 
 def _gap_of(bodies: Bodies, members: IntArray, others: IntArray, ground: float) -> Iterator[Finding]:
@@ -562,7 +449,7 @@ def check_geometry(scene: Scene) -> list[Diagnostic]:
             )
             continue
         bodies = bodies_of(root)
-        for finding in findings(bodies):
+        for finding in findings(bodies, root):
             named = _named(bodies, finding, number)
             found.setdefault((finding.kind, named.words, named.other), []).append(named)
         if len(bodies) and not bodies.contacts[2]:
@@ -634,6 +521,15 @@ def _deep(named: _Named) -> str:
     return f"{_path(named.words)} overlaps its neighbour of the same word by {named.finding.amount:.3g}"
 
 
+def _through(named: _Named) -> str:
+    return f"{_path(named.words)} passes through {_path(named.other)}, {named.finding.amount:.3g} deep"
+
+
+def _unstable(named: _Named) -> str:
+    where = f"where it rests on {_path(named.other)}" if named.other else "its foot"
+    return f"{_path(named.words)} would fall: its centre of mass is {named.finding.amount:.3g} beside {where}"
+
+
 def _hovering_message(named: _Named) -> str:
     amount = f"{named.finding.amount:.3g}"
     if not named.other:
@@ -653,7 +549,9 @@ _MESSAGES: dict[str, tuple[str, Callable[[_Named], str]]] = {
     "twin": ("overlap", _twin),
     "buried": ("overlap", _buried_message),
     "deep": ("overlap", _deep),
+    "through": ("overlap", _through),
     "hovering": ("floating", _hovering_message),
+    "unstable": ("unstable", _unstable),
     "sunk": ("below-ground", _sunk),
     "fighting": ("coincident-faces", _fighting),
 }
