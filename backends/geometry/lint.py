@@ -7,7 +7,7 @@ alone is therefore not reported; the rules below identify what is nearly always 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Set
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,7 +32,10 @@ _SIDES = 32  # of a round solid, for containment tests of its vertices
 _DOWN = -0.99
 
 
-def _faces(solids: PosedForms, i: int) -> Iterator[tuple[FloatArray, FloatArray]]:
+_Face = tuple[FloatArray, FloatArray]
+
+
+def faces_of(solids: PosedForms, i: int) -> Iterator[_Face]:
     """Yield outward unit normals (3,) and corners (K, 3) of a posed solid's flat faces."""
     matrix = solids.matrices[i]
     cofactors = cofactors_of(matrix[None, :, :3])[0]
@@ -58,14 +61,15 @@ class SharedFace:
     normal: FloatArray
 
 
-def shared_face(solids: PosedForms, i: int, j: int, tolerance: float) -> SharedFace | None:
-    """Return the largest overlap of coplanar faces of ``i`` and ``j``, in planes closer than ``tolerance``.
+def shared_face(
+    faces: Sequence[_Face], others: Sequence[_Face], tolerance: float, least_width: float
+) -> SharedFace | None:
+    """Return the largest overlap of coplanar ``faces`` and ``others``, in planes closer than ``tolerance``.
 
-    Faces that look straight down are ignored, since they are rarely visible.
+    Faces that look straight down and overlaps narrower than ``least_width`` are ignored, since they are rarely visible.
     """
     best: SharedFace | None = None
-    others = list(_faces(solids, j))
-    for normal, corners in _faces(solids, i):
+    for normal, corners in faces:
         if normal[1] < _DOWN:
             continue
         for other_normal, other in others:
@@ -75,7 +79,7 @@ def shared_face(solids: PosedForms, i: int, j: int, tolerance: float) -> SharedF
             first, second = _counter_clockwise(corners @ axes), _counter_clockwise(other @ axes)
             piece = _clipped(first, second)
             area, smaller = _area(piece), min(_area(first), _area(second))
-            if smaller > 0.0 and area > (best.area if best is not None else 0.0):
+            if smaller > 0.0 and _width(piece) >= least_width and area > (best.area if best is not None else 0.0):
                 center = axes @ piece.mean(axis=0) + normal * (corners[0] @ normal)
                 best = SharedFace(area, area / smaller, center, normal)
     return best
@@ -96,6 +100,12 @@ def _signed(polygon: FloatArray) -> float:
 
 def _area(polygon: FloatArray) -> float:
     return abs(_signed(polygon))
+
+
+def _width(polygon: FloatArray) -> float:
+    """Return the width of a rectangle of the polygon's area and perimeter, if it is narrow."""
+    perimeter = np.linalg.norm(np.roll(polygon, -1, axis=0) - polygon, axis=1).sum() if len(polygon) else 0.0
+    return 2.0 * _area(polygon) / float(perimeter) if perimeter > 0.0 else 0.0
 
 
 def _counter_clockwise(polygon: FloatArray) -> FloatArray:
@@ -393,8 +403,10 @@ def _fighting_faces(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
     colors = np.abs(bodies.colors[pairs[:, 0]] - bodies.colors[pairs[:, 1]]).max(axis=1)
     flat = (~bodies.solids.that_are("is_rounded"))[pairs].all(axis=1)
     opaque = bodies.opaque[pairs].all(axis=1)
-    for i, j in pairs[flat & opaque & (colors > _MIN_COLOR_DIFFERENCE)].tolist():
-        shared = shared_face(bodies.solids, i, j, 1e-5 * bodies.size)
+    chosen = pairs[flat & opaque & (colors > _MIN_COLOR_DIFFERENCE)]
+    faces = {i: list(faces_of(bodies.solids, i)) for i in np.unique(chosen).tolist()}
+    for i, j in chosen.tolist():
+        shared = shared_face(faces[i], faces[j], 1e-5 * bodies.size, bodies.touch)
         if shared is None or shared.share < _MIN_SHARED:
             continue
         if not _is_covered(bodies, shared, i, j):

@@ -53,6 +53,8 @@ FLOOR = '(transform (call "cube" :scale [20 1 20]) (translate [0 -.5 0]))'
          ["coincident-faces"]),
         (at(0, 0.5, 0, '(call "cube" :color [1 0 0])') + at(0.5, 0.5, 0.2, '(call "cube" :color [1 0 0])'), []),
         (at(0, 0.5, 0, '(call "cube" :color [1 0 0])') + at(0, 1.5, 0, '(call "cube" :color [0 0 1])'), []),
+        (at(0, 0.5, 0, '(call "cube" :color [1 0 0])') + at(0.3, 1.0095, 0, '(call "cube" :scale [1 .02 1] :color [0 0 1])'),
+         []),  # an inlay, half a thousandth deep
     ],
 )  # fmt: skip
 def test_findings(parts: str, names: list[str]) -> None:
