@@ -461,7 +461,7 @@ MACROS = {
 
 
 _LONG = ("growth of a list", "counted", "growth", "deep quotation", "deep", "huge", "shared")  # until a limit of time
-_SLOW = {"counted, quoted", *(f"procedural, {name}" for name in _LONG)}
+_SLOW = {"counted", "counted, quoted", "doubling, nested", *(f"procedural, {name}" for name in _LONG)}
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in _SLOW else n for n in MACROS])

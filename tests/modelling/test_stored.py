@@ -161,8 +161,8 @@ MANY = """
   (union-solid (grid (call "sphere" :radius .6) :nx 4 :nz 4 :spacing 1))
   (difference (call "cube" :scale 3) (call "sphere" :radius 1.8) (call "cylinder" :radius .4 :p1 [0 4 0]))
   (hull (call "sphere" :radius .6) (call "cone" :radius .2 :p1 [3 1 0]))
-  (rounded (difference (call "cube") (call "cylinder" :radius .2 :p1 [0 2 0])) .1 :segments 12)
-  (minkowski (call "cube") (call "sphere" :radius .2) :segments 16))))
+  (rounded (difference (call "cube") (call "cylinder" :radius .2 :p1 [0 2 0])) .1 :segments 6)
+  (minkowski (call "cube") (call "sphere" :radius .2) :segments 8))))
 """
 
 
@@ -172,9 +172,9 @@ def test_surfaces_do_not_depend_on_the_number_of_threads(tmp_path: Path) -> None
     program.write_text(MANY)
     one, *others = sorted(os.sched_getaffinity(0))
     told = []
-    for number, processors in enumerate(([one], [one, *others], [one, *others])):
+    for number, processors in enumerate(([one], [one, *others])):
         environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / f"cache{number}")}
         command = [sys.executable, "-c", THREADS, ",".join(map(str, processors)), str(program)]
         told.append(subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout)
     assert len(told[0].splitlines()) == 5
-    assert told[0] == told[1] == told[2]
+    assert told[0] == told[1]

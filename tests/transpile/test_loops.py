@@ -15,7 +15,7 @@ from transpile.cases import first_difference, flattened, told
 from transpile.loop_generator import LoopPrograms
 from transpile.reference_model import flatten
 
-PROGRAMS = int(os.environ.get("SCENELANG_EXAMPLES", many(80)))  # by hand: 5,000
+PROGRAMS = int(os.environ.get("SCENELANG_EXAMPLES", many(40)))  # by hand: 5,000
 START = int(os.environ.get("SCENELANG_SEED", "0"))
 SESSION = Session()
 HEAD = """

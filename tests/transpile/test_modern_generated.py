@@ -14,7 +14,7 @@ from transpile.cases import first_difference, flattened, told
 from transpile.modern_generator import modern_program
 from transpile.reference_model import flatten
 
-PROGRAMS = int(os.environ.get("SCENELANG_EXAMPLES", many(160)))  # by hand: 5,000
+PROGRAMS = int(os.environ.get("SCENELANG_EXAMPLES", many(80)))  # by hand: 5,000
 START = int(os.environ.get("SCENELANG_SEED", "0"))
 SESSION = Session()
 
