@@ -17,7 +17,7 @@ from scenelang.stdlib.library import build_library
 
 ROOT = Path(__file__).parent.parent
 ROOMS = ["grammar", "interpreter", "stdlib", "backends", "scenelang"]  # each may import those before it
-HEAVY = {"torch", "pxr", "mitsuba", "trimesh", "diffusers", "transformers", "open_clip", "anthropic"}
+HEAVY = {"mujoco", "coacd", "torch", "pxr", "mitsuba", "trimesh", "diffusers", "transformers", "open_clip", "anthropic"}
 
 
 @cache
