@@ -57,7 +57,7 @@ def _primitives(words: Sequence[str]) -> Iterator[str]:
     docs = primitives.docs_of_words()
     for word in words:
         yield f"- `{word}`: {docs[word]}"
-        own = (name for name in attributes_of(word) if name not in _SURFACE)
+        own = (name for name in attributes_of(word) if name not in _SURFACE and name not in _PHYSICS)
         yield from (f"  - `:{name}` {attribute_doc(word, name)}" for name in own)
     if not set(words) <= set(primitives.block_words()):
         yield "\nAll visible primitives have the material attributes:\n"

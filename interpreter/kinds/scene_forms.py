@@ -156,7 +156,11 @@ def _spelled_attribute(inference: KindInference, node: ast.Call, argument: Any) 
     if argument.span.expansion is not None:
         return None
     text = argument.span.text
-    if text not in (*_attribute_names(inference, node.word.value), COLOR.name, *(each.name for each in (*MATERIALS, *PHYSICS))):
+    if text not in (
+        *_attribute_names(inference, node.word.value),
+        COLOR.name,
+        *(each.name for each in (*MATERIALS, *PHYSICS)),
+    ):
         return None
     at = Span(argument.span.source, argument.span.start, argument.span.start)
     inference.report(
