@@ -33,6 +33,7 @@ from scenelang.interpreter.scene.primitives.cube import BLOCK, placed_block
 from scenelang.interpreter.scene.primitives.cylinder import CYLINDER
 from scenelang.interpreter.scene.primitives.mesh import volume_of
 from scenelang.interpreter.scene.primitives.sphere import BALL
+from scenelang.interpreter.scene.primitives.torus import TORUS
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -43,6 +44,7 @@ MAX_PIECES = 64  # of one non-convex primitive
 MAX_DECOMPOSED = 200_000  # triangles of a mesh that is decomposed
 _CONCAVITY = 0.05  # of CoACD, relative to the size: its own default
 _CONVEX = 2e-3  # of the hull's volume: a mesh that lacks less counts as convex
+_WEDGES = 16  # of a torus
 _THIN = 1e-6  # of the largest extent: thinner things are flat
 _SAME = 1e-6  # relative tolerance of equal lengths and right angles of axes
 
@@ -140,13 +142,21 @@ def _of_form(placed: Placed, world: FloatArray) -> tuple[Collider, ...]:
     if not np.isfinite(lengths).all() or lengths[2] <= _THIN * lengths[0] or lengths[0] == 0.0:
         return ()
     if not placed.form.is_convex:
-        mesh = placed.form.mesh(2 * SEGMENTS, placed.ratios)
-        pieces = _decomposed_mesh(mesh.vertices, mesh.faces)
+        mesh = placed.form.mesh(_WEDGES * 4, placed.ratios)
+        pieces = _wedges(mesh.vertices) if placed.form is TORUS else _decomposed_mesh(mesh.vertices, mesh.faces)
         return tuple(_mesh(piece, np.column_stack([linear, center])) for piece in pieces)
     exact = _exact(placed, linear, center)
     if exact is not None:
         return (exact,)
     return (_mesh(placed.form.mesh(SEGMENTS, placed.ratios).vertices, np.column_stack([linear, center])),)
+
+
+def _wedges(vertices: FloatArray) -> tuple[FloatArray, ...]:
+    """Return the corners of a ring about the y axis in wedges, which share those on the planes between them."""
+    turn = np.arctan2(vertices[:, 2], vertices[:, 0]) * _WEDGES / (2.0 * np.pi)
+    middles = np.arange(_WEDGES) + 0.5
+    away = np.abs((turn[:, None] - middles + _WEDGES / 2.0) % _WEDGES - _WEDGES / 2.0)
+    return tuple(vertices[near] for near in (away <= 0.5 + 1e-6).T)
 
 
 def _exact(placed: Placed, linear: FloatArray, center: FloatArray) -> Collider | None:

@@ -327,7 +327,7 @@ class _Grouping:
             if not below:
                 continue
             given = self.nodes[at].given
-            if _is_whole(given) or self.nodes[at].entity.is_primitive:
+            if _is_whole(given) or "mass" in given or self.nodes[at].entity.is_primitive:
                 found.append(below)
                 continue
             separate = at == 0 or given.get("body") is False or self._has_bodies(at)
@@ -423,10 +423,9 @@ class _Grouping:
         while self.nodes[at].parent > 0 and inside.issuperset(self.below[self.nodes[at].parent]):
             at = self.nodes[at].parent
         while at > 0 and not inside.issubset(self.below[at]):
-            parent = self.nodes[at].parent
-            if parent == 0 or not self.nodes[at].entity.is_primitive:
+            if not self.nodes[at].entity.is_primitive:
                 break
-            at = parent
+            at = self.nodes[at].parent
         return at
 
     def _words(self, at: int) -> tuple[str, ...]:
@@ -502,8 +501,8 @@ class _Grouping:
 
 
 def _is_whole(given: dict[str, Any]) -> bool:
-    """Whether attributes make an entity one body."""
-    return bool(given.get("fixed") or given.get("body") or "mass" in given)
+    """Whether attributes make an entity a body of its own."""
+    return bool(given.get("fixed") or given.get("body"))
 
 
 def _countable(entity: Entity) -> int:

@@ -77,7 +77,9 @@ def _run(scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
     if not wanted:
         return list(USD.run(scene, path, plain) or [path])
     if settings.get("parts") or settings.get("depth") is not None or settings.get("solid"):
-        raise SceneError("value", "`--physics` needs the parts as they are: leave out `--parts`, `--depth` and `--solid`")
+        raise SceneError(
+            "value", "`--physics` needs the parts as they are: leave out `--parts`, `--depth` and `--solid`"
+        )
     root = scene.frames[frame_of(scene, options.frame)]
     bodies = bodies_of(root, 1.0)
     still = Scene(scene.word, [regrouped(root, bodies)], False)

@@ -7,7 +7,7 @@ cause of their own come first; what moves because its support does is told with 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 from scenelang.backends.base import Progress
 from scenelang.backends.physics.colliders import FloatArray
 from scenelang.backends.physics.dynamics import GRAVITY, Motion, simulate
-from scenelang.backends.physics.grouping import BodySet, RigidBody, bodies_of
+from scenelang.backends.physics.grouping import BodySet, bodies_of
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.interpreter.scene.entity import Scene
@@ -28,6 +28,7 @@ TIPS = 20.0  # degrees between the body's upright axis before and after
 FALLS = 0.5  # of the body's height
 _EXPLODES = 1.5  # of the energy that a fall from the top of the scene gives
 _MAX_SHOWN = 50
+_PUSHED = "it slides or is pushed"  # why a body moves that stands well
 KINDS = ("explodes", "falls", "tips", "moves", "rests")
 
 
@@ -186,7 +187,7 @@ def _why(bodies: BodySet, motion: Motion, number: int, kind: str) -> str:
         return f"its centre of mass is {beyond:.3g} beyond the edge of what it stands on"
     if beyond > -1e-2 * body.size:
         return "its centre of mass is above the edge of what it stands on"
-    return "it slides or is pushed"
+    return _PUSHED
 
 
 def beyond_edge(points: FloatArray, center: FloatArray) -> float:
@@ -223,25 +224,23 @@ def _turn(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
 
 
 def _with_causes(found: Sequence[BodyReport], motion: Motion) -> list[BodyReport]:
-    """Return the reports, with the body that takes each along: a support that moved before it did."""
+    """Return the reports, with the body that takes each along: one below it that does not rest, if it stands well on
+    what carries it.
+
+    Times do not decide: of two bodies that topple together, the upper one moves first. Causes are lower than what they
+    move, so that they form no circle.
+    """
     told: list[BodyReport] = []
     for number, report in enumerate(found):
         _, below = motion.supports[number]
-        movers = [other for other in below if other >= 0 and found[other].kind != "rests"]
-        cause = min(movers, key=lambda other: (found[other].when or 0.0, other), default=None)
-        if report.when is None or cause is None or not _before(found[cause], report):
+        movers = [n for n in below if n >= 0 and found[n].kind != "rests" and found[n].center[1] < report.center[1]]
+        if report.why != _PUSHED or not movers:
             told.append(report)
             continue
+        cause = min(movers, key=lambda other: (found[other].when or 0.0, other))
         named = '"' + "/".join(found[cause].words[-2:]) + '"'
         told.append(replace(report, cause=cause, why=f"{named}, on which it stands, {found[cause].kind}"))
     return told
-
-
-def _before(cause: BodyReport, report: BodyReport) -> bool:
-    """Whether a support moved first; one that is only pushed by what topples on it does so later."""
-    assert report.when is not None
-    own = "centre of mass" in report.why
-    return cause.when is not None and (cause.when < report.when if own else cause.when <= report.when)
 
 
 # --- diagnostics ------------------------------------------------------------------------------------------------------
@@ -287,10 +286,8 @@ def _diagnostic(report: PhysicsReport, members: Sequence[int]) -> Diagnostic:
 
 def _root_cause(bodies: Sequence[BodyReport], number: int) -> int | None:
     """Return the first cause of a body's motion, None if it has none."""
-    seen: set[int] = set()
     cause = bodies[number].cause
-    while cause is not None and cause not in seen and bodies[cause].cause is not None:
-        seen.add(cause)
+    while cause is not None and bodies[cause].cause is not None:
         cause = bodies[cause].cause
     return cause
 
@@ -301,9 +298,3 @@ _HINTS = {
     "tips": "move it over its support, widen the support, or give it `:fixed #t`",
     "moves": "level what carries it, raise its `:friction`, or give it `:fixed #t`",
 }
-
-
-def names_of_moved(bodies: Iterable[RigidBody]) -> str:
-    """Return the names of bodies for a sentence, at most five."""
-    names = list(dict.fromkeys(f'"{body.name}"' for body in bodies))
-    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
