@@ -54,9 +54,7 @@ def gaps_of(colliders: Sequence[Sequence[Collider]], pairs: IntArray, margin: fl
     spec = mujoco.MjSpec()
     meshes = _Meshes(mujoco, spec, scale)
     origin = colliders[0][0].center
-    first: list[int] = []
     for group in colliders:
-        first.append(len(spec.worldbody.geoms))
         for each in group:
             if not _add_shape(mujoco, spec.worldbody, meshes, each, origin, scale, {}):
                 # what vanishes in MuJoCo's arithmetic counts as a point
@@ -65,7 +63,8 @@ def gaps_of(colliders: Sequence[Sequence[Collider]], pairs: IntArray, margin: fl
                 )
     model, data = compiled(spec)
     mujoco.mj_forward(model, data)
-    ends = [*first[1:], model.ngeom]
+    ends = np.cumsum([len(group) for group in colliders]).tolist()  # every collider is one geom
+    first = [0, *ends[:-1]]
     found = np.empty(len(pairs))
     for row, (i, j) in enumerate(pairs.tolist()):
         found[row] = min(
@@ -374,7 +373,7 @@ def _lost(mujoco: Any, data: Any) -> bool:
     """Whether MuJoCo warned that its numbers are no longer sound; raises LimitError if its memory is too small."""
     kinds = mujoco.mjtWarning
     if data.warning[kinds.mjWARN_CONTACTFULL].number or data.warning[kinds.mjWARN_CNSTRFULL].number:
-        raise LimitError("size", "the scene has too many contacts to be simulated")
+        raise LimitError("size", "too many contacts to be simulated", "simulate a part of the scene with `--root WORD`")
     bad = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
     return any(data.warning[kind].number for kind in bad)
 

@@ -39,6 +39,7 @@ MAX_PARTS = 20_000  # primitives
 MAX_COLLIDERS = 40_000
 MAX_PAIRS = 400_000  # of colliders that are near each other
 MAX_BODIES = 4_000
+MAX_UNITED = 400  # parts of a body that are joined to be measured; in larger ones overlaps count in each part
 TOUCH = 2e-3  # of the smaller part's diagonal: parts that are closer touch
 DIAGONAL = 2.0  # metres: what a scene is taken to measure unless a unit is given
 WELD = 1e-2  # of the smaller part's least side: parts that overlap deeper are one body
@@ -461,7 +462,7 @@ class _Grouping:
         weights = self._weights(group)
         whole = [mass for mass, members in weights if len(members) == len(group)]
         inner = [each for each in weights if len(each[1]) < len(group)]
-        if len(set(densities)) == 1 and not inner:
+        if len(set(densities)) == 1 and not inner and len(group) <= MAX_UNITED:
             found = self._united(at, group).times(densities[0])
             return found.times(whole[-1] / found.mass) if whole and found.mass > 0.0 else found
         parts = {part: self._of_part(part).times(density) for part, density in zip(group, densities)}
