@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from xml.sax.saxutils import quoteattr  # nosec B406: writes text and parses nothing
+from xml.sax.saxutils import quoteattr  # writes only  # nosec B406
 
 import numpy as np
 
