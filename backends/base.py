@@ -320,9 +320,10 @@ def for_file(path: Path | str, work: Work | None = None) -> Backend:
     none does."""
     ending = Path(path).suffix.lower()
     candidates = all_backends(work)
-    for backend in candidates:
-        if ending in backend.endings:
-            return backend
+    for longest in ("".join(Path(path).suffixes[-2:]).lower(), ending):  # .mjcf.xml before .xml
+        for backend in candidates:
+            if longest in backend.endings:
+                return backend
     known = sorted({ending for backend in candidates for ending in backend.endings})
     shown = f"`{ending}` files" if ending else "files without an extension"
     raise SceneError(

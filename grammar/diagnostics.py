@@ -105,6 +105,9 @@ CODES: dict[str, DiagnosticCode] = {
     "import-outside": DiagnosticCode("E703", "A path is outside the project folder."),
     "z-file": DiagnosticCode("E704", "The embeddings file is malformed."),
     "backend": DiagnosticCode("E705", "No installed backend can write this file format."),
+    "physics": DiagnosticCode(
+        "E708", "The scene cannot be simulated: its masses or sizes are beyond the solver's range."
+    ),
     "unsupported": DiagnosticCode("E706", "The backend does not support this scene."),
     "weights": DiagnosticCode(
         "E707", "The weights of a neural model are missing on this machine, or belong to a different model."
@@ -176,6 +179,12 @@ CODES: dict[str, DiagnosticCode] = {
     ),
     "geometry-limit": DiagnosticCode(
         "W615", "The scene is too large for `check --geometry` to check completely, or has too many findings."
+    ),
+    "body-moves": DiagnosticCode("W631", "A body slides, sinks or is pushed when gravity acts on the scene."),
+    "body-tips": DiagnosticCode("W632", "A body tips over when gravity acts on the scene."),
+    "body-falls": DiagnosticCode("W633", "A body falls when gravity acts on the scene."),
+    "body-explodes": DiagnosticCode(
+        "W634", "A body starts inside another one, and flies apart from it when the scene is simulated."
     ),
     "empty-box": DiagnosticCode("W601", "The bounding box of an empty shape defaults to the unit box."),
     "no-extent": DiagnosticCode("W602", "A primitive has zero extent along some axis."),
@@ -676,6 +685,7 @@ _FILES = {
     "import-outside": "Move the file into the project folder, or pass `--allow-outside`.",
     "z-file": "Regenerate the file with `scenelang embeddings`, or remove it.",
     "backend": "Use a file extension or backend listed by `scenelang backends`, and install what the hint names.",
+    "physics": "Give another `--metres-per-unit`, or other masses and densities.",
     "unsupported": "Reduce the scene to a supported size, or use another backend (`scenelang backends`).",
     "weights": "Run once while online to download the weights, or pass the folder that contains them with "
     "`--models-dir DIR`.",
@@ -740,6 +750,10 @@ _WARNINGS = {
     "unstable": "Move it over its support, or attach it; allow it with `; lint: allow unstable` if it is fixed there.",
     "below-ground": "Raise it by the depth below 0, which `compute-shape-min` returns.",
     "coincident-faces": "Move one of the faces by a thousandth, or make one of the parts slightly smaller.",
+    "body-moves": "Level what carries it, raise its `:friction`, or fix it with the attribute `:fixed #t`.",
+    "body-tips": "Move it over its support, widen the support, or fix it with `:fixed #t`.",
+    "body-falls": "Put it on something, join it to what holds it with `:body #t` around both, or fix it.",
+    "body-explodes": "Move the overlapping parts apart, or make them one body with `:body #t`.",
     "geometry-limit": "Check a part of the scene separately with `--root WORD`.",
     "unknown-block": "Use the block named in the message, or another block of the game.",
     "block-property": "Use one of the properties or values listed in the message, or omit the property to use its "

@@ -14,12 +14,14 @@ from scenelang.stdlib.reference import TOPICS, ReferenceRecord, lookup, records
 
 # One-line descriptions of primitives and their attributes, for help and completion.
 
+_PHYSICS = {attribute.name: attribute.doc for attribute in primitives.PHYSICS}
+
 
 def attributes_of(word: str) -> tuple[str, ...]:
     """Return the attributes that the primitive ``word`` reads, those of its geometry first. Other words are semantic
     primitives, which are boxes."""
     own = primitives.attributes_read(word)
-    return (*own, *MATERIALS) if "color" in own else own  # materials apply only to visible geometry
+    return (*own, *MATERIALS, *_PHYSICS) if "color" in own else own  # materials apply only to visible geometry
 
 
 def attribute_doc(word: str | None, name: str) -> str | None:
@@ -28,13 +30,13 @@ def attribute_doc(word: str | None, name: str) -> str | None:
     if word is not None and name not in attributes_of(word):
         return None
     if word is None:
-        return primitives.docs_of_attributes().get(name) or MATERIALS.get(name)
-    return primitives.attribute_doc(word, name) or MATERIALS.get(name)
+        return primitives.docs_of_attributes().get(name) or MATERIALS.get(name) or _PHYSICS.get(name)
+    return primitives.attribute_doc(word, name) or MATERIALS.get(name) or _PHYSICS.get(name)
 
 
 def attribute_names() -> tuple[str, ...]:
     """Return the names of all attributes read by any primitive."""
-    return (*primitives.docs_of_attributes(), *MATERIALS)
+    return (*primitives.docs_of_attributes(), *MATERIALS, *_PHYSICS)
 
 
 _TOPICS = ("paper", "forms", "poses", "combinators", "entities", "colors", "random")
@@ -55,7 +57,7 @@ def _primitives(words: Sequence[str]) -> Iterator[str]:
     docs = primitives.docs_of_words()
     for word in words:
         yield f"- `{word}`: {docs[word]}"
-        own = (name for name in attributes_of(word) if name not in _SURFACE)
+        own = (name for name in attributes_of(word) if name not in _SURFACE and name not in _PHYSICS)
         yield from (f"  - `:{name}` {attribute_doc(word, name)}" for name in own)
     if not set(words) <= set(primitives.block_words()):
         yield "\nAll visible primitives have the material attributes:\n"

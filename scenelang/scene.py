@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from scenelang import scene_physics
 from scenelang.backends.base import BackendOptions, Progress, frame_of
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
@@ -446,6 +447,7 @@ class Scene:
     warnings: tuple[Diagnostic, ...] = field(default=(), repr=False)
     program: Program | None = field(default=None, repr=False)
     options: Options | None = field(default=None, repr=False)
+    physics, settle, simulate = scene_physics.physics, scene_physics.settle, scene_physics.simulate
 
     @staticmethod
     def of(entity: Entity) -> Scene:
@@ -546,8 +548,7 @@ class Scene:
 
     @typed
     def tree(self, depth: int | None = None, *, poses: bool = False, every: bool = False) -> str:
-        """Return the hierarchy of the first frame as text, down to ``depth`` levels below the root; ``every`` lists
-        repeated parts individually."""
+        """Return the hierarchy of the first frame as text, to ``depth`` below the root; ``every`` lists each part."""
         from scenelang.interpreter.scene.outline import outline
 
         return "\n".join(outline(self.graph, depth, poses, every))
@@ -830,8 +831,7 @@ class Scene:
         return changes_between(compared_frames(self.graph, limit), compared_frames(other.graph, limit), tolerance)
 
     def to_json(self) -> dict[str, Any]:
-        """Return the scene in the schema of the JSON export (docs/exports.md); mesh paths are relative to the current
-        folder."""
+        """Return the scene as the JSON export has it (docs/exports.md), mesh paths relative to the current folder."""
         from scenelang.backends.exports.scene_json import scene_text
 
         data: dict[str, Any] = json.loads("".join(scene_text(self.graph, Path.cwd())))

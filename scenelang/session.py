@@ -582,8 +582,8 @@ class Session:
         draws = runtime.streams.was_used
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total, draws, subject)
 
-    def check_geometry(self, source: Source) -> list[Diagnostic]:
-        """Evaluate a program and run the geometry lint on its scene; returns the diagnostics of both."""
+    def check_geometry(self, source: Source, lint: Callable[[Scene], Any] | None = None) -> list[Diagnostic]:
+        """Evaluate a program and run ``lint``, or the geometry lint, on its scene; returns the diagnostics of both."""
         from scenelang.backends.geometry.lint import check_geometry
 
         with limited(self.options.limits):
@@ -591,7 +591,7 @@ class Session:
             if result.scene is None:
                 return list(result.diagnostics)
             try:
-                found = check_geometry(result.scene)
+                found = (lint or check_geometry)(result.scene)
             except SceneError as error:
                 found = [error.diagnostic]
         sources = result.program.sources if result.program is not None else ()

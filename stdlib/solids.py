@@ -18,7 +18,7 @@ from scenelang.interpreter.scene.modelling import curves
 from scenelang.interpreter.scene.modelling.operations import SEGMENTS, Expression, Operand, check_size
 from scenelang.interpreter.scene.modelling.solid import SolidShape, operand_of
 from scenelang.interpreter.scene.modelling.sweeping import check_corners
-from scenelang.interpreter.scene.primitives.base import MATERIALS, color_of
+from scenelang.interpreter.scene.primitives.base import MATERIALS, PHYSICS, color_of
 from scenelang.interpreter.scene.primitives.mesh import flat_mesh, posed, sample_surface
 from scenelang.stdlib.operands import from_numpy, items, to_numpy
 from scenelang.stdlib.paths import path_of
@@ -33,7 +33,7 @@ registry = Registry("solids")
 define = registry.define
 
 LOOK = "[:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior]"
-_MATERIAL_NAMES = tuple(attribute.name for attribute in MATERIALS)
+_MATERIAL_NAMES = tuple(attribute.name for attribute in (*MATERIALS, *PHYSICS))
 _MAX_PLACES = 100_000
 _ORIGIN = Vector((0.0, 0.0, 0.0))
 

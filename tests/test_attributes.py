@@ -12,6 +12,7 @@ from support import evaluate
 from scenelang.backends.pictures.appearance import MATERIALS, look_of
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.primitives import (
+    PHYSICS,
     all_primitives,
     attributes_read,
     docs_of_attributes,
@@ -73,7 +74,7 @@ def test_docs_of_attributes() -> None:
     assert attribute_doc("delete-blocks", "opacity") is None
     assert attribute_doc("chair", "scale") == attribute_doc(None, "scale") == meanings["scale"]
     assert attribute_doc("sphere", "ior") == MATERIALS["ior"]
-    assert set(attribute_names()) == {*meanings, *MATERIALS}
+    assert set(attribute_names()) == {*meanings, *MATERIALS, *(each.name for each in PHYSICS)}
 
 
 def test_the_page_on_pictures_has_the_same_attributes() -> None:

@@ -28,6 +28,7 @@ ELSEWHERE = {
     "E508": "an interruption comes from outside: tests/test_cli.py",
     "E509": "no program ends its process: tests/sandbox",
     "E707": "weights are no program: tests/clip",
+    "E708": "a simulation is needed: tests/physics",
     **{f"E{number}": "a model's service, a run or a prompt is needed: tests/models" for number in range(901, 911)},
     **dict.fromkeys(["E921", "E922"], "a spec and a dataset are needed: tests/datasets"),
     **dict.fromkeys(["W618", "W620"], "a file or a version is needed: tests/minecraft"),

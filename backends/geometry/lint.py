@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.bodies import MAX_PAIRS, Bodies, bodies_of, clusters
+from scenelang.backends.geometry.convex import MAX_PAIRS, Bodies, bodies_of, clusters
 from scenelang.backends.geometry.distance import IntArray, depths
 from scenelang.backends.geometry.solids import FloatArray, PosedForms
 from scenelang.backends.geometry.stability import contacts_of, intersecting, is_airborne, unstable

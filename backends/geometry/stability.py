@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.bodies import Bodies, clusters
+from scenelang.backends.geometry.convex import Bodies, clusters
 from scenelang.backends.geometry.distance import IntArray, depths
 from scenelang.backends.geometry.solids import FloatArray
 from scenelang.grammar.datum import dataclass

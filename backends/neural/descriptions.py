@@ -19,7 +19,7 @@ from scenelang.grammar.datum import Keyword, Symbol
 from scenelang.interpreter.runtime.show import plain_attributes
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.primitives import Box, Point, attributes_read, is_word, items_of
+from scenelang.interpreter.scene.primitives import PHYSICS, Box, Point, attributes_read, is_word, items_of
 from scenelang.stdlib.colors import named_colors
 
 # Common names of colours, with their sRGB values.
@@ -289,7 +289,7 @@ def proportion_word(box: Box | None) -> str | None:
 
 def _semantic_attributes(entity: Entity) -> list[tuple[str, object]]:
     """Return the attributes that no geometric backend reads, which therefore only text can express."""
-    geometric = {*attributes_read(entity.word), *MATERIALS}
+    geometric = {*attributes_read(entity.word), *MATERIALS, *(each.name for each in PHYSICS)}
     attributes = [(name, value) for name, value in entity.embedding.attributes.items() if name not in geometric]
     return attributes[:_MAX_ATTRIBUTES]
 

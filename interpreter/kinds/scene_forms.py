@@ -42,11 +42,12 @@ from scenelang.interpreter.kinds.kinds import (
     unquoted_number,
     wrap_fix,
 )
-from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, Attribute, find
+from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, PHYSICS, Attribute, find
 
 if TYPE_CHECKING:
     from scenelang.interpreter.kinds.infer import KindInference
 
+_PHYSICS_NAMES = frozenset(attribute.name for attribute in PHYSICS)
 _ENTITY_ARGUMENTS = 2
 
 
@@ -155,7 +156,11 @@ def _spelled_attribute(inference: KindInference, node: ast.Call, argument: Any) 
     if argument.span.expansion is not None:
         return None
     text = argument.span.text
-    if text not in (*_attribute_names(inference, node.word.value), COLOR.name, *(each.name for each in MATERIALS)):
+    if text not in (
+        *_attribute_names(inference, node.word.value),
+        COLOR.name,
+        *(each.name for each in (*MATERIALS, *PHYSICS)),
+    ):
         return None
     at = Span(argument.span.source, argument.span.start, argument.span.start)
     inference.report(
@@ -212,7 +217,8 @@ def _call_bound(
         _warn_plain_parameters(inference, node, word, function, keywords)
         return
     brings = () if any(map(_may_carry_attributes, positional)) else None
-    check_keywords(inference, node, owner, "attribute", function, keywords, brings)
+    own = [each for each in keywords if each[0] in named or each[0] not in _PHYSICS_NAMES]
+    check_keywords(inference, node, owner, "attribute", function, own, brings)
 
 
 def _may_carry_attributes(node: Any) -> bool:
@@ -268,7 +274,7 @@ def check_primitive(
     """Check the attributes of a primitive: their kinds, and the values of literals."""
     cls = _primitive(word)
     attributes = cls.attributes if cls is not None else ()
-    known = {attribute.name: attribute for attribute in (COLOR, *MATERIALS, *attributes)}
+    known = {attribute.name: attribute for attribute in (COLOR, *MATERIALS, *_physics_of(cls), *attributes)}
     for key, _, value in keywords:
         attribute = known.get(key)
         if attribute is not None and attribute.accepts:
@@ -283,6 +289,11 @@ def check_primitive(
     if "p0" in known and len(points) == 2 and points[0] == points[1] and None not in points[0]:
         message = f'the ends `:p0` and `:p1` of "{word}" are the same point, so that it has no length'
         inference.warn("no-extent", message, ends[1].span, expected="two points", found=ends[1].span.text)
+
+
+def _physics_of(cls: Any) -> tuple[Attribute, ...]:
+    """Return the attributes of physics; those of a semantic primitive may mean something else to a model."""
+    return PHYSICS if cls is not None and not cls.is_semantic else ()
 
 
 def _usage_of(word: str) -> str:

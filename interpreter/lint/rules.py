@@ -18,6 +18,7 @@ from scenelang.interpreter.runtime.values import Keyword
 from scenelang.interpreter.scene.primitives import (
     COLOR,
     MATERIALS,
+    PHYSICS,
     SCALE,
     find,
     geometry_attributes,
@@ -634,7 +635,7 @@ def unread_hint(word: str, name: str) -> str | None:
     None for an attribute that is read, and for one that may be the program's own.
     """
     read = geometry_attributes(word) or ()
-    if name in read or any(name == attribute.name for attribute in MATERIALS):
+    if name in read or any(name == attribute.name for attribute in (*MATERIALS, *PHYSICS)):
         return None
     for table in (MEANT.get(word, {}), MEANT["*"]):
         if name in table:

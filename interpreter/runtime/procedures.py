@@ -38,6 +38,7 @@ from scenelang.interpreter.runtime.values import (
 )
 from scenelang.interpreter.runtime.values import Condition as Condition
 from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.primitives.base import PHYSICS
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
@@ -214,13 +215,16 @@ def bind_arguments(runtime: Runtime, closure: Closure, arguments: Sequence[Any])
     return _fill(runtime, closure, positional, keywords)
 
 
+_OF_EVERY_WORD = frozenset(attribute.name for attribute in PHYSICS)
+
+
 def check_keywords(code: ClosureCode, names: Sequence[str] | Mapping[str, Any], word: str | None = None) -> None:
-    """Raise an error for keyword arguments that ``code`` does not accept."""
+    """Raise an error for keyword arguments that ``code`` does not accept; every word accepts attributes of physics."""
     known = code.keyword_names
     if known is None or code.takes_any_keyword:
         return
     for name in names:
-        if name not in known:
+        if name not in known and not (word is not None and name in _OF_EVERY_WORD):
             target = f'"{word}"' if word is not None else f"`{code.name}`"
             hint = suggest(name, known) or f"parameters: {code.usage}"
             raise SceneError("keyword", f"{target} has no parameter `:{name}`", hint=hint)

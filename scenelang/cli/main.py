@@ -50,7 +50,7 @@ def main(argv: Sequence[str] | None = None, supervised: bool = False) -> int:
 
 def _is_bounded(arguments: argparse.Namespace) -> bool:
     """Return whether a command only checks programs, which takes bounded time and memory without a monitor."""
-    options = ("evaluate", "geometry", "define", "z", "max_seconds", "max_memory")
+    options = ("evaluate", "geometry", "physics", "define", "z", "max_seconds", "max_memory")
     is_plain = arguments.command == "check" and not any(getattr(arguments, name) for name in options)
     return is_plain and is_bounded(arguments.files)
 
@@ -163,6 +163,8 @@ GROUPS: dict[str, dict[str, Command]] = {
         "count": Command(PROGRAM, "programs", "count the instances of every word"),
         "bounds": Command(PROGRAM, "programs", "print the exact bounding box of the scene or of a word"),
         "measure": Command(PROGRAM, "programs", "print volume, surface, centre of mass and inertia"),
+        "simulate": Command(PROGRAM, "physics", "show how the scene moves under gravity, as a film or a 4D scene"),
+        "settle": Command(PROGRAM, "physics", "let the scene come to rest, and write it with the new poses"),
         "flatten": Command(PROGRAM, "programs", "list the primitives with their world matrices"),
     },
     "Export": {

@@ -33,6 +33,7 @@ from scenelang.cli.options import (
     use_color,
     whole,
 )
+from scenelang.cli.physics import add_physics
 from scenelang.grammar.diagnostics import (
     Diagnostic,
     SceneError,
@@ -49,6 +50,7 @@ from scenelang.reports import deliver, painted, print_json, say, table
 
 if TYPE_CHECKING:
     from scenelang.formatting import FormattedFile
+    from scenelang.grammar.datum import Source
     from scenelang.interpreter.scene.difference import ComparedFrame
     from scenelang.repl.loop import ModelRequest
     from scenelang.session import Session
@@ -68,6 +70,10 @@ def add_check(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--geometry", action="store_true", help="also evaluate, and run the geometry lint (overlaps, gaps, faces)"
     )
+    parser.add_argument(
+        "--physics", action="store_true", help="also evaluate, and report what moves, tips or falls under gravity"
+    )
+    add_physics(parser.add_argument_group("physics"), "1.5")
     parser.add_argument(
         "--picture",
         metavar="FILE",
@@ -110,7 +116,9 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
     else:
         source = session.source(path)
     if arguments.geometry:
-        return session.check_geometry(source)
+        return [*session.check_geometry(source), *(_physical(arguments, session, source) if arguments.physics else ())]
+    if arguments.physics:
+        return _physical(arguments, session, source)
     if not arguments.evaluate:
         return session.check(source).diagnostics
     result = session.evaluate(source)
@@ -123,6 +131,13 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
     if arguments.picture and subject is not None:
         _save_picture(arguments, subject)
     return found
+
+
+def _physical(arguments: argparse.Namespace, session: Session, source: Source) -> Sequence[Diagnostic]:
+    from scenelang.backends.physics.verdicts import SECONDS, check_physics
+
+    seconds, scale = arguments.seconds or SECONDS, arguments.metres_per_unit
+    return session.check_geometry(source, lambda scene: check_physics(scene, seconds, scale))
 
 
 def _save_picture(arguments: argparse.Namespace, subject: Any) -> None:

@@ -18,6 +18,7 @@ from scenelang.interpreter import loading
 from scenelang.interpreter.scene.primitives.base import (
     COLOR,
     MATERIALS,
+    PHYSICS,
     SCALE,
     Attribute,
     Box,
@@ -222,6 +223,7 @@ __all__ = [
     "COLOR",
     "GROUP",
     "MATERIALS",
+    "PHYSICS",
     "SCALE",
     "Attribute",
     "Box",

@@ -11,10 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from scenelang.grammar.datum import dataclass, fields, replace
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.values import Array, MutableArray, MutableList, Pair, Vector, list_items
 
@@ -179,6 +180,64 @@ MATERIALS = (
 )  # fmt: skip
 
 
+def boolean_of(word: str, name: str, value: Any) -> bool:
+    """Check a boolean; raise ``SceneError("attribute")`` if it is something else."""
+    if type(value) is not bool:
+        raise _invalid(word, name, "#t or #f")
+    return value
+
+
+def positive_of(word: str, name: str, value: Any) -> float:
+    """Check a finite number above zero."""
+    if type(value) not in (int, float) or not 0.0 < value < math.inf:
+        raise _invalid(word, name, "a finite number above 0")
+    return float(value)
+
+
+def friction_of(word: str, name: str, value: Any) -> float:
+    """Check a finite number that is not negative."""
+    if type(value) not in (int, float) or not 0.0 <= value < math.inf:
+        raise _invalid(word, name, "a finite number, 0 or more")
+    return float(value)
+
+
+def density_of(word: str, name: str, value: Any) -> float:
+    """Convert a density in kg/m^3, or the name of a substance, to kg/m^3."""
+    if type(value) is str:
+        if value not in DENSITIES:
+            raise SceneError(
+                "attribute", f'the attribute `:{name}` of "{word}" names no known substance: "{value}"',
+                suggest(value, DENSITIES) or f"known substances: {', '.join(DENSITIES)}",
+            )  # fmt: skip
+        return DENSITIES[value]
+    return positive_of(word, name, value)
+
+
+# Densities in kg/m^3, rounded to what handbooks agree on.
+DENSITIES: Mapping[str, float] = MappingProxyType({
+    "foam": 50.0, "cork": 200.0, "balsa": 150.0, "pine": 500.0, "wood": 600.0, "oak": 700.0, "paper": 800.0,
+    "ice": 917.0, "wax": 930.0, "food": 1000.0, "water": 1000.0, "plastic": 1050.0, "rubber": 1100.0, "cloth": 400.0,
+    "leather": 900.0, "clay": 1800.0, "brick": 1900.0, "ceramic": 2300.0, "concrete": 2400.0, "glass": 2500.0,
+    "stone": 2600.0, "marble": 2700.0, "aluminium": 2700.0, "iron": 7870.0, "steel": 7850.0, "brass": 8500.0,
+    "copper": 8960.0, "lead": 11340.0, "gold": 19300.0,
+})  # fmt: skip
+
+# Attributes of physics (docs/physics.md), which any entity may have: calls of bound words too, whatever parameters
+# their functions have. Only simulations read them.
+PHYSICS = (
+    Attribute("fixed", "for simulations: whether it is one body that cannot move; default #f", "#t or #f", False,
+              boolean_of, accepts=("Boolean",), aliases=("static", "anchored")),
+    Attribute("body", "for simulations: #t, it is one rigid body; #f, its parts are separate; default: by contact",
+              "#t or #f", None, boolean_of, accepts=("Boolean",), aliases=("rigid",)),
+    Attribute("mass", "for simulations: mass in kg of all that is in it; default: by density", "a number", None,
+              positive_of, accepts=("Number",), low=0.0, aliases=("weight",)),
+    Attribute("density", 'for simulations: density in kg/m^3, or a substance, as "oak" or "steel"; default 1000',
+              "a number or a string", 1000.0, density_of, accepts=("Number", "String"), low=0.0),
+    Attribute("friction", "for simulations: coefficient of sliding friction; default 0.6", "a number", 0.6,
+              friction_of, accepts=("Number",), low=0.0),
+)  # fmt: skip
+
+
 # --- primitives ------------------------------------------------------------------------------------------------------
 
 
@@ -265,7 +324,7 @@ class Primitive:
                 found[attribute.field or attribute.name] = attribute.read(word, attribute.name, value)
         if (value := attributes.get("color")) is not None:
             found["color"] = color_of(word, value)
-        for attribute in MATERIALS:
+        for attribute in MATERIALS if cls.is_semantic else (*MATERIALS, *PHYSICS):
             if attribute.read is not None and (value := attributes.get(attribute.name)) is not None:
                 attribute.read(word, attribute.name, value)
         return cls(**found)

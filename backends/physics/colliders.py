@@ -1,0 +1,302 @@
+"""Convex colliders of posed primitives: exact shapes where simulators have them, otherwise convex meshes.
+
+A ball under any affine pose is an ellipsoid, a box is a box unless it is sheared, a cylinder stays one while its
+cross-section is round, a capsule under a similarity. What else is convex becomes the hull of its mesh; what is not
+convex is decomposed once in its own frame by CoACD (Wei, Liu, Ling and Su, 2022) and stored on disk: affine poses keep
+pieces convex.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+import zipfile
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.base import require
+from scenelang.backends.geometry.solids import own_mesh
+from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.interpreter.loading import user_folder
+from scenelang.interpreter.scene.primitives import Placed
+from scenelang.interpreter.scene.primitives.base import Primitive
+from scenelang.interpreter.scene.primitives.capsule import CAPSULE
+from scenelang.interpreter.scene.primitives.cube import BLOCK, placed_block
+from scenelang.interpreter.scene.primitives.cylinder import CYLINDER
+from scenelang.interpreter.scene.primitives.mesh import volume_of
+from scenelang.interpreter.scene.primitives.sphere import BALL
+from scenelang.interpreter.scene.primitives.torus import TORUS
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+INSTALL = "'scenelang[physics]'"
+SEGMENTS = 24  # sides of the meshes of round shapes that simulators do not have
+MAX_PIECES = 64  # of one non-convex primitive
+MAX_DECOMPOSED = 200_000  # triangles of a mesh that is decomposed
+_CONCAVITY = 0.05  # of CoACD, relative to the size: its own default
+_CONVEX = 2e-3  # of the hull's volume: a mesh that lacks less counts as convex
+_WEDGES = 16  # of a torus
+_THIN = 1e-6  # of the largest extent: thinner things are flat
+_SAME = 1e-6  # relative tolerance of equal lengths and right angles of axes
+
+# From the frames of simulators, whose cylinders and capsules lie along z, to ours, where they lie along y.
+_ALONG_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Collider:
+    """A convex shape in the world of the scene.
+
+    Attributes
+    ----------
+    kind
+        "box", "sphere", "ellipsoid", "cylinder", "capsule" or "mesh".
+    size : (3,)
+        Half sizes in scene units: of a box and an ellipsoid; the radius of a sphere; radius and half the length along z
+        of a cylinder, and of a capsule without its hemispheres; zeros for a mesh.
+    rotation : (3, 3)
+        Rotation from the frame of the shape to the world.
+    center : (3,)
+        Origin of the frame of the shape in the world.
+    vertices : (K, 3)
+        Corners of a mesh, whose convex hull is the shape, in the frame of the shape; empty for other kinds.
+    """
+
+    kind: str
+    size: FloatArray
+    rotation: FloatArray
+    center: FloatArray
+    vertices: FloatArray
+
+    @property
+    def corners(self) -> FloatArray:
+        """Points (K, 3) in the world that bound the shape: those of a mesh, otherwise those of its box."""
+        if self.kind == "mesh":
+            points = self.vertices
+        else:
+            signs = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+            points = signs * self.half
+        return np.asarray(points @ self.rotation.T + self.center, np.float64)
+
+    @property
+    def half(self) -> FloatArray:
+        """Half sizes (3,) of the box around the shape in its own frame; not for meshes."""
+        a, b = float(self.size[0]), float(self.size[1])
+        boxes = {"sphere": (a, a, a), "cylinder": (a, a, b), "capsule": (a, a, a + b)}
+        return np.array(boxes.get(self.kind, tuple(self.size)))
+
+    def box(self) -> tuple[FloatArray, FloatArray]:
+        """Return the exact axis-aligned box in the world: low and high corner, (3,) each."""
+        if self.kind == "mesh":
+            points = self.corners
+            return points.min(axis=0), points.max(axis=0)
+        rotation, size = self.rotation, self.size
+        if self.kind == "box":
+            reach = np.abs(rotation) @ size
+        elif self.kind in ("sphere", "ellipsoid"):
+            reach = np.linalg.norm(rotation * self.half, axis=1)
+        else:
+            along = np.abs(rotation[:, 2]) * size[1]
+            across = size[0] * np.sqrt(np.maximum(0.0, 1.0 - rotation[:, 2] ** 2))
+            reach = along + (size[0] if self.kind == "capsule" else across)
+        return self.center - reach, self.center + reach
+
+
+def colliders_of(shape: Primitive, world: FloatArray) -> tuple[Collider, ...]:
+    """Return the colliders of a primitive under the world pose (3, 4); none for what is flat or invisible.
+
+    Raises SceneError for meshes that cannot be read or decomposed, LimitError for those with too many triangles.
+    """
+    if shape.is_semantic:
+        return _of_box(shape, world)
+    placed = shape.placed()
+    if placed is not None:
+        return _of_form(placed, world)
+    return tuple(_mesh(piece, world) for piece in pieces_of(shape) if not _is_thin(piece @ world[:, :3].T))
+
+
+def _of_box(shape: Primitive, world: FloatArray) -> tuple[Collider, ...]:
+    """Return the box of a semantic primitive."""
+    box = np.array(shape.box_under((1.0, 0, 0, 0, 0, 1.0, 0, 0, 0, 0, 1.0, 0))).reshape(2, 3)
+    x, y, z = (box[1] - box[0]).tolist()
+    if min(x, y, z) <= 0.0:
+        return ()
+    rows = np.array(placed_block((x, y, z)).rows).reshape(3, 4)
+    rows[:, 3] = box.mean(axis=0)
+    return _of_form(Placed(BLOCK, (), tuple(rows.ravel().tolist())), world)
+
+
+def _of_form(placed: Placed, world: FloatArray) -> tuple[Collider, ...]:
+    local = placed.matrix
+    linear, center = world[:, :3] @ local[:, :3], world[:, :3] @ local[:, 3] + world[:, 3]
+    lengths = np.linalg.svd(linear, compute_uv=False)
+    if not np.isfinite(lengths).all() or lengths[2] <= _THIN * lengths[0] or lengths[0] == 0.0:
+        return ()
+    if not placed.form.is_convex:
+        mesh = placed.form.mesh(_WEDGES * 4, placed.ratios)
+        pieces = _wedges(mesh.vertices) if placed.form is TORUS else _decomposed_mesh(mesh.vertices, mesh.faces)
+        return tuple(_mesh(piece, np.column_stack([linear, center])) for piece in pieces)
+    exact = _exact(placed, linear, center)
+    if exact is not None:
+        return (exact,)
+    return (_mesh(placed.form.mesh(SEGMENTS, placed.ratios).vertices, np.column_stack([linear, center])),)
+
+
+def _wedges(vertices: FloatArray) -> tuple[FloatArray, ...]:
+    """Return the corners of a ring about the y axis in wedges, which share those on the planes between them."""
+    turn = np.arctan2(vertices[:, 2], vertices[:, 0]) * _WEDGES / (2.0 * np.pi)
+    middles = np.arange(_WEDGES) + 0.5
+    away = np.abs((turn[:, None] - middles + _WEDGES / 2.0) % _WEDGES - _WEDGES / 2.0)
+    return tuple(vertices[near] for near in (away <= 0.5 + 1e-6).T)
+
+
+def _exact(placed: Placed, linear: FloatArray, center: FloatArray) -> Collider | None:
+    """Return a form as a shape that simulators have, None if they do not have it."""
+    none = np.zeros((0, 3))
+    if placed.form is BALL:
+        axes, size, _ = np.linalg.svd(linear)
+        if size[0] - size[2] <= _SAME * size[0]:
+            return Collider("sphere", np.array([size[0], 0.0, 0.0]), np.eye(3), center, none)
+        return Collider("ellipsoid", size, _proper(axes), center, none)
+    size = np.linalg.norm(linear, axis=0)
+    axes = linear / size
+    if np.abs(axes.T @ axes - np.eye(3)).max() > _SAME:
+        return None
+    is_round = abs(size[0] - size[2]) <= _SAME * size[0]
+    turned = _proper(axes) @ _ALONG_Y
+    if placed.form is BLOCK:  # turned too: an upright box is upright in simulators
+        return Collider("box", size[[0, 2, 1]], turned, center, none)
+    if placed.form is CYLINDER and is_round:
+        return Collider("cylinder", np.array([size[0], size[1], 0.0]), turned, center, none)
+    if placed.form is CAPSULE and is_round and abs(size[0] - size[1]) <= _SAME * size[0]:
+        radius = float(placed.ratios[0]) * size[1]
+        return Collider("capsule", np.array([radius, size[1] - radius, 0.0]), turned, center, none)
+    return None
+
+
+def _proper(axes: FloatArray) -> FloatArray:
+    """Return orthogonal axes as a rotation; the shapes here are symmetric, so that one axis may be reversed."""
+    return axes if np.linalg.det(axes) > 0.0 else axes * np.array([1.0, 1.0, -1.0])
+
+
+def _mesh(points: FloatArray, world: FloatArray) -> Collider:
+    """Return a convex mesh under an affine pose: the rotation of its polar decomposition, and stretched corners, so
+    that equal things in several directions share a mesh."""
+    u, size, v = np.linalg.svd(world[:, :3])
+    rotation = u @ v
+    stretch = v.T @ np.diag(size) @ v
+    if np.linalg.det(rotation) < 0.0:
+        rotation, stretch = -rotation, -stretch
+    return Collider("mesh", np.zeros(3), rotation, world[:, 3].copy(), points @ stretch)
+
+
+def _is_thin(points: FloatArray) -> bool:
+    """Whether points lie in a plane, a line or a point, within ``_THIN`` of their size."""
+    if len(points) < 4 or not np.isfinite(points).all():
+        return True
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(spread[2] <= _THIN * spread[0])
+
+
+# --- pieces of shapes that are not convex -----------------------------------------------------------------------------
+
+
+def pieces_of(shape: Primitive) -> tuple[FloatArray, ...]:
+    """Return the corners of convex pieces, arrays (K, 3) in the frame of the primitive, of a mesh or a solid."""
+    return _pieces_of(shape.key)
+
+
+@lru_cache(maxsize=256)
+def _pieces_of(shape: Primitive) -> tuple[FloatArray, ...]:
+    mesh = own_mesh(shape)
+    return () if mesh is None else _decomposed_mesh(mesh.vertices, mesh.faces)
+
+
+def _decomposed_mesh(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
+    vertices, faces = _welded(vertices, faces)
+    if _is_thin(vertices):
+        return ()
+    if len(faces) > MAX_DECOMPOSED:
+        message = f"a mesh of {len(faces):,} triangles is more than the limit of {MAX_DECOMPOSED:,} for a simulation"
+        raise LimitError("size", message, "simplify the mesh, or use fewer segments")
+    hull = _hull(vertices)
+    if hull is None:
+        return ()
+    corners, volume = hull
+    if abs(volume_of(vertices[faces])) >= (1.0 - _CONVEX) * volume:
+        return (corners,)
+    return _decomposed(vertices.tobytes(), faces.tobytes())
+
+
+def _welded(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+    """Return a mesh whose equal corners are one, without triangles that vanish."""
+    points, place = np.unique(np.asarray(vertices, np.float64) + 0.0, axis=0, return_inverse=True)
+    joined = place.reshape(-1)[faces]
+    sound = (joined[:, 0] != joined[:, 1]) & (joined[:, 1] != joined[:, 2]) & (joined[:, 2] != joined[:, 0])
+    return points, np.ascontiguousarray(joined[sound], np.int64)
+
+
+def _hull(vertices: FloatArray) -> tuple[FloatArray, float] | None:
+    """Return the corners (K, 3) of the convex hull and its volume, None if it has none."""
+    import manifold3d
+
+    hull = manifold3d.Manifold.hull_points(np.ascontiguousarray(vertices, np.float64))
+    if hull.is_empty() or hull.volume() <= 0.0:
+        return None
+    return np.asarray(hull.to_mesh64().vert_properties[:, :3], np.float64), float(hull.volume())
+
+
+@lru_cache(maxsize=256)
+def _decomposed(vertices: bytes, faces: bytes) -> tuple[FloatArray, ...]:
+    """Return the convex pieces of a mesh by CoACD, from the disk if they are there."""
+    key = hashlib.sha256(vertices + faces + repr((_CONCAVITY, MAX_PIECES)).encode()).hexdigest()
+    path = user_folder("CACHE") / "pieces" / f"{key}.npz"
+    found = _loaded(path)
+    if found is None:
+        found = _coacd(np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int64).reshape(-1, 3))
+        _store(path, found)
+    return found
+
+
+def _coacd(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
+    coacd = require("coacd", INSTALL)
+    coacd.set_log_level("off")
+    # Sizes are those of a cube of side 2, for which the thresholds of CoACD are made.
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    middle, scale = (low + high) / 2.0, float((high - low).max()) / 2.0
+    mesh = coacd.Mesh((vertices - middle) / scale, faces.astype(np.int32))
+    try:
+        pieces = coacd.run_coacd(mesh, threshold=_CONCAVITY, max_convex_hull=MAX_PIECES, max_ch_vertex=64, seed=0)
+    except (RuntimeError, ValueError) as error:
+        raise SceneError("solid", f"a mesh cannot be split into convex pieces: {error}") from error
+    hulls = [_hull(np.asarray(points, np.float64)) for points, _ in pieces]
+    return tuple(hull[0] * scale + middle for hull in hulls if hull is not None)
+
+
+def _loaded(path: Path) -> tuple[FloatArray, ...] | None:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            found = tuple(file[f"piece{i}"] for i in range(len(file.files)))
+    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+        return None
+    sound = all(each.dtype == np.float64 and each.ndim == 2 and each.shape[1] == 3 for each in found)
+    return found if sound and all(np.isfinite(each).all() and len(each) >= 4 for each in found) else None
+
+
+def _store(path: Path, pieces: Sequence[FloatArray]) -> None:
+    """Store pieces. A folder that cannot be written, and a full disk, are no errors."""
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".new", delete=False) as file:
+            arrays: dict[str, Any] = {f"piece{i}": piece for i, piece in enumerate(pieces)}
+            np.savez(file, **arrays)
+        os.replace(file.name, path)

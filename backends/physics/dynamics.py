@@ -1,0 +1,405 @@
+"""MuJoCo models of bodies, and their motion under gravity (Todorov, Erez and Tassa, 2012).
+
+Scenes have y up, models z up: a turn by a quarter about x. The frame of every body is at its centre of mass, along the
+axes of the world, so that its pose in the model is its motion. Lengths are metres, ``BodySet.unit`` of them a scene
+unit. A model is deterministic: equal scenes give equal motions on one machine.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.base import Progress, require
+from scenelang.backends.physics.colliders import INSTALL, Collider, FloatArray
+from scenelang.backends.pictures.appearance import look_of, to_srgb
+from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
+
+if TYPE_CHECKING:
+    from scenelang.backends.physics.grouping import BodySet, RigidBody
+
+IntArray = npt.NDArray[np.int64]
+
+GRAVITY = 9.81  # m/s^2
+FRICTION = 0.6
+MAX_SECONDS = 600.0
+MAX_STEPS = 400_000
+MAX_SAMPLES = 20_000_000  # frames times bodies
+_STEPS = (1 / 4000, 1 / 500)  # least and greatest time step, in s
+_STEP = 0.02  # of the time in which the smallest body falls by its own size
+_STIFF = 4.0  # time steps in which a contact is resolved; MuJoCo needs 2 or more
+_TINY = 1e-9  # m: smaller pieces have no volume in MuJoCo's arithmetic
+_EARLY = 5  # steps after which contacts are what bodies stand on
+
+TO_MODEL = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # from y up to z up
+
+
+def gaps_of(colliders: Sequence[Sequence[Collider]], pairs: IntArray, margin: float) -> FloatArray:
+    """Return the gap of each pair (M, 2) of things that consist of convex colliders, negative for a depth.
+
+    Gaps of ``margin`` or more are not measured further. Distances are those of MuJoCo, of the shapes that move.
+    """
+    if not len(pairs):
+        return np.zeros(0)
+    mujoco = require("mujoco", INSTALL)
+    sizes = [float(np.linalg.norm(np.subtract(*each.box()))) for group in colliders for each in group]
+    scale = 1.0 / float(np.median(sizes))
+    spec = mujoco.MjSpec()
+    meshes = _Meshes(mujoco, spec, scale)
+    origin = colliders[0][0].center
+    for group in colliders:
+        for each in group:
+            if not _add_shape(mujoco, spec.worldbody, meshes, each, origin, scale, {}):
+                # what vanishes in MuJoCo's arithmetic counts as a point
+                spec.worldbody.add_geom(
+                    type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_TINY, 0, 0], pos=TO_MODEL @ (each.center - origin) * scale
+                )
+    model, data = compiled(spec)
+    mujoco.mj_forward(model, data)
+    ends = np.cumsum([len(group) for group in colliders]).tolist()  # every collider is one geom
+    first = [0, *ends[:-1]]
+    found = np.empty(len(pairs))
+    for row, (i, j) in enumerate(pairs.tolist()):
+        found[row] = min(
+            mujoco.mj_geomDistance(model, data, a, b, margin * scale, None)
+            for a in range(first[i], ends[i])
+            for b in range(first[j], ends[j])
+        )
+    return found / scale
+
+
+# --- models -----------------------------------------------------------------------------------------------------------
+
+
+class _Meshes:
+    """The meshes of a model, each added once however many geoms have it."""
+
+    def __init__(self, mujoco: Any, spec: Any, unit: float) -> None:
+        self.mujoco, self.spec, self.unit = mujoco, spec, unit
+        self.names: dict[bytes, str] = {}
+
+    def name(self, vertices: FloatArray) -> str:
+        points = vertices @ TO_MODEL.T * self.unit
+        # Equal meshes at several places differ in their last digits.
+        key = (
+            np.round(points / max(float(np.abs(points).max()), 1e-300), 9).tobytes()
+            + repr(float(f"{np.abs(points).max():.9g}")).encode()
+        )
+        if key not in self.names:
+            self.names[key] = f"piece{len(self.names)}"
+            convex = self.mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+            self.spec.add_mesh(name=self.names[key], uservert=points.ravel().tolist(), inertia=convex)
+        return self.names[key]
+
+
+def _add_shape(
+    mujoco: Any, owner: Any, meshes: _Meshes, shape: Collider, origin: FloatArray, unit: float, look: Mapping[str, Any]
+) -> bool:
+    """Add a collider to a body whose frame is at ``origin``; return False if it is too small for MuJoCo."""
+    low, high = shape.box()
+    if float((high - low).max()) * unit <= _TINY:
+        return False
+    kind = getattr(mujoco.mjtGeom, f"mjGEOM_{shape.kind.upper()}")
+    rotation = TO_MODEL @ shape.rotation
+    if shape.kind == "mesh":
+        if _hull_volume(shape.vertices * unit) <= _TINY**1.5:
+            return False
+        look = {**look, "meshname": meshes.name(shape.vertices)}
+        rotation = rotation @ TO_MODEL.T  # the corners are turned already
+    owner.add_geom(
+        type=kind, size=(shape.size * unit).tolist(), pos=TO_MODEL @ (shape.center - origin) * unit,
+        quat=quaternion(rotation), **look,
+    )  # fmt: skip
+    return True
+
+
+def _hull_volume(points: FloatArray) -> float:
+    """Return the volume of the box along the principal axes of points, which bounds that of their hull."""
+    centred = points - points.mean(axis=0)
+    _, _, axes = np.linalg.svd(centred, full_matrices=False)
+    return float(np.prod(np.ptp(centred @ axes.T, axis=0)))
+
+
+def quaternion(rotation: FloatArray) -> list[float]:
+    """Return a rotation (3, 3) as a unit quaternion w, x, y, z with w >= 0 (Shepperd, 1978)."""
+    m = rotation
+    squares = np.array([np.trace(m), m[0, 0], m[1, 1], m[2, 2]])
+    k = int(np.argmax(squares))
+    if k == 0:
+        q = np.array([1.0 + squares[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
+    else:
+        i, j, n = k - 1, k % 3, (k + 1) % 3
+        q = np.zeros(4)
+        q[0] = m[n, j] - m[j, n]
+        q[1 + i], q[1 + j], q[1 + n] = 1.0 + m[i, i] - m[j, j] - m[n, n], m[j, i] + m[i, j], m[n, i] + m[i, n]
+    q /= np.linalg.norm(q)
+    found: list[float] = (q if q[0] >= 0.0 else -q).tolist()
+    return found
+
+
+def names_of(bodies: BodySet) -> list[str]:
+    """Return a distinct name for each body: letters, digits, dots and dashes of its word, and its number."""
+    return [
+        f"{re.sub(r'[^A-Za-z0-9]+', '-', body.words[-1])[:40].strip('-') or 'body'}.{number}"
+        for number, body in enumerate(bodies.bodies)
+    ]
+
+
+def model_of(bodies: BodySet) -> Any:
+    """Return a frame as a ``mujoco.MjSpec``: the ground, then the bodies in order, fixed ones without a joint."""
+    mujoco = require("mujoco", INSTALL)
+    spec = mujoco.MjSpec()
+    spec.modelname = "scene"
+    spec.compiler.degree = False
+    spec.compiler.balanceinertia = True  # rounding of thin things may break the triangle inequality
+    step = _time_step(bodies)
+    spec.option.timestep = step
+    spec.option.gravity = [0.0, 0.0, -GRAVITY]
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # friction cones are round
+    spec.option.impratio = 10.0  # with the next, what rests on a slope does not creep
+    spec.option.noslip_iterations = 4
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    look = {"solref": [_STIFF * step, 1.0]}
+    height = bodies.ground * bodies.unit
+    spec.worldbody.add_geom(
+        name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0.0, 0.0, 1.0], pos=[0.0, 0.0, height],
+        friction=[FRICTION, 0.0, 0.0], **look,
+    )  # fmt: skip
+    meshes = _Meshes(mujoco, spec, bodies.unit)
+    for name, body in zip(names_of(bodies), bodies.bodies, strict=True):
+        _add_body(mujoco, spec, meshes, bodies, body, name, look)
+    return spec
+
+
+def _add_body(
+    mujoco: Any, spec: Any, meshes: _Meshes, bodies: BodySet, body: RigidBody, name: str, look: Mapping[str, Any]
+) -> None:
+    unit, moments = bodies.unit, body.moments
+    inertia = TO_MODEL @ moments.inertia @ TO_MODEL.T * unit**2
+    full = [inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]]
+    if not (moments.mass > 1e-15 and min(full[:3]) > 1e-15 and np.isfinite(full).all()):
+        message = f'"{body.name}" is too light to be simulated: {moments.mass:.3g} kg at {unit:.3g} metres per unit'
+        raise SceneError("physics", message, "give a larger `--metres-per-unit`", span=bodies.place(body))
+    owner = spec.worldbody.add_body(
+        name=name,
+        pos=TO_MODEL @ moments.center * unit,
+        mass=moments.mass,
+        ipos=[0.0, 0.0, 0.0],
+        fullinertia=full,
+        explicitinertial=True,
+    )
+    if not body.fixed:
+        owner.add_freejoint()
+    for part in body.parts:
+        friction = bodies.frictions[part]
+        # A friction that is given counts against one that is not; of two, MuJoCo takes the larger.
+        own: dict[str, Any] = {
+            "friction": [FRICTION if friction is None else friction, 0.0, 0.0],
+            "priority": int(friction is not None),
+        }
+        own |= {"rgba": color_of(bodies, part), "mass": 0.0}
+        for shape in bodies.parts[part].colliders:
+            _add_shape(mujoco, owner, meshes, shape, moments.center, unit, {**look, **own})
+
+
+def color_of(bodies: BodySet, part: int) -> list[float]:
+    """Return the colour of a part in sRGB, with its opacity."""
+    look = look_of(bodies.nodes[bodies.parts[part].node].entity)
+    rgb: list[float] = np.round(to_srgb(np.clip(look.color, 0.0, 1.0)), 4).tolist()
+    return [*rgb, round(look.opacity, 4)]
+
+
+def _time_step(bodies: BodySet) -> float:
+    sizes = [body.size * bodies.unit for body in bodies.bodies if not body.fixed]
+    fall = math.sqrt(min(sizes, default=1.0) / GRAVITY)
+    return min(max(_STEP * fall, _STEPS[0]), _STEPS[1])
+
+
+def compiled(spec: Any) -> tuple[Any, Any]:
+    """Return the ``MjModel`` and the ``MjData`` of a specification; raises SceneError("physics")."""
+    mujoco = require("mujoco", INSTALL)
+    try:
+        model = spec.compile()
+        return model, mujoco.MjData(model)
+    except (ValueError, mujoco.FatalError) as error:
+        reason = str(error).strip().splitlines()[0] if str(error).strip() else "no reason given"
+        raise SceneError("physics", f"MuJoCo cannot simulate the scene: {reason}") from error
+
+
+# --- motion -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """Motion of the bodies of a frame, T samples of N bodies, in the world of the scene.
+
+    Attributes
+    ----------
+    times : (T,)
+        Seconds from the start; the first is 0.
+    centers : (T, N, 3)
+        Centres of mass, in scene units.
+    rotations : (T, N, 3, 3)
+        Rotations since the start.
+    speeds : (N,)
+        Greatest speed of the centre of mass, in scene units per second.
+    supports
+        For each body the points (K, 3), in scene units, at which something below touched it in the beginning, and the
+        numbers of those bodies; -1 is the ground.
+    broken
+        Number of the sample at which the simulation lost its numbers, None if it did not.
+    launch
+        Greatest initial speed, in scene units per second.
+    """
+
+    times: FloatArray
+    centers: FloatArray
+    rotations: FloatArray
+    speeds: FloatArray
+    supports: tuple[tuple[FloatArray, tuple[int, ...]], ...]
+    broken: int | None
+    launch: float
+
+    def pose(self, sample: int, body: int) -> FloatArray:
+        """Return what moves a body from its place in the scene to that of a sample, (3, 4)."""
+        rotation = self.rotations[sample, body]
+        shift = self.centers[sample, body] - rotation @ self.centers[0, body]
+        return np.column_stack([rotation, shift])
+
+
+def simulate(
+    bodies: BodySet,
+    seconds: float = 1.5,
+    rate: float = 60.0,
+    velocities: Mapping[str, Sequence[float]] | None = None,
+    progress: Progress | None = None,
+) -> Motion:
+    """Return the motion of the bodies of a frame under gravity.
+
+    Parameters
+    ----------
+    bodies
+        Bodies of a frame.
+    seconds
+        Simulated time.
+    rate
+        Samples per second.
+    velocities
+        Initial velocities by word, in scene units per second, of every body with that word on its path.
+    progress
+        Called with a fraction from 0 to 1; an exception that it raises ends the simulation.
+
+    Raises
+    ------
+    SceneError
+        "physics" if MuJoCo cannot simulate the scene, "value" for a velocity of an unknown word.
+    LimitError
+        "size" for too many steps or samples.
+    """
+    mujoco = require("mujoco", INSTALL)
+    model, data = compiled(model_of(bodies))
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)  # numbers that are lost must be told
+    joints = [int(model.body_dofadr[1 + number]) for number in range(len(bodies.bodies))]
+    _start(bodies, data, joints, velocities or {})
+    step = float(model.opt.timestep)
+    samples = max(1, round(seconds * rate))
+    each = max(1, round(1.0 / (rate * step)))
+    model.opt.timestep = step = 1.0 / (rate * each)
+    if samples * each > MAX_STEPS or samples * len(joints) > MAX_SAMPLES or not 0.0 < seconds <= MAX_SECONDS:
+        message = f"{seconds:g} s of {len(joints):,} bodies are more steps than the limit of {MAX_STEPS:,}"
+        raise LimitError("size", message, "simulate a shorter time")
+    with _quiet(mujoco):
+        return _run(mujoco, model, data, bodies, joints, (samples, each), progress or (lambda _: None))
+
+
+def _start(bodies: BodySet, data: Any, joints: Sequence[int], velocities: Mapping[str, Sequence[float]]) -> None:
+    words = sorted({word for body in bodies.bodies if not body.fixed for word in body.words[1:] or body.words})
+    for word, velocity in velocities.items():
+        if word not in words:
+            message = f'no body that can move has the word "{word}"'
+            raise SceneError("value", message, suggest(word, words) or f"bodies: {', '.join(words[:8])}")
+        for body, joint in zip(bodies.bodies, joints, strict=True):
+            if word in body.words and joint >= 0:
+                data.qvel[joint : joint + 3] = TO_MODEL @ np.asarray(velocity, np.float64) * bodies.unit
+
+
+def _run(
+    mujoco: Any, model: Any, data: Any, bodies: BodySet, joints: Sequence[int], plan: tuple[int, int], tell: Progress
+) -> Motion:
+    samples, each = plan
+    count = len(joints)
+    centers, turns = np.empty((samples + 1, count, 3)), np.empty((samples + 1, count, 3, 3))
+    mujoco.mj_forward(model, data)
+    supports: tuple[tuple[FloatArray, tuple[int, ...]], ...] = ()
+    fastest = np.zeros(count)
+    moving = np.array(joints) >= 0
+    places = np.array(joints)[moving][:, None] + np.arange(3)
+    launch = float(np.linalg.norm(data.qvel[places], axis=1).max(initial=0.0)) / bodies.unit
+    broken: int | None = None
+    done = 0
+    for sample in range(samples + 1):
+        if sample:
+            early = min(each, _EARLY - done) if done < _EARLY else 0
+            if early:
+                mujoco.mj_step(model, data, early)
+            if not supports and done + early >= _EARLY:
+                supports = _supports(mujoco, model, data, bodies)
+            if each > early:
+                mujoco.mj_step(model, data, each - early)
+            done += each
+            mujoco.mj_kinematics(model, data)
+        centers[sample] = data.xpos[1:] @ TO_MODEL / bodies.unit
+        turns[sample] = TO_MODEL.T @ data.xmat[1:].reshape(-1, 3, 3) @ TO_MODEL
+        fastest[moving] = np.maximum(fastest[moving], np.linalg.norm(data.qvel[places], axis=1) / bodies.unit)
+        if not np.isfinite(data.qpos).all() or not np.isfinite(data.qvel).all() or _lost(mujoco, data):
+            broken = sample
+            break
+        tell(sample / samples)
+    last = samples + 1 if broken is None else max(1, broken)
+    times = np.arange(last, dtype=np.float64) * (each * float(model.opt.timestep))
+    return Motion(
+        times, centers[:last], turns[:last], fastest, supports or _supports(mujoco, model, data, bodies), broken, launch
+    )
+
+
+def _lost(mujoco: Any, data: Any) -> bool:
+    """Whether MuJoCo warned that its numbers are no longer sound; raises LimitError if its memory is too small."""
+    kinds = mujoco.mjtWarning
+    if data.warning[kinds.mjWARN_CONTACTFULL].number or data.warning[kinds.mjWARN_CNSTRFULL].number:
+        raise LimitError("size", "too many contacts to be simulated", "simulate a part of the scene with `--root WORD`")
+    bad = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
+    return any(data.warning[kind].number for kind in bad)
+
+
+def _supports(mujoco: Any, model: Any, data: Any, bodies: BodySet) -> tuple[tuple[FloatArray, tuple[int, ...]], ...]:
+    """Return what touches each body from below: contacts whose normals carry it, and whose bodies they are of."""
+    points: list[list[FloatArray]] = [[] for _ in bodies.bodies]
+    others: list[dict[int, None]] = [{} for _ in bodies.bodies]
+    for contact in data.contact:
+        normal = contact.frame[2]  # the height of the normal, from the first geom to the second
+        if abs(normal) < 0.2:  # a wall carries nothing
+            continue
+        lower, upper = contact.geom if normal > 0.0 else contact.geom[::-1]
+        under, over = int(model.geom_bodyid[lower]) - 1, int(model.geom_bodyid[upper]) - 1
+        if over >= 0 and over != under:
+            points[over].append(TO_MODEL.T @ contact.pos / bodies.unit)
+            others[over][under] = None
+    return tuple((np.array(found).reshape(-1, 3), tuple(below)) for found, below in zip(points, others, strict=True))
+
+
+@contextmanager
+def _quiet(mujoco: Any) -> Iterator[None]:
+    """Keep MuJoCo from writing a log file into the current folder; its warnings are counted in the data."""
+    say: Callable[[str], None] = lambda _: None
+    mujoco.set_mju_user_warning(say)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(None)

@@ -1,0 +1,115 @@
+"""Mass, centre of mass and second moments of bodies.
+
+A body of one density is measured as the union of its parts, so that nothing counts twice; boxes, balls and cylinders
+that are bodies by themselves in closed form, the rest by Manifold (`interpreter.scene.modelling.measuring`). Where
+densities or masses differ within a body, every part has its own, and overlaps count in each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.modelling.measuring import Measures, measured, measures_of
+from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, Expression, Operand
+from scenelang.interpreter.scene.modelling.solid import operand_of
+from scenelang.interpreter.scene.primitives.base import Primitive
+from scenelang.interpreter.scene.primitives.cube import BLOCK
+from scenelang.interpreter.scene.primitives.cylinder import CYLINDER
+from scenelang.interpreter.scene.primitives.sphere import BALL
+
+FloatArray = npt.NDArray[np.float64]
+
+# Second moments of a form of volume 1 along x, y and z, about its centre: of the mean of x^2 over its points.
+_MEANS = {BLOCK: (1 / 3, 1 / 3, 1 / 3), BALL: (1 / 5, 1 / 5, 1 / 5), CYLINDER: (1 / 4, 1 / 3, 1 / 4)}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moments:
+    """Mass properties in some frame.
+
+    Attributes
+    ----------
+    mass
+        Mass; a volume while the density is 1.
+    center : (3,)
+        Centre of mass.
+    second : (3, 3)
+        Second moments about the centre of mass, the integral of ``(x - center) (x - center)^T`` over the mass.
+    """
+
+    mass: float
+    center: FloatArray
+    second: FloatArray
+
+    @property
+    def inertia(self) -> FloatArray:
+        """Inertia tensor (3, 3) about the centre of mass."""
+        return np.asarray(np.trace(self.second) * np.eye(3) - self.second, np.float64)
+
+    def times(self, factor: float) -> Moments:
+        """Return the moments for ``factor`` times the density."""
+        return Moments(self.mass * factor, self.center, self.second * factor)
+
+    def under(self, pose: FloatArray) -> Moments:
+        """Return the moments of a volume under an affine pose (3, 4), which changes volumes by its determinant."""
+        linear = pose[:, :3]
+        growth = abs(float(np.linalg.det(linear)))
+        return Moments(self.mass * growth, linear @ self.center + pose[:, 3], growth * linear @ self.second @ linear.T)
+
+
+def total(parts: Sequence[Moments]) -> Moments:
+    """Return the moments of parts together, by the parallel axis theorem; of nothing for no mass."""
+    mass = sum(part.mass for part in parts)
+    if not mass > 0.0:
+        return Moments(0.0, np.zeros(3), np.zeros((3, 3)))
+    center = sum((part.mass * part.center for part in parts), np.zeros(3)) / mass
+    second = sum(
+        (part.second + part.mass * np.outer(part.center - center, part.center - center) for part in parts),
+        np.zeros((3, 3)),
+    )
+    return Moments(mass, center, second)
+
+
+def primitive_moments(entity: Entity) -> Moments:
+    """Return the moments of a primitive in its own frame, with density 1; semantic primitives count as their boxes."""
+    assert entity.shape is not None
+    placed = entity.shape.placed()
+    if placed is not None and placed.form in _MEANS:
+        volume = placed.form.volume(placed.ratios)
+        return Moments(volume, np.zeros(3), volume * np.diag(_MEANS[placed.form])).under(placed.matrix)
+    return _measured_shape(entity.shape.key, entity.word)
+
+
+@lru_cache(maxsize=4096)
+def _measured_shape(shape: Primitive, word: str) -> Moments:
+    return _moments(measured([_operand(Entity(word, ANONYMOUS, (), shape), IDENTITY)]))
+
+
+def united_moments(parts: Sequence[tuple[Entity, Sequence[float]]]) -> Moments:
+    """Return the moments of the union of posed primitives, with density 1."""
+    return _moments(measured([_operand(entity, pose) for entity, pose in parts]))
+
+
+def entity_moments(entity: Entity) -> Moments:
+    """Return the moments of everything in an entity as one solid in its own frame, with density 1."""
+    return _moments(measures_of(entity))
+
+
+def _operand(entity: Entity, pose: Sequence[float]) -> Operand:
+    shape = entity.shape
+    assert shape is not None
+    if shape.is_semantic:
+        return Operand(Expression(PRIMITIVE, shape=shape), tuple(pose))
+    return operand_of("physics", entity, pose, entity.word)
+
+
+def _moments(measures: Measures) -> Moments:
+    second = np.trace(measures.inertia) / 2.0 * np.eye(3) - measures.inertia
+    return Moments(measures.volume, measures.centroid, second)

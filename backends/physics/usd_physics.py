@@ -1,0 +1,226 @@
+"""UsdPhysics in the USD export, with ``--physics``: rigid bodies, colliders, masses, friction, gravity and the ground.
+
+Every body is a prim below the root, whose pose is a translation to its centre of mass; what the export shows of it is
+below, instances too, and so are its colliders, which are not drawn. Bodies that cannot move are colliders only. Shapes
+that USD has are exact; ellipsoids and others are meshes with the convex hull as their approximation, because physics
+allows no scale on spheres, cylinders and capsules.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scenelang.backends.base import BackendOptions, Option, check_settings, frame_of, require
+from scenelang.backends.exports.usd import INSTALL, USD
+from scenelang.backends.files import atomic_write
+from scenelang.backends.physics.colliders import SEGMENTS, Collider, FloatArray
+from scenelang.backends.physics.dynamics import FRICTION, GRAVITY, quaternion
+from scenelang.backends.physics.grouping import BodySet, RigidBody, bodies_of
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix, Pair
+from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.pose import translation
+from scenelang.interpreter.scene.primitives.sphere import BALL
+
+PHYSICS = Option("physics", "add rigid bodies, colliders and masses (UsdPhysics) of one frame", False)
+_RESERVED = ("Materials", "Prototypes", "Shapes")
+
+
+def regrouped(root: Entity, bodies: BodySet) -> Entity:
+    """Return the frame with one child of the root for each body, at its centre of mass, and what is in no body after
+    them."""
+    nodes = bodies.nodes
+    owner = {part: number for number, body in enumerate(bodies.bodies) for part in body.parts}
+    inside: list[set[int]] = [set() for _ in nodes]
+    for number, part in enumerate(bodies.parts):
+        inside[part.node].add(owner[number])
+    for number in range(len(nodes) - 1, 0, -1):
+        inside[nodes[number].parent] |= inside[number]
+    members: list[list[Pair]] = [[] for _ in bodies.bodies]
+    rest: list[Pair] = []
+    whole = [False] * len(nodes)
+    for number, node in enumerate(nodes):
+        whole[number] = node.parent >= 0 and whole[node.parent]
+        if whole[number] or number == 0 or len(inside[number]) > 1:
+            continue
+        whole[number] = True
+        for body in inside[number]:
+            x, y, z = (-bodies.bodies[body].moments.center).tolist()
+            members[body].append(Pair(node.entity, _moved(node.world, (x, y, z))))
+        if not inside[number]:
+            rest.append(Pair(node.entity, node.world))
+    made = [
+        Pair(Entity(body.words[-1], ANONYMOUS, tuple(parts)), translation(*body.moments.center.tolist()))
+        for body, parts in zip(bodies.bodies, members, strict=True)
+    ]
+    return Entity(root.word, root.embedding, (*made, *rest), None, root.tainted)
+
+
+def _moved(pose: Matrix, by: Sequence[float]) -> Matrix:
+    rows = list(pose)
+    for axis in range(3):
+        rows[4 * axis + 3] += by[axis]
+    return Matrix(rows)
+
+
+def _run(scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
+    check_settings(options, [WITH_PHYSICS])
+    wanted = WITH_PHYSICS.setting(options, PHYSICS.name)
+    settings = {name: value for name, value in options.settings.items() if name != PHYSICS.name}
+    plain = replace(options, settings=settings)
+    if not wanted:
+        return list(USD.run(scene, path, plain) or [path])
+    if settings.get("parts") or settings.get("depth") is not None or settings.get("solid"):
+        raise SceneError(
+            "value", "`--physics` needs the parts as they are: leave out `--parts`, `--depth` and `--solid`"
+        )
+    root = scene.frames[frame_of(scene, options.frame)]
+    bodies = bodies_of(root, 1.0)
+    still = Scene(scene.word, [regrouped(root, bodies)], False)
+    with tempfile.TemporaryDirectory() as folder, atomic_write(path) as target:
+        draft = Path(folder) / "scene.usdc"
+        USD.run(still, draft, replace(plain, frame=None))
+        usd = require("pxr.Usd", INSTALL)
+        stage = usd.Stage.Open(str(draft))
+        _Physics(stage, bodies).add()
+        stage.GetRootLayer().Save()
+        _save(stage, draft, target, path.suffix.lower())
+    return [path]
+
+
+def _save(stage: Any, draft: Path, target: Path, ending: str) -> None:
+    if ending == ".usdz":
+        utils, sdf = require("pxr.UsdUtils", INSTALL), require("pxr.Sdf", INSTALL)
+        done = utils.CreateNewUsdzPackage(sdf.AssetPath(str(draft)), str(target))
+    else:
+        done = stage.GetRootLayer().Export(str(target))
+    if not done:
+        raise OSError(5, "USD cannot write the file", str(target))
+
+
+class _Physics:
+    """Adds the prims and the schemas of physics to a stage."""
+
+    def __init__(self, stage: Any, bodies: BodySet) -> None:
+        modules = (require(f"pxr.{name}", INSTALL) for name in ("Gf", "Sdf", "UsdGeom", "UsdPhysics", "UsdShade", "Vt"))
+        self.gf, self.sdf, self.geom, self.physics, self.shade, self.vt = modules
+        self.stage, self.bodies = stage, bodies
+        self.root = stage.GetDefaultPrim()
+        self._materials: dict[float, Any] = {}
+
+    def add(self) -> None:
+        prims = [prim for prim in self.root.GetAllChildren() if prim.GetName() not in _RESERVED]
+        for body, prim in zip(self.bodies.bodies, prims):
+            self._add_body(body, prim)
+        path = self.root.GetPath()
+        scene = self.physics.Scene.Define(self.stage, path.AppendChild(self._free("PhysicsScene")))
+        scene.CreateGravityDirectionAttr(self.gf.Vec3f(0.0, -1.0, 0.0))
+        scene.CreateGravityMagnitudeAttr(GRAVITY)
+        ground = self.geom.Plane.Define(self.stage, path.AppendChild(self._free("PhysicsGround")))
+        ground.CreateAxisAttr("Y")
+        self.geom.Imageable(ground).CreatePurposeAttr("guide")
+        self._place(ground, np.eye(3), np.array([0.0, self.bodies.ground, 0.0]))
+        self._collide(ground.GetPrim(), None)
+
+    def _free(self, name: str) -> str:
+        """Return a name that no child of the root has."""
+        number, found = 2, name
+        while self.root.GetChild(found):
+            found, number = f"{name}_{number}", number + 1
+        return found
+
+    def _add_body(self, body: RigidBody, prim: Any) -> None:
+        if not body.fixed:
+            self.physics.RigidBodyAPI.Apply(prim)
+            moments, axes = np.linalg.eigh(body.moments.inertia)
+            axes = axes if np.linalg.det(axes) > 0.0 else axes * np.array([1.0, 1.0, -1.0])
+            w, x, y, z = quaternion(axes)
+            mass = self.physics.MassAPI.Apply(prim)
+            mass.CreateMassAttr(body.moments.mass)
+            mass.CreateCenterOfMassAttr(self.gf.Vec3f(0.0, 0.0, 0.0))
+            mass.CreateDiagonalInertiaAttr(self.gf.Vec3f(*moments.tolist()))
+            mass.CreatePrincipalAxesAttr(self.gf.Quatf(w, x, y, z))
+        holder = self.geom.Scope.Define(self.stage, prim.GetPath().AppendChild("physics_colliders"))
+        self.geom.Imageable(holder).CreatePurposeAttr("guide")
+        number = 0
+        for part in body.parts:
+            for shape in self.bodies.parts[part].colliders:
+                number += 1
+                path = holder.GetPath().AppendChild(f"collider_{number}")
+                self._add_collider(path, shape, body.moments.center, self.bodies.frictions[part])
+
+    def _add_collider(self, path: Any, shape: Collider, center: FloatArray, friction: float | None) -> None:
+        size, linear = shape.size.tolist(), shape.rotation
+        if shape.kind == "box":
+            made = self.geom.Cube.Define(self.stage, path)
+            made.CreateSizeAttr(2.0)
+            linear = shape.rotation * shape.size
+            half = (1.0, 1.0, 1.0)
+        elif shape.kind == "sphere":
+            made = self.geom.Sphere.Define(self.stage, path)
+            made.CreateRadiusAttr(size[0])
+            half = tuple(shape.half.tolist())
+        elif shape.kind in ("cylinder", "capsule"):
+            made = getattr(self.geom, shape.kind.capitalize()).Define(self.stage, path)
+            made.CreateAxisAttr("Z")
+            made.CreateRadiusAttr(size[0])
+            made.CreateHeightAttr(2.0 * size[1])
+            half = tuple(shape.half.tolist())
+        else:
+            self._add_mesh(path, shape, center, friction)
+            return
+        made.CreateExtentAttr([self.gf.Vec3f(*(-x for x in half)), self.gf.Vec3f(*half)])
+        self._place(made, linear, shape.center - center)
+        self._collide(made.GetPrim(), friction)
+
+    def _add_mesh(self, path: Any, shape: Collider, center: FloatArray, friction: float | None) -> None:
+        import manifold3d
+
+        points = shape.vertices if shape.kind == "mesh" else BALL.mesh(2 * SEGMENTS, ()).vertices * shape.size
+        hull = manifold3d.Manifold.hull_points(np.ascontiguousarray(points))
+        if hull.is_empty():
+            return
+        mesh = hull.to_mesh64()
+        corners = np.ascontiguousarray(np.asarray(mesh.vert_properties)[:, :3], np.float32)
+        faces = np.ascontiguousarray(np.asarray(mesh.tri_verts), np.int32)
+        made = self.geom.Mesh.Define(self.stage, path)
+        made.CreatePointsAttr(self.vt.Vec3fArray.FromNumpy(corners))
+        made.CreateFaceVertexIndicesAttr(self.vt.IntArray.FromNumpy(faces.reshape(-1)))
+        made.CreateFaceVertexCountsAttr(self.vt.IntArray(len(faces), 3))
+        made.CreateSubdivisionSchemeAttr("none")
+        made.CreateExtentAttr(self.vt.Vec3fArray.FromNumpy(np.stack([corners.min(axis=0), corners.max(axis=0)])))
+        self._place(made, shape.rotation, shape.center - center)
+        self._collide(made.GetPrim(), friction)
+        self.physics.MeshCollisionAPI.Apply(made.GetPrim()).CreateApproximationAttr("convexHull")
+
+    def _place(self, made: Any, linear: FloatArray, place: FloatArray) -> None:
+        rows = np.eye(4)
+        rows[:3, :3], rows[3, :3] = linear.T, place
+        self.geom.Xformable(made).AddTransformOp().Set(self.gf.Matrix4d(*rows.ravel().tolist()))
+
+    def _collide(self, prim: Any, friction: float | None) -> None:
+        self.physics.CollisionAPI.Apply(prim)
+        binding = self.shade.MaterialBindingAPI.Apply(prim)
+        material = self._material(FRICTION if friction is None else friction)
+        binding.Bind(material, self.shade.Tokens.weakerThanDescendants, "physics")
+
+    def _material(self, friction: float) -> Any:
+        """Return the material of a coefficient of friction, added on first use."""
+        if friction not in self._materials:
+            path = self.root.GetPath().AppendChild("Materials").AppendChild(f"friction_{len(self._materials) + 1}")
+            made = self.shade.Material.Define(self.stage, path)
+            material = self.physics.MaterialAPI.Apply(made.GetPrim())
+            material.CreateStaticFrictionAttr(friction)
+            material.CreateDynamicFrictionAttr(friction)
+            material.CreateRestitutionAttr(0.0)
+            self._materials[friction] = made
+        return self._materials[friction]
+
+
+WITH_PHYSICS = replace(USD, run=_run, options=(*USD.options, PHYSICS))

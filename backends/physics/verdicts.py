@@ -1,0 +1,300 @@
+"""What becomes of the bodies of a frame under gravity: which rest, move, tip over, fall or explode, when and why.
+
+All thresholds are relative to a body's own size, so that verdicts do not depend on the unit of a scene. Verdicts with a
+cause of their own come first; what moves because its support does is told with it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from scenelang.backends.base import Progress
+from scenelang.backends.physics.colliders import FloatArray
+from scenelang.backends.physics.dynamics import GRAVITY, Motion, simulate
+from scenelang.backends.physics.grouping import BodySet, bodies_of
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.interpreter.scene.entity import Scene
+
+SECONDS = 1.5
+MOVES = 0.03  # of the body's longest side
+TURNS = 5.0  # degrees
+TIPS = 20.0  # degrees between the body's upright axis before and after
+FALLS = 0.5  # of the body's height
+_EXPLODES = 1.5  # of the energy that a fall from the top of the scene gives
+_MAX_SHOWN = 50
+_PUSHED = "it slides or is pushed"  # why a body moves that stands well
+KINDS = ("explodes", "falls", "tips", "moves", "rests")
+
+
+@dataclass(frozen=True, slots=True)
+class BodyReport:
+    """What became of one body.
+
+    Attributes
+    ----------
+    words
+        The words from the root to the entity that is the body.
+    kind
+        "rests", "moves", "tips", "falls" or "explodes".
+    mass
+        Mass in kg.
+    fixed
+        Whether it cannot move.
+    size
+        Longest side of its axis-aligned box, in scene units.
+    center : (x, y, z)
+        Centre of mass at the start, in scene units.
+    moved, drop, tilt
+        Distance that the centre of mass moved in the end and how far down, in scene units; degrees by which its upright
+        axis turned.
+    when
+        Seconds until it had moved noticeably, None if it rests.
+    why
+        The reason in words; empty if it rests.
+    cause
+        Number of the body whose motion takes it along, None if it moves by itself.
+    place
+        Where the program makes it, if that is known.
+    """
+
+    words: tuple[str, ...]
+    kind: str
+    mass: float
+    fixed: bool
+    size: float
+    center: tuple[float, float, float]
+    moved: float
+    drop: float
+    tilt: float
+    when: float | None
+    why: str
+    cause: int | None = None
+    place: Span | None = None
+
+    def data(self) -> dict[str, Any]:
+        """Return the report as JSON data, without the place."""
+        names = ("kind", "mass", "fixed", "size", "moved", "drop", "tilt", "when", "why", "cause")
+        return {"words": list(self.words), **{name: getattr(self, name) for name in names}, "center": list(self.center)}
+
+
+@dataclass(frozen=True, slots=True)
+class PhysicsReport:
+    """What became of the bodies of a frame.
+
+    Attributes
+    ----------
+    bodies
+        One report per body, in depth-first order.
+    seconds
+        Simulated time.
+    metres_per_unit, ground
+        Scale, and height of the ground in scene units.
+    """
+
+    bodies: tuple[BodyReport, ...]
+    seconds: float
+    metres_per_unit: float
+    ground: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether every body rests."""
+        return all(body.kind == "rests" for body in self.bodies)
+
+    def data(self) -> dict[str, Any]:
+        """Return the report as JSON data."""
+        return {
+            "stable": self.stable, "seconds": self.seconds, "metres_per_unit": self.metres_per_unit,
+            "ground": self.ground, "bodies": [body.data() for body in self.bodies],
+        }  # fmt: skip
+
+
+def report_of(
+    scene: Scene,
+    frame: int = 0,
+    seconds: float = SECONDS,
+    metres_per_unit: float | None = None,
+    progress: Progress | None = None,
+) -> PhysicsReport:
+    """Simulate a frame and return what becomes of its bodies; raises as ``bodies_of`` and ``simulate`` do."""
+    bodies = bodies_of(scene.frames[frame], metres_per_unit)
+    return reported(bodies, simulate(bodies, seconds, progress=progress), seconds)
+
+
+def reported(bodies: BodySet, motion: Motion, seconds: float) -> PhysicsReport:
+    """Return the verdicts about a motion."""
+    fastest = _fastest(bodies, motion)
+    found = [_report(bodies, motion, number, fastest) for number in range(len(bodies.bodies))]
+    return PhysicsReport(tuple(_with_causes(found, motion)), seconds, bodies.unit, bodies.ground)
+
+
+def _report(bodies: BodySet, motion: Motion, number: int, fastest: float) -> BodyReport:
+    body = bodies.bodies[number]
+    path = motion.centers[:, number] - motion.centers[0, number]
+    tilts = np.degrees(np.arccos(np.clip(motion.rotations[:, number, 1, 1], -1.0, 1.0)))
+    turns = np.degrees(np.arccos(np.clip((np.trace(motion.rotations[:, number], axis1=1, axis2=2) - 1) / 2, -1.0, 1.0)))
+    moved = np.linalg.norm(path, axis=1)
+    # A ball may turn where it lies; nothing can be seen of that.
+    noticed = (moved > MOVES * body.size) | ((turns > TURNS) & (moved > 1e-3 * body.size)) | (tilts > TIPS)
+    drop, tilt = float(-path[-1, 1]), float(tilts[-1])
+    exploded = not body.fixed and (motion.broken is not None or motion.speeds[number] > fastest)
+    when = None if body.fixed or not (noticed.any() or exploded) else float(motion.times[int(np.argmax(noticed))])
+    kind = "rests"
+    if when is not None:
+        points, _ = motion.supports[number]
+        lost = not len(points) and drop > MOVES * body.size
+        aside = float(np.hypot(path[-1, 0], path[-1, 2]))
+        falls = lost or drop > max(aside, FALLS * float(body.high[1] - body.low[1]))  # else it slides down a slope
+        kind = "explodes" if exploded else "falls" if falls else "tips" if tilt > TIPS else "moves"
+    return BodyReport(
+        body.words, kind, body.moments.mass, body.fixed, body.size, _triple(body.moments.center),
+        float(moved[-1]), drop, tilt, when, _why(bodies, motion, number, kind), None, bodies.place(body),
+    )  # fmt: skip
+
+
+def _triple(values: FloatArray) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return (x, y, z)
+
+
+def _fastest(bodies: BodySet, motion: Motion) -> float:
+    """Return the greatest speed that gravity and the first velocities can give a body, with a margin."""
+    top = max(float(body.high[1]) for body in bodies.bodies)
+    bottom = min(float(motion.centers[:, :, 1].min()), bodies.ground)
+    limit = motion.launch**2 + 2.0 * GRAVITY / bodies.unit * (top - bottom)
+    return math.sqrt(_EXPLODES * limit)
+
+
+def _why(bodies: BodySet, motion: Motion, number: int, kind: str) -> str:
+    body = bodies.bodies[number]
+    if kind == "rests":
+        return ""
+    if kind == "explodes":
+        if motion.broken is not None:
+            return "the simulation lost its numbers"
+        return f"it reaches {motion.speeds[number]:.3g} units/s, more than any fall here: it starts inside something"
+    points, _ = motion.supports[number]
+    if not len(points):
+        return "nothing carries it"
+    beyond = beyond_edge(points[:, [0, 2]], body.moments.center[[0, 2]])
+    if beyond > 1e-3 * body.size:
+        return f"its centre of mass is {beyond:.3g} beyond the edge of what it stands on"
+    if beyond > -1e-2 * body.size:
+        return "its centre of mass is above the edge of what it stands on"
+    return _PUSHED
+
+
+def beyond_edge(points: FloatArray, center: FloatArray) -> float:
+    """Return how far a point (2,) is outside the convex hull of points (K, 2), negative inside."""
+    hull = _hull(points)
+    if len(hull) == 1:
+        return float(np.linalg.norm(center - hull[0]))
+    ends = np.roll(hull, -1, axis=0)
+    edges, away = ends - hull, center - hull
+    share = np.clip((edges * away).sum(axis=1) / np.maximum((edges**2).sum(axis=1), 1e-300), 0.0, 1.0)
+    distance = float(np.linalg.norm(away - share[:, None] * edges, axis=1).min())
+    inside = len(hull) > 2 and bool((edges[:, 0] * away[:, 1] - edges[:, 1] * away[:, 0] >= 0.0).all())
+    return -distance if inside else distance
+
+
+def _hull(points: FloatArray) -> FloatArray:
+    """Return the convex hull of points (K, 2), counter-clockwise (monotone chain, Andrew, 1979)."""
+    order = sorted(map(tuple, np.unique(points, axis=0).tolist()))
+    if len(order) < 3:
+        return np.array(order)
+    chains = []
+    for run in (order, order[::-1]):
+        chain: list[tuple[float, ...]] = []
+        for p in run:
+            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 0.0:
+                chain.pop()
+            chain.append(p)
+        chains += chain[:-1]
+    return np.array(chains)
+
+
+def _turn(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _with_causes(found: Sequence[BodyReport], motion: Motion) -> list[BodyReport]:
+    """Return the reports, with the body that takes each along: one below it that does not rest, if it stands well on
+    what carries it.
+
+    Times do not decide: of two bodies that topple together, the upper one moves first. Causes are lower than what they
+    move, so that they form no circle.
+    """
+    told: list[BodyReport] = []
+    for number, report in enumerate(found):
+        _, below = motion.supports[number]
+        movers = [n for n in below if n >= 0 and found[n].kind != "rests" and found[n].center[1] < report.center[1]]
+        if report.why != _PUSHED or not movers:
+            told.append(report)
+            continue
+        cause = min(movers, key=lambda other: (found[other].when or 0.0, other))
+        named = '"' + "/".join(found[cause].words[-2:]) + '"'
+        told.append(replace(report, cause=cause, why=f"{named}, on which it stands, {found[cause].kind}"))
+    return told
+
+
+# --- diagnostics ------------------------------------------------------------------------------------------------------
+
+
+def check_physics(
+    scene: Scene, seconds: float = SECONDS, metres_per_unit: float | None = None, progress: Progress | None = None
+) -> list[Diagnostic]:
+    """Return one warning for every kind of thing that does not rest; a 4D scene is checked at its first frame."""
+    return diagnostics_of(report_of(scene, 0, seconds, metres_per_unit, progress))
+
+
+def diagnostics_of(report: PhysicsReport) -> list[Diagnostic]:
+    """Return the warnings of a report, worst first: those with a cause of their own, equal ones as one."""
+    groups: dict[tuple[str, tuple[str, ...]], list[int]] = {}
+    for number, body in enumerate(report.bodies):
+        if body.kind != "rests" and body.cause is None:
+            groups.setdefault((body.kind, body.words), []).append(number)
+    order = sorted(groups.items(), key=lambda group: (KINDS.index(group[0][0]), -len(group[1]), group[1][0]))
+    shown = [_diagnostic(report, members) for _, members in order[:_MAX_SHOWN]]
+    if len(order) > _MAX_SHOWN:
+        rest = sum(len(members) for _, members in order[_MAX_SHOWN:])
+        shown.append(Diagnostic("body-moves", f"{rest} more bodies move, which are not shown"))
+    return shown
+
+
+def _diagnostic(report: PhysicsReport, members: Sequence[int]) -> Diagnostic:
+    first = max((report.bodies[number] for number in members), key=lambda body: body.moved / body.size)
+    times = f" ({len(members)} times)" if len(members) > 1 else ""
+    name = '"' + "/".join(first.words[-3:]) + '"'
+    how = {
+        "explodes": f"{name} flies apart from what it overlaps",
+        "falls": f"{name} falls by {first.drop:.3g}",
+        "tips": f"{name} tips over by {first.tilt:.0f} degrees",
+        "moves": f"{name} moves by {first.moved:.3g}",
+    }[first.kind]
+    message = f"{how} after {first.when or 0.0:.2g} s{times}: {first.why}"
+    taken = sum(1 for number in range(len(report.bodies)) if _root_cause(report.bodies, number) in members)
+    if taken:
+        message += f"; {taken} more {'body goes' if taken == 1 else 'bodies go'} with it"
+    return Diagnostic(f"body-{first.kind}", message, first.place, _HINTS[first.kind])
+
+
+def _root_cause(bodies: Sequence[BodyReport], number: int) -> int | None:
+    """Return the first cause of a body's motion, None if it has none."""
+    cause = bodies[number].cause
+    while cause is not None and bodies[cause].cause is not None:
+        cause = bodies[cause].cause
+    return cause
+
+
+_HINTS = {
+    "explodes": "move the overlapping parts apart, or make them one body with `:body #t`",
+    "falls": "put it on something, join it to what holds it with `:body #t` around both, or give it `:fixed #t`",
+    "tips": "move it over its support, widen the support, or give it `:fixed #t`",
+    "moves": "level what carries it, raise its `:friction`, or give it `:fixed #t`",
+}

@@ -1,0 +1,149 @@
+"""Commands for rigid bodies: simulate, settle. `check --physics` is with the other checks."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import Any
+
+from scenelang.backends.files import output_path, write_text
+from scenelang.cli.options import (
+    add_camera,
+    bounded,
+    check_folder,
+    done,
+    opened,
+    print_result,
+    progress,
+    reader,
+    report,
+    scene_of,
+    usage_errors,
+)
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError
+from scenelang.grammar.settings import amount
+from scenelang.interpreter.scene.modelling.solid import compute_all
+from scenelang.reports import table
+
+_FILMS = (".mp4", ".gif", ".apng", ".webp")
+
+
+def add_physics(parser: Any, seconds: str) -> None:
+    """Add the options of all commands that simulate."""
+    parser.add_argument("--seconds", type=reader(amount), metavar="S", help=f"simulated time (default {seconds})")
+    parser.add_argument(
+        "--metres-per-unit", type=reader(amount), metavar="M",
+        help="metres per scene unit (default: such that the diagonal of the scene is 2 m)",
+    )  # fmt: skip
+
+
+def add_simulate(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-o", "--output", metavar="OUT", required=True, help="film (.mp4 .gif .apng .webp) or 4D scene (.json)"
+    )
+    add_physics(parser, "2")
+    parser.add_argument(
+        "--velocity", action="append", default=[], type=reader(velocity), metavar="WORD=X,Y,Z",
+        help="initial velocity of the bodies of a word, in scene units per second; may be repeated",
+    )  # fmt: skip
+    parser.add_argument("--fps", type=reader(amount), default=24.0, metavar="N", help="frames per second")
+    add_camera(parser, "size of the film in pixels (default 512x512)")
+
+
+def velocity(text: str) -> tuple[str, tuple[float, float, float]]:
+    """Return the word and the three numbers of ``WORD=X,Y,Z``; raises ValueError."""
+    word, equals, numbers = text.rpartition("=")
+    try:
+        x, y, z = (float(part) for part in numbers.split(","))
+    except ValueError:
+        raise ValueError(f"expected WORD=X,Y,Z, got {text!r}") from None
+    if not equals or not abs(x) + abs(y) + abs(z) < float("inf"):
+        raise ValueError(f"expected WORD=X,Y,Z with finite numbers, got {text!r}")
+    return word, (x, y, z)
+
+
+def run_simulate(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.pictures.camera import parse_viewpoint
+
+    output = Path(arguments.output)
+    with usage_errors():
+        if output.suffix.lower() not in (*_FILMS, ".json"):
+            raise UsageError(
+                "value", f"`simulate` writes {' '.join(_FILMS)} and .json, not `{output.suffix or output}`"
+            )
+        camera = parse_viewpoint(arguments.camera) if arguments.camera else None
+    check_folder(output)
+    scene = scene_of(arguments)
+    with bounded(arguments):
+        moved = scene.simulate(
+            seconds=arguments.seconds or 2.0, fps=arguments.fps, metres_per_unit=arguments.metres_per_unit,
+            velocities=dict(arguments.velocity), progress=progress(arguments, "simulating"),
+        )  # fmt: skip
+    if output.suffix.lower() == ".json":
+        moved.scene.export(output)
+    else:
+        film = moved.scene.film(camera, size=arguments.size)
+        film.save(output, arguments.fps, progress(arguments, "rendering"))
+    if arguments.json:
+        return print_result(arguments, moved.report.data() | {"written": os.fspath(output)}, "")
+    done(arguments, output)
+    return 0
+
+
+def add_settle(parser: argparse.ArgumentParser) -> None:
+    parser.description = "Let a scene come to rest, and write the program with changed poses, or the scene as JSON."
+    output = (
+        "program (.scene) or scene (.json) to write (default: FILE.settled.scene, or .json if literals cannot say it)"
+    )
+    parser.add_argument("-o", "--output", metavar="OUT", help=output)
+    add_physics(parser, "5")
+
+
+def run_settle(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.exports.scene_json import holds_scene, write_scene
+    from scenelang.backends.physics.settling import SETTLE_SECONDS, EditedProgram, edited_program, settled
+    from scenelang.scene_physics import checked_scale
+
+    asked = Path(arguments.output) if arguments.output else None
+    if asked is not None and asked.suffix.lower() not in (".scene", ".json"):
+        raise UsageError("value", f"`settle` writes .scene and .json, not `{asked.suffix or asked}`")
+    result, source, session = opened(arguments)
+    if result.scene is None:
+        return 1
+    scene, scale = result.scene, checked_scale(arguments.metres_per_unit)
+    with bounded(arguments):
+        compute_all(scene.frames)
+        found = settled(scene, arguments.seconds or SETTLE_SECONDS, scale, progress(arguments, "simulating"))
+        edited = EditedProgram(source.text, ())
+        if result.program is not None and (asked is None or asked.suffix.lower() == ".scene"):
+            edited = edited_program(source, scene, scale, found, lambda text: session.evaluate(text).scene)
+    complete = len(edited.bodies) == len(found.moved)
+    is_program = asked.suffix.lower() == ".scene" if asked is not None else complete and result.program is not None
+    ending = ".settled.scene" if is_program else ".settled.json"
+    output = asked or output_path(arguments.file, None, ending, lambda path: not is_program and holds_scene(path))
+    if asked is not None and is_program and not edited.bodies and found.moved:
+        message = "none of the poses that change is a literal of the program that makes nothing else"
+        raise SceneError("unsupported", message, f"write the scene instead: `-o {output.with_suffix('.json')}`")
+    if is_program:
+        write_text(output, edited.text)
+    else:
+        write_scene(found.scene, output)
+    return _told(arguments, found, edited, output, is_program)
+
+
+def _told(arguments: argparse.Namespace, found: Any, edited: Any, output: Path, is_program: bool) -> int:
+    bodies = [found.report.bodies[number] for number in found.moved]
+    left = [n for n in found.moved if is_program and n not in edited.bodies]
+    facts = found.report.data() | {"moved": list(found.moved), "left": left, "written": os.fspath(output)}
+    rows = [("/".join(b.words[-3:]), b.kind, f"{b.moved:.4g}", f"{b.tilt:.1f}", b.why) for b in bodies]
+    heads = [("body", "verdict", "moved", "tilt", "why")] if rows else []
+    text = table([*heads, *rows], (False, False, True, True, False)) if rows else "everything rests"
+    code = print_result(arguments, facts, text)
+    if left and not arguments.json:
+        names = ", ".join(sorted({f'"{found.report.bodies[n].words[-1]}"' for n in left}))
+        message = f"the program keeps these poses, which are no literals of their own: {names}"
+        report(arguments, [Diagnostic("body-moves", message, None, "write all poses with `-o OUT.json`")])
+    if not arguments.json:
+        done(arguments, output)
+    return code

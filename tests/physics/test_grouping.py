@@ -1,0 +1,204 @@
+"""Which parts are bodies, what they weigh, and what attributes change; colliders of posed primitives."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import manifold3d
+import numpy as np
+import pytest
+
+import scenelang as sl
+from scenelang.backends.physics.colliders import Collider, colliders_of
+from scenelang.backends.physics.grouping import BodySet, bodies_of
+from scenelang.interpreter.scene.primitives import shape_of
+
+pytest.importorskip("mujoco")
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CHAIR = """
+(bind "leg" (lambda () (call "cube" :scale [.1 .5 .1])))
+(bind "seat" (lambda () (call "cube" :scale [.6 .1 .6])))
+(bind "chair" (lambda ()
+  (union (for*/union ((x '(-.2 .2)) (z '(-.2 .2))) (transform (call "leg") (translate [x .25 z])))
+         (transform (call "seat") (translate [0 .55 0])))))
+(bind "cup" (lambda () (call "cylinder" :radius .05 :p1 [0 .1 0])))
+"""
+
+
+def bodies(text: str, unit: float | None = 1.0) -> BodySet:
+    return bodies_of(sl.evaluate(text).root, unit)
+
+
+def names(found: BodySet) -> list[str]:
+    return [body.words[-1] for body in found.bodies]
+
+
+@pytest.mark.parametrize(
+    ("room", "expected"),
+    [
+        ('(call "chair")', ["chair"]),
+        ('(call "chair") (transform (call "cup") (translate [0 .6 0]))', ["chair", "cup"]),
+        ('(call "chair") (transform (call "chair") (translate [2 0 0]))', ["chair", "chair"]),
+        # primitives that stand in the root are one thing while they touch
+        ('(call "cube") (transform (call "cube" :scale .5) (translate [0 .75 0]))', ["room"]),
+        ('(call "cube") (transform (call "cube") (translate [0 1.2 0]))', ["cube", "cube"]),
+        # what overlaps deeply is glued
+        ('(call "chair") (transform (call "cup") (translate [0 .57 0]))', ["chair"]),
+        ('(call "chair" :body #t) (transform (call "cup") (translate [0 .57 0]))', ["chair", "cup"]),
+        ('(call "chair" :body #f)', ["leg", "leg", "leg", "leg", "seat"]),
+        ('(call "chair" :body #f) (call "tree")', ["leg", "leg", "leg", "leg", "seat"]),
+        ('(call "tree" :body #t)', ["tree"]),
+    ],
+)  # fmt: skip
+def test_things(room: str, expected: list[str]) -> None:
+    assert names(bodies(f'{CHAIR} (bind "room" (lambda () (union {room})))')) == expected
+
+
+def test_an_arrangement_is_no_thing_and_a_thing_may_have_strays() -> None:
+    chairs = (
+        '(bind "chairs" (lambda () (for/union ((k (iota 3))) (transform (call "chair") (translate [(* 2 k) 0 0])))))'
+    )
+    assert names(bodies(f'{CHAIR} {chairs} (bind "room" (lambda () (call "chairs")))')) == ["chair"] * 3
+    lost = '(bind "odd" (lambda () (union (call "chair") (transform (call "leg") (translate [0 2 0])))))'
+    assert names(bodies(f'{CHAIR} {lost} (bind "room" (lambda () (call "odd")))')) == ["chair", "leg"]
+
+
+def test_the_chess_set() -> None:
+    found = bodies_of(sl.load(EXAMPLES / "chessboard.scene").root)
+    assert len(found.bodies) == 33
+    assert names(found).count("pawn") == 16
+
+
+@pytest.mark.parametrize(
+    ("given", "mass"),
+    [("", 1000.0), (":density 500", 500.0), (':density "oak"', 700.0), (":mass 3", 3.0), (":mass 3 :density 7", 3.0)],
+)
+def test_mass(given: str, mass: float) -> None:
+    found = bodies(f'(bind "a" (lambda () (call "cube" {given})))').bodies[0].moments
+    assert found.mass == pytest.approx(mass)
+    assert found.inertia == pytest.approx(np.eye(3) * mass / 6)
+
+
+def test_attributes_of_calls_around_it_count_for_what_is_inside() -> None:
+    text = '(bind "ball" (lambda (:color) (call "sphere" {}))) (bind "a" (lambda () (call "ball" :color [1 1 1] {})))'
+    volume = 4 / 3 * math.pi
+    assert bodies(text.format("", ":density 2")).bodies[0].moments.mass == pytest.approx(2 * volume)
+    assert bodies(text.format(":density 3", ":density 2")).bodies[0].moments.mass == pytest.approx(3 * volume)
+    assert bodies(text.format("", ":mass 5")).bodies[0].moments.mass == pytest.approx(5)
+    assert bodies(text.format(":friction .1", ":friction .2")).frictions == (0.1,)
+    assert bodies(text.format("", ":friction .2")).frictions == (0.2,)
+    assert bodies(text.format("", ":fixed #t")).bodies[0].fixed
+    assert bodies(text.format("", "")).frictions == (None,)
+
+
+def test_masses_of_parts_add_up_and_shift_the_centre() -> None:
+    text = """(bind "foot" (lambda () (call "cube")))
+    (bind "lamp" (lambda () (union (call "foot" :mass 9) (transform (call "cube" :mass 1) (translate [0 1 0])))))
+    (bind "a" (lambda () (call "lamp" {})))"""
+    plain, whole = bodies(text.format("")).bodies[0].moments, bodies(text.format(":mass 20")).bodies[0].moments
+    assert (plain.mass, whole.mass) == (pytest.approx(10.0), pytest.approx(20.0))
+    assert plain.center == pytest.approx([0, 0.1, 0])
+    assert whole.center == pytest.approx([0, 0.1, 0])
+    # two cubes of 9 and 1 kg, each 1/6 about itself, with the theorem of parallel axes
+    assert plain.inertia[0, 0] == pytest.approx(10 / 6 + 9 * 0.1**2 + 1 * 0.9**2)
+
+
+def test_overlaps_count_once_and_units_scale() -> None:
+    text = '(bind "a" (lambda () (union (call "cube") (transform (call "cube") (translate [.5 0 0])))))'
+    assert bodies(text).bodies[0].moments.mass == pytest.approx(1500.0)
+    assert bodies(text, 0.1).bodies[0].moments.mass == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize(
+    ("text", "ground"),
+    [
+        ('(call "cube")', -0.5),
+        ('(transform (call "cube") (translate [0 .5 0]))', 0.0),
+        # a slab below: the things on it do not stand on a plane at 0
+        ('(transform (call "cube" :scale [9 1 9]) (translate [0 -.5 0])) (call "ball")', -1.0),
+        # a trunk that goes into the ground at 0, on which something stands
+        ('(transform (call "cube") (translate [0 .5 0])) (transform (call "post") (translate [3 -.3 0]))', 0.0),
+    ],
+)  # fmt: skip
+def test_ground(text: str, ground: float) -> None:
+    words = """(bind "post" (lambda () (call "cylinder" :radius .1 :p1 [0 2 0])))
+    (bind "ball" (lambda () (transform (call "sphere" :radius .3) (translate [0 .3 0]))))"""
+    found = bodies(f'{words} (bind "a" (lambda () (union {text})))')
+    assert found.ground == pytest.approx(ground)
+    assert [body.fixed for body in found.bodies if body.words[-1] == "post"] in ([], [True])
+
+
+# --- colliders -------------------------------------------------------------------------------------------------------
+
+
+def linear(*rows: float) -> np.ndarray:
+    return np.column_stack([np.array(rows, np.float64).reshape(3, 3), [1.0, 2.0, 3.0]])
+
+
+TURN = (math.cos(0.4), 0, math.sin(0.4), 0, 1, 0, -math.sin(0.4), 0, math.cos(0.4))
+POSES = {
+    "same": (1, 0, 0, 0, 1, 0, 0, 0, 1), "turned": TURN, "mirrored": (-1, 0, 0, 0, 1, 0, 0, 0, 1),
+    "stretched": (2, 0, 0, 0, 1, 0, 0, 0, 0.5), "sheared": (1, 0.7, 0, 0, 1, 0, 0, 0, 1),
+}  # fmt: skip
+EXACT = {  # the kinds that each primitive has under the poses above
+    "cube": ("box", "box", "box", "box", "mesh"),
+    "sphere": ("sphere", "sphere", "sphere", "ellipsoid", "ellipsoid"),
+    "cylinder": ("cylinder", "cylinder", "cylinder", "mesh", "mesh"),
+    "capsule": ("capsule", "capsule", "capsule", "mesh", "mesh"),
+    "cone": ("mesh",) * 5,
+    "rounded-cube": ("mesh",) * 5,
+}
+
+
+@pytest.mark.parametrize("word", list(EXACT))
+@pytest.mark.parametrize("pose", list(POSES))
+def test_colliders_have_the_volume_and_the_box_of_the_primitive(word: str, pose: str) -> None:
+    shape, world = shape_of(word, {}), linear(*POSES[pose])
+    (found,) = colliders_of(shape, world)
+    assert found.kind == EXACT[word][list(POSES).index(pose)]
+    exact = found.kind != "mesh" or word == "cube"
+    volume = shape.volume() * abs(np.linalg.det(world[:, :3]))
+    assert volume_of(found) == pytest.approx(volume, rel=1e-9 if exact else 0.04)
+    low, high = found.box()
+    assert np.concatenate([low, high]) == pytest.approx(
+        np.array(shape.box_under(world.ravel().tolist())), abs=1e-9 if exact else 0.03
+    )
+
+
+def volume_of(shape: Collider) -> float:
+    a, b, c = shape.size.tolist()
+    volumes: dict[str, Any] = {
+        "box": lambda: 8 * a * b * c, "sphere": lambda: 4 / 3 * math.pi * a**3,
+        "ellipsoid": lambda: 4 / 3 * math.pi * a * b * c, "cylinder": lambda: 2 * math.pi * a * a * b,
+        "capsule": lambda: 2 * math.pi * a * a * b + 4 / 3 * math.pi * a**3,
+        "mesh": lambda: manifold3d.Manifold.hull_points(np.ascontiguousarray(shape.vertices)).volume(),
+    }  # fmt: skip
+    return float(volumes[shape.kind]())
+
+
+def test_a_torus_is_pieces_around_its_hole() -> None:
+    shape = shape_of("torus", {"radius": 1.0})
+    found = colliders_of(shape, linear(*POSES["same"]))
+    assert sum(map(volume_of, found)) == pytest.approx(shape.volume(), rel=0.06)
+    assert all(np.linalg.norm(piece.corners[:, [0, 2]] - [1.0, 3.0], axis=1).min() > 0.4 for piece in found)
+
+
+def test_solids_are_decomposed_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    from scenelang.backends.physics import colliders
+
+    text = """(bind "frame" (lambda () (difference (call "cube" :scale [3 .5 3]) (call "cube" :scale [2 1 2]))))
+    (bind "peg" (lambda () (call "cube" :scale [.5 .5 .5])))
+    (bind "a" (lambda () (union (call "frame") (call "peg"))))"""
+    for clear in (colliders._pieces_of, colliders._decomposed):
+        clear.cache_clear()
+    found = bodies(text)
+    assert names(found) == ["frame", "peg"]
+    assert len(found.parts[0].colliders) >= 4
+    assert list((tmp_path / "scenelang" / "pieces").glob("*.npz"))
+    monkeypatch.setattr(colliders, "_coacd", None)
+    for clear in (colliders._pieces_of, colliders._decomposed):
+        clear.cache_clear()
+    assert len(bodies(text).parts[0].colliders) == len(found.parts[0].colliders)
