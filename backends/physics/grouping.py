@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.geometry.distance import neighbours
+from scenelang.backends.geometry.stability import is_airborne
 from scenelang.backends.physics.colliders import Collider, FloatArray, colliders_of
 from scenelang.backends.physics.dynamics import gaps_of
 from scenelang.backends.physics.masses import Moments, entity_moments, primitive_moments, total, united_moments
@@ -410,11 +411,23 @@ class _Grouping:
         at = self._common(group)
         low, high = self.low[list(group)].min(axis=0), self.high[list(group)].max(axis=0)
         sunk = max(ground - self.low[part, 1] - WELD * (self.high[part] - self.low[part]).min() for part in group)
-        fixed = sunk > 0.0 or any(self._inherited(part, "fixed") for part in group)
+        fixed = sunk > 0.0 or any(self._inherited(part, "fixed") for part in group) or self._hangs(at, group, ground)
         moments = self._moments(at, group)
         if not (np.isfinite(moments.mass) and moments.mass > 0.0):
             raise SceneError("solid", f'the volume of "{self.nodes[at].entity.word}" cannot be computed')
         return RigidBody(self._words(at), at, tuple(group), fixed, moments, low, high)
+
+    def _hangs(self, at: int, group: Sequence[int], ground: float) -> bool:
+        """Whether a body hangs or flies by its word, and is alone in the air; attributes decide otherwise."""
+        given = self.nodes[at].given
+        if "fixed" in given or "body" in given or not is_airborne(self._words(at)[1:]):
+            return False
+        rows = list(group)
+        low, high = self.low[rows].min(axis=0), self.high[rows].max(axis=0)
+        room = TOUCH * self.diagonal[rows].max()
+        others = np.setdiff1d(np.arange(len(self.low)), rows)
+        beside = (self.low[others] <= high + room) & (self.high[others] >= low - room)
+        return bool(low[1] > ground + room) and not beside.all(axis=1).any()
 
     def _common(self, group: Sequence[int]) -> int:
         """Return the lowest node that contains a group; of welded things the one with the largest part."""

@@ -202,3 +202,19 @@ def test_solids_are_decomposed_once(monkeypatch: pytest.MonkeyPatch, tmp_path: P
     for clear in (colliders._pieces_of, colliders._decomposed):
         clear.cache_clear()
     assert len(bodies(text).parts[0].colliders) == len(found.parts[0].colliders)
+
+
+@pytest.mark.parametrize(
+    ("lamp", "stays"),
+    [
+        ('(transform (call "pendant-lamp") (translate [0 3 0]))', True),
+        ('(transform (call "pendant-lamp" :fixed #f) (translate [0 3 0]))', False),
+        ('(transform (call "ball") (translate [0 3 0]))', False),
+        ('(transform (call "pendant-lamp") (translate [0 .75 0]))', False),  # it stands on the seat
+        ('(transform (call "pendant-lamp") (translate [3 .15 0]))', False),  # and here on the ground
+    ],
+)
+def test_what_hangs_by_its_word_stays_in_the_air(lamp: str, stays: bool) -> None:
+    words = '(bind "pendant-lamp" (lambda () (call "sphere" :radius .15))) (bind "ball" (lambda () (call "cube" :scale .3)))'
+    found = bodies(f'{CHAIR} {words} (bind "room" (lambda () (union (call "chair") {lamp}))) (scene "room")')
+    assert [body.fixed for body in found.bodies] == [False, stays]
