@@ -337,7 +337,7 @@ def lathe(rt: Runtime, profile: Any, angle: Any = math.tau, segments: int = SEGM
     "Return a profile moved along a path. Its y axis is as far upwards as possible at the start, and it does not turn "
     "about the path except by `:twist` radians in all; `:taper`, one factor or two, is its final size. Corners are "
     "mitred. `:closed` leads from the last point back to the first; a path that ends where it begins is closed.",
-    ("(volume (sweep (rectangle 1 2) [[0 0 0] [5 0 0] [5 0 5]]))", "20.000000000000004"),
+    ("(volume (sweep (rectangle 1 2) [[0 0 0] [5 0 0] [5 0 5]]))", "20.0"),
     picture='(sweep (profile-difference (circle .3) (circle .2)) [[0 0 0] [2 0 0] [2 1.5 0] [2 1.5 2]] :color (color '
             '"gold"))',
 )  # fmt: skip
@@ -459,9 +459,10 @@ def mesh(rt: Runtime, vertices: Any, faces: Any, **look: Any) -> Entity:
         raise SceneError("value", "`mesh` expects a list of finite points [x y z]")
     triangles = []
     for face in items(rt, faces, "mesh"):
-        corners = [int(i) for i in np.asarray(to_numpy(rt, face, "mesh")).reshape(-1)]
-        if len(corners) < 3 or not all(0 <= i < len(points) for i in corners):
-            raise SceneError("value", f"`mesh` expects faces of at least three indices below {len(points)}")
+        given = np.asarray(to_numpy(rt, face, "mesh"), np.float64).reshape(-1)
+        if len(given) < 3 or not ((given >= 0) & (given < len(points)) & (given == np.floor(given))).all():
+            raise SceneError("value", f"`mesh` expects faces of at least three whole indices below {len(points)}")
+        corners = given.astype(np.int64).tolist()
         triangles += [(corners[0], b, c) for b, c in pairwise(corners[1:])]
     parameters = {"vertices": points, "faces": np.array(triangles, np.float64).reshape(-1, 3)}
     entity = solid_entity(rt, "mesh", parameters, (), look)

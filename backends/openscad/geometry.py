@@ -797,6 +797,9 @@ def _linear_extrude(place: Objects, instance: Instance) -> Shape:
     words, name = [profile, height.text], "extrude"
     twist, taper = given.get("twist"), given.get("scale")
     slices = _slices(place, given, twist)
+    if twist is not None and twist.number != 0 and taper is not None and taper.number is None:
+        # OpenSCAD scales after it has turned, along axes that stand still
+        unsupported(instance.span, "`twist` with a `scale` of two numbers", "use one number for `scale`")
     if twist is not None and twist.number != 0:
         if slices is None:
             name = place.c.helper("twisted")

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ from scenelang.cli.options import (
     add_camera,
     add_fields,
     add_settings,
+    bounded,
     check_folder,
     done,
     fields_of,
@@ -141,7 +142,10 @@ def run_export(arguments: argparse.Namespace) -> int:
         base.check_settings(options, [backend])
     check_folder(output)
     scene = scene_of(arguments)
-    done(arguments, *(backend.run(scene.graph, output, options) or [output]))
+    solid = bool(options.settings.get("solid"))  # the union may take long, and is part of what the limits are for
+    with bounded(arguments) if solid else nullcontext():
+        written = backend.run(scene.graph, output, options) or [output]
+    done(arguments, *written)
     return 0
 
 

@@ -6,6 +6,8 @@ import itertools
 import json
 import math
 import re
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -448,25 +450,69 @@ def test_commands_end_long_computations(tmp_path: Path) -> None:
     import subprocess
     import sys
 
-    (tmp_path / "a.scene").write_text(
-        '(bind "a" (lambda () (union-solid (for/union ((i (iota 4000))) '
-        '(transform (call "sphere" :radius .3) (translate [(sin i) (cos i) (sin (* 3 i))]))))))'
-    )
-    for command in (["check", "--run"], ["render", "-o", str(tmp_path / "a.png")]):
-        words = [
-            sys.executable,
-            "-m",
-            "scenelang",
-            command[0],
-            str(tmp_path / "a.scene"),
-            *command[1:],
-            "--max-seconds",
-            "1",
-        ]
-        done = subprocess.run(words, capture_output=True, text=True, timeout=60)
-        assert done.returncode == 1
-        assert "E507" in done.stderr + done.stdout
-    assert not (tmp_path / "a.png").exists()
+    many = """
+    (for/union ((i (iota 480)))
+      (transform (call "sphere" :radius .3) (translate [(sin i) (cos i) (sin (* 3 i))])))"""
+    (tmp_path / "a.scene").write_text(f'(bind "a" (lambda () (union-solid {many})))')
+    (tmp_path / "b.scene").write_text(f'(bind "a" (lambda () {many}))')
+    for command in (
+        ["check", "--run", "a.scene"],
+        ["render", "a.scene", "-o", "a.png"],
+        ["export", "b.scene", "--solid", "-o", "a.stl"],
+    ):
+        words = [sys.executable, "-m", "scenelang", *command, "--max-seconds", "1"]
+        started = time.monotonic()
+        done = subprocess.run(words, capture_output=True, text=True, timeout=60, cwd=tmp_path)
+        assert done.returncode == 1, command
+        assert "E507" in done.stderr + done.stdout, command
+        assert time.monotonic() - started < 20
+    assert {path.name for path in tmp_path.iterdir()} == {"a.scene", "b.scene"}
+
+
+def test_too_many_triangles_are_refused_before_they_are_joined() -> None:
+    started = time.monotonic()
+    spheres = '(for/union ((i (iota 2000))) (transform (call "sphere") (translate [(* .1 i) 0 0])))'
+    with pytest.raises(LimitError, match="more than the limit of 2,000,000"):
+        _ = sl.evaluate(f'(bind "a" (lambda () (union-solid {spheres})))').bounds
+    assert time.monotonic() - started < 10
+
+
+def test_doubling_an_operand_takes_no_room() -> None:
+    deep = "(define (deep n e) (if (= n 0) e (deep (- n 1) (union-solid e e))))"
+    scene = sl.evaluate(f'{deep} (bind "a" (lambda () (deep 200 (call "cube"))))')
+    assert scene.measure().volume == pytest.approx(1.0)
+
+
+def test_operands_that_their_pose_makes_flat_are_refused(refuses: Callable[[str, str], str]) -> None:
+    flat = '(transform (call "cube") (scale [1 0 1]))'
+    assert "its pose makes it flat" in refuses("solid", f'(difference (call "cube") {flat})')
+    assert sl.evaluate(f'(bind "a" (lambda () {flat}))').measure().volume == 0.0
+    assert sl.evaluate(f'(bind "a" (lambda () (union (call "sphere") {flat})))').measure().volume > 4.0
+
+
+def test_a_loft_that_is_turned_inside_out_has_no_volume(refuses: Callable[[str, str], str]) -> None:
+    poses = "(list (translate [0 0 0]) (@ (translate [0 0 2]) (rotate pi [0 1 0])))"
+    assert "no volume" in refuses("solid", f"(volume (loft (list (circle 1) (circle 1)) :poses {poses}))")
+
+
+def test_corners_of_meshes_are_whole_numbers(refuses: Callable[[str, str], str]) -> None:
+    told = refuses("value", "(mesh [[0 0 0] [1 0 0] [0 1 0] [0 0 1]] [[0 2 1] [0 1 3] [0 3 2.5] [1 2 3]])")
+    assert "whole indices" in told
+
+
+def test_profiles_as_large_as_no_number_are_refused(refuses: Callable[[str, str], str]) -> None:
+    assert "within 1e+09" in refuses("value", '(svg-path "M0 0 h1e200 v1e200 h-1e200z")')
+
+
+def test_measures_use_surfaces_that_are_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    from scenelang.interpreter.scene.modelling import computing
+
+    program = '(bind "a" (lambda () (difference (call "cube") (call "sphere" :radius .4))))'
+    scene = sl.evaluate(program)
+    _ = scene.bounds
+    monkeypatch.setattr(computing, "manifold_of", lambda _: pytest.fail("computed again"))
+    measures = scene.measure()
+    assert measures.volume == pytest.approx(1.0 - 4.0 / 3.0 * np.pi * 0.4**3, abs=0.01)
 
 
 # --- places on surfaces ----------------------------------------------------------------------------------------------

@@ -36,6 +36,7 @@ MAX_PAIRS = 200_000  # of faces of a Minkowski sum, each of which takes some 60 
 _CONVEX = 1e-6  # share of the hull that a convex tool may lack
 _KEPT_TRIANGLES = 8_000_000  # of computed nodes
 _WORTH_STORING = 0.05  # seconds; reading a file takes a few milliseconds
+_LEAST_VOLUME = 1e-12  # of the bounding box: what has less is turned inside out, or flat
 _SHARP = 40.0  # degrees between faces from which an edge is drawn sharp
 
 
@@ -93,19 +94,31 @@ def computed(expression: Expression) -> ComputedSolid:
     LimitError
         "size" if there would be too many triangles.
     """
-    found: ComputedSolid | None = _surfaces.get(expression.digest)
+    found = surface_of(expression)
     if found is None:
-        found = stored.load(expression.digest) or _computed(expression)
-        _surfaces.put(expression.digest, found, len(found.mesh.faces))
+        hint = "where this may happen, test it: `(> (volume x) 0)`"
+        raise SceneError("solid", f"`{expression.operation}` leaves nothing", hint, expression.site)
     return found
 
 
-def _computed(expression: Expression) -> ComputedSolid:
+def surface_of(expression: Expression) -> ComputedSolid | None:
+    """Return the surface of an expression, from memory or disk if it is there, or None if nothing is left of it.
+
+    Raises SceneError and LimitError as ``computed`` does.
+    """
+    found: ComputedSolid | None = _surfaces.get(expression.digest)
+    if found is None:
+        found = stored.load(expression.digest) or _computed(expression)
+        if found is not None:
+            _surfaces.put(expression.digest, found, len(found.mesh.faces))
+    return found
+
+
+def _computed(expression: Expression) -> ComputedSolid | None:
     started = time.perf_counter()
     made = manifold_of(expression)
     if made.manifold.is_empty():
-        hint = "where this may happen, test it: `(> (volume x) 0)`"
-        raise SceneError("solid", f"`{expression.operation}` leaves nothing", hint, expression.site)
+        return None
     found = _surface(made, time.perf_counter() - started)
     store(expression, found)
     return found
@@ -125,6 +138,7 @@ def manifold_of(expression: Expression) -> _Made:
         if made is None:
             operands = [local[operand.expression.digest] for operand in node.operands]
             try:
+                _check_operands(node, operands)
                 made = _made(node, operands)
             except SceneError as error:
                 error.span = error.span or node.site
@@ -137,14 +151,28 @@ def manifold_of(expression: Expression) -> _Made:
     return local[expression.digest]
 
 
+def _check_operands(node: Expression, operands: Sequence[_Made]) -> None:
+    """Raise what can be known before the operation, which may take minutes."""
+    triangles = sum(made.manifold.num_tri() for made in operands)
+    if triangles > MAX_TRIANGLES:
+        raise too_large(node.operation, triangles)
+
+
 def too_large(operation: str, triangles: int) -> LimitError:
     """Return the error for a solid of too many triangles."""
     message = f"`{operation}` would make a solid of {triangles:,} triangles, more than the limit of {MAX_TRIANGLES:,}"
     return LimitError("size", message, hint="use fewer :segments, or fewer operands")
 
 
+# Operations to which an operand may be given twice without a change.
+_IDEMPOTENT = frozenset(("union-solid", "intersection", "hull"))
+
+
 def _made(node: Expression, operands: Sequence[_Made]) -> _Made:
-    placed = [_placed(made, operand.pose, operand.color) for made, operand in zip(operands, node.operands, strict=True)]
+    pairs = list(zip(operands, node.operands, strict=True))
+    if node.operation in _IDEMPOTENT:  # nested doublings would have 2^n surfaces without one more triangle
+        pairs = list({(each.expression.digest, each.pose, each.color): (made, each) for made, each in pairs}.values())
+    placed = [_placed(made, operand.pose, operand.color) for made, operand in pairs]
     if node.operation == PRIMITIVE:
         assert node.shape is not None
         manifold = manifold_of_mesh(leaf_mesh(node.shape, int(node.parameters.get("segments", SEGMENTS))), node.word)
@@ -223,7 +251,8 @@ def manifold_of_mesh(mesh: Mesh, word: str) -> Manifold:
     made = manifold3d.Manifold(manifold3d.Mesh64(vertices, faces.astype(np.uint64)))
     if made.status() != manifold3d.Error.NoError:
         raise SceneError("solid", f'"{word}" is no closed solid: {open_edges(vertices, faces)}', subject=mesh)
-    if made.is_empty() or abs(made.volume()) <= 0.0:
+    extent = np.ptp(vertices, axis=0) if len(vertices) else np.zeros(3)
+    if made.is_empty() or abs(made.volume()) <= _LEAST_VOLUME * float(extent.prod()):
         raise SceneError("solid", f'"{word}" has no volume', subject=mesh)
     if made.volume() < 0.0:  # faces turned inwards
         made = manifold3d.Manifold(manifold3d.Mesh64(vertices, np.ascontiguousarray(faces[:, ::-1]).astype(np.uint64)))

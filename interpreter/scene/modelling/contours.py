@@ -27,6 +27,7 @@ Contours = tuple["FloatArray", ...]
 Point2 = tuple[float, float]
 
 MAX_CROSSINGS = 4_000_000  # pairs of edges that may cross in one operation: about 3 s
+MAX_COORDINATE = 1e9
 MAX_OFFSET = 1_000_000  # points of an offset profile before it is simplified
 _MAX_PIECES = 256  # of a flattened curve
 _SAME = 1e-9
@@ -86,9 +87,14 @@ def area_of(contour: FloatArray) -> float:
 
 
 def section_of(contours: Sequence[FloatArray], rule: str = "Positive") -> CrossSection:
-    """Return the cross-section bounded by contours, by a fill rule of Manifold."""
+    """Return the cross-section bounded by contours, by a fill rule of Manifold.
+
+    Raises SceneError("value") for coordinates that its whole numbers cannot express.
+    """
     import manifold3d
 
+    if any(len(each) and not np.abs(each).max() <= MAX_COORDINATE for each in contours):
+        raise SceneError("value", f"the coordinates of a profile must be within {MAX_COORDINATE:.0e} of 0")
     return manifold3d.CrossSection([np.asarray(each, np.float64) for each in contours], manifold3d.FillRule[rule])
 
 

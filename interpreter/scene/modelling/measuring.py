@@ -14,17 +14,19 @@ from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.modelling.computing import manifold_of
+from scenelang.interpreter.scene.modelling.computing import surface_of
 from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, Expression, Operand
-from scenelang.interpreter.scene.modelling.solid import operand_of
+from scenelang.interpreter.scene.modelling.solid import has_volume, operand_of
 from scenelang.interpreter.scene.pose import compose
 from scenelang.interpreter.scene.primitives.base import Primitive
+from scenelang.interpreter.scene.primitives.mesh import areas_of, volume_of
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     FloatArray = npt.NDArray[np.float64]
 
+_LEAST = 1e-15  # of the cube of the largest side: a smaller volume is that of something flat
 _SIMILAR = 1e-9  # relative difference of the lengths of axes below which a pose keeps shapes similar
 
 
@@ -81,7 +83,7 @@ def measures_of(root: Entity, word: str | None = None, limit: int = 100_000) -> 
 
 def _operand(entity: Entity, pose: Matrix) -> list[Operand]:
     shape = entity.shape
-    if shape is None or shape.is_flat or not shape.has_geometry:
+    if shape is None or shape.is_flat or not shape.has_geometry or not has_volume(pose):
         return []
     if shape.is_semantic:
         return [Operand(Expression(PRIMITIVE, shape=shape), tuple(pose))]
@@ -142,21 +144,27 @@ def _box(operand: Operand) -> tuple[float, ...]:
     shape = operand.expression.shape
     if shape is not None:
         return shape.box_under(operand.pose)
-    manifold = manifold_of(operand.expression).manifold
-    if manifold.is_empty():
+    surface = surface_of(operand.expression)
+    if surface is None:
         return (0.0,) * 6
-    return tuple(manifold.transform(np.array(operand.pose).reshape(3, 4)).bounding_box())
+    pose = np.array(operand.pose).reshape(3, 4)
+    points = surface.hull @ pose[:, :3].T + pose[:, 3]
+    return (*points.min(axis=0).tolist(), *points.max(axis=0).tolist())
 
 
 def _measured_group(group: Sequence[Operand]) -> Measures:
     whole = group[0].expression if len(group) == 1 else Expression("union-solid", operands=tuple(group))
     pose = np.array(group[0].pose if len(group) == 1 else np.eye(3, 4), np.float64).reshape(3, 4)
-    manifold = manifold_of(whole).manifold.transform(pose)
-    if manifold.is_empty():
+    surface = surface_of(whole)
+    if surface is None:
         return Measures(0.0, 0.0, np.zeros(3), np.zeros((3, 3)))
-    volume, area = manifold.volume(), manifold.surface_area()
-    mesh = manifold.to_mesh64()
-    centroid, inertia = _moments(np.asarray(mesh.vert_properties)[np.asarray(mesh.tri_verts, np.int64)][:, :, :3])
+    corners = surface.mesh.corners @ pose[:, :3].T + pose[:, 3]
+    if np.linalg.det(pose[:, :3]) < 0.0:
+        corners = corners[:, ::-1]
+    volume, area = volume_of(corners), float(areas_of(corners).sum())
+    if volume <= _LEAST * float(np.ptp(corners.reshape(-1, 3), axis=0).max()) ** 3:  # flattened by its pose
+        return Measures(0.0, area, corners.reshape(-1, 3).mean(axis=0), np.zeros((3, 3)))
+    centroid, inertia = _moments(corners)
     shape = whole.shape if whole.operation == PRIMITIVE else None
     if shape is not None:
         exact, area = _exact(shape, pose, area)

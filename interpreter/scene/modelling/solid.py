@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -96,6 +97,11 @@ def operand_of(name: str, entity: Entity, pose: Sequence[float], word: str, segm
     """
     shape = entity.shape
     assert shape is not None
+    if not has_volume(pose):
+        notes = tuple(Note(f'"{entity.word}" is made here', span) for span in entity.call_sites[:1])
+        raise SceneError(
+            "solid", f'`{name}` cannot use "{entity.word}": its pose makes it flat', notes=notes, subject=entity
+        )
     if isinstance(shape, SolidShape):
         color = entity.embedding.attributes.get("color")
         return Operand(shape.expression, tuple(pose), None if color is None else shape.color)
@@ -109,6 +115,14 @@ def operand_of(name: str, entity: Entity, pose: Sequence[float], word: str, segm
     parameters = {"segments": segments} if segments != SEGMENTS else {}
     site = entity.call_sites[0] if entity.call_sites else None
     return Operand(Expression(PRIMITIVE, parameters, (), shape, word, shape.color, site), tuple(pose))
+
+
+def has_volume(pose: Sequence[float]) -> bool:
+    """Whether a pose keeps three dimensions, up to rounding."""
+    a, b, c, _, d, e, f, _, g, h, i, _ = pose
+    sizes = [math.hypot(*column) for column in ((a, d, g), (b, e, h), (c, f, i))]
+    determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    return abs(determinant) > 1e-12 * sizes[0] * sizes[1] * sizes[2]
 
 
 def _why_no_solid(shape: Primitive) -> str | None:
