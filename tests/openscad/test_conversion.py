@@ -196,7 +196,12 @@ def test_the_table_of_the_documentation(program: str, expected: str) -> None:
         ('surface("a.dat");', "openscad-unsupported", "`surface`: no height maps are read", (1, 1)),
         ("cube($t);", "openscad-unsupported", "`$t`: animations are not converted", (1, 6)),
         ("projection() cube(1);", "openscad-unsupported", "`projection`", (1, 1)),
-        ("linear_extrude(1, twist=90, scale=[1, 2]) square(1);", "openscad-unsupported", "`twist` with a `scale` of two numbers", (1, 1)),
+        (
+            "linear_extrude(1, twist=90, scale=[1, 2]) square(1);",
+            "openscad-unsupported",
+            "`twist` with a `scale` of two numbers",
+            (1, 1),
+        ),
         ("cube(rands(0, 1, 1)[0]);", "openscad-unsupported", "the function `rands`", (1, 6)),
         ("union() { cube(1); square(1); }", "openscad-unsupported", "flat and solid objects together", (1, 1)),
         ("union() { !cube(1); }", "openscad-unsupported", "`!` inside of other objects", (1, 11)),
