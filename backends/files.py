@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from scenelang.grammar.diagnostics import SceneError, UsageError
+from scenelang.grammar.diagnostics import SceneError
 
 # Without O_NONBLOCK, opening a named pipe would block until another process writes to it.
 _NONBLOCK = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
@@ -31,13 +31,6 @@ def check_folder(output: Path) -> None:
         raise SceneError("file", f"cannot write {output}: the folder {output.parent} does not exist")
     if output.is_dir():
         raise SceneError("file", f"cannot write {output}: it is a directory")
-
-
-def check_picture(output: Path) -> None:
-    """Check before the work starts that ``output`` can be a PNG; raises UsageError, and SceneError("file")."""
-    if output.suffix.lower() != ".png":
-        raise UsageError("value", f"--picture writes PNG files, not `{output}`")
-    check_folder(output)
 
 
 def output_path(program: str, output: str | None, ending: str, is_generated: Callable[[Path], bool]) -> Path:

@@ -132,9 +132,8 @@ class Checked:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluated:
-    """Result of an evaluation. ``scene`` is None if there were errors; ``log`` contains the printed lines. ``draws`` is
-    False if the run drew no random numbers, so that it is the same for every seed. ``subject`` is the entity or the
-    mesh that an error is about."""
+    """Result of an evaluation. ``scene`` is None if there were errors; ``log`` contains the printed lines; ``draws`` is
+    False if it is the same for every seed; ``subject`` is the entity or the mesh that an error is about."""
 
     program: Program | None = field(repr=False)
     scene: Scene | None
@@ -566,13 +565,11 @@ class Session:
         runtime = self._runtime(source)
         runtime.meter.reset(started)
         run = lambda: self._run(program, runtime)
-        subject = None
         try:
             scene = run_with_room(run, self.options.limits.depth, runtime.meter.cancel, self.folders(source))
-            problem = None
+            problem = subject = None
         except (SceneError, RecursionError, MemoryError) as error:
-            scene, problem = None, self.problem_of(error)
-            subject = getattr(error, "subject", None)
+            scene, problem, subject = None, self.problem_of(error), getattr(error, "subject", None)
         if problem is not None and self.options.z_entries:
             used = ", ".join(f"<{name}>" for name in list(self.options.z_entries)[:8])
             note = Note(f"embeddings are applied to {used}; remove one with `embeddings FILE set HANDLE --clear`")
@@ -582,18 +579,20 @@ class Session:
         draws = runtime.streams.was_used
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total, draws, subject)
 
-    def check_geometry(self, source: Source, lint: Callable[[Scene], Any] | None = None) -> list[Diagnostic]:
-        """Evaluate a program and run ``lint``, or the geometry lint, on its scene; returns the diagnostics of both."""
+    def check_geometry(self, source: Source, *lints: Callable[[Scene], list[Diagnostic]]) -> list[Diagnostic]:
+        """Evaluate a program and run ``lints``, or the geometry lint, on its scene; returns the diagnostics of all."""
         from scenelang.backends.geometry.lint import check_geometry
 
         with limited(self.options.limits):
             result = self.evaluate(source)
             if result.scene is None:
                 return list(result.diagnostics)
-            try:
-                found = (lint or check_geometry)(result.scene)
-            except SceneError as error:
-                found = [error.diagnostic]
+            found: list[Diagnostic] = []
+            for lint in lints or (check_geometry,):
+                try:
+                    found += lint(result.scene)
+                except SceneError as error:
+                    found.append(error.diagnostic)
         sources = result.program.sources if result.program is not None else ()
         return [*result.diagnostics, *without_suppressed(found, sources)]
 

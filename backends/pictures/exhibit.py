@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from scenelang.backends.files import check_folder
 from scenelang.grammar.datum import dataclass
+from scenelang.grammar.diagnostics import UsageError
 from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Pair, Vector
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.modelling.computing import boundary_edges, welded
@@ -56,6 +58,13 @@ def _marked(mesh: Mesh) -> list[Cylinder]:
     size = float(np.ptp(vertices, axis=0).max(initial=0.0))
     ends = vertices[boundary_edges(faces)][:_MAX_EDGES].tolist()
     return [Cylinder(p0=tuple(a), p1=tuple(b), radius=size * _EDGE_RADIUS, color=_RED) for a, b in ends]
+
+
+def check_picture(output: Path) -> None:
+    """Check before the work starts that ``output`` can be a picture; raises UsageError, and SceneError("file")."""
+    if output.suffix.lower() != ".png":
+        raise UsageError("value", f"--picture writes PNG files, not `{output}`")
+    check_folder(output)
 
 
 def save_exhibit(subject: Entity | Mesh, path: Path) -> None:

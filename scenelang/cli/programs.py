@@ -7,7 +7,7 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -50,8 +50,8 @@ from scenelang.reports import deliver, painted, print_json, say, table
 
 if TYPE_CHECKING:
     from scenelang.formatting import FormattedFile
-    from scenelang.grammar.datum import Source
     from scenelang.interpreter.scene.difference import ComparedFrame
+    from scenelang.interpreter.scene.entity import Scene as EntityScene
     from scenelang.repl.loop import ModelRequest
     from scenelang.session import Session
 
@@ -85,7 +85,7 @@ def add_check(parser: argparse.ArgumentParser) -> None:
 
 
 def run_check(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.files import check_picture, program_files
+    from scenelang.backends.files import program_files
 
     found: list[Diagnostic] = []
     session: Session | None = None
@@ -95,6 +95,8 @@ def run_check(arguments: argparse.Namespace) -> int:
     if arguments.picture:
         if not arguments.evaluate:
             raise UsageError("value", "--picture requires --run")
+        from scenelang.backends.pictures.exhibit import check_picture
+
         check_picture(Path(arguments.picture))
     for path in files:
         arguments.file = path
@@ -115,10 +117,8 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
             print(f"{path}: {number} {'fix' if number == 1 else 'fixes'} applied", file=sys.stderr)
     else:
         source = session.source(path)
-    if arguments.geometry:
-        return [*session.check_geometry(source), *(_physical(arguments, session, source) if arguments.physics else ())]
-    if arguments.physics:
-        return _physical(arguments, session, source)
+    if arguments.geometry or arguments.physics:
+        return session.check_geometry(source, *_lints(arguments))
     if not arguments.evaluate:
         return session.check(source).diagnostics
     result = session.evaluate(source)
@@ -133,11 +133,15 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
     return found
 
 
-def _physical(arguments: argparse.Namespace, session: Session, source: Source) -> Sequence[Diagnostic]:
-    from scenelang.backends.physics.verdicts import SECONDS, check_physics
+def _lints(arguments: argparse.Namespace) -> Iterator[Callable[[EntityScene], list[Diagnostic]]]:
+    if arguments.geometry:
+        from scenelang.backends.geometry.lint import check_geometry
 
-    seconds, scale = arguments.seconds or SECONDS, arguments.metres_per_unit
-    return session.check_geometry(source, lambda scene: check_physics(scene, seconds, scale))
+        yield check_geometry
+    if arguments.physics:
+        from scenelang.backends.physics.verdicts import SECONDS, check_physics
+
+        yield lambda scene: check_physics(scene, arguments.seconds or SECONDS, arguments.metres_per_unit)
 
 
 def _save_picture(arguments: argparse.Namespace, subject: Any) -> None:

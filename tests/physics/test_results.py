@@ -310,3 +310,17 @@ def test_names_of_bodies_are_plain(tmp_path: Path) -> None:
             r"a-b\.0|a-u0001-b\.0",
             str(next(iter(found.iter("body" if "mjcf" in name else "joint"))).get("name")).removeprefix("world-"),
         )
+
+
+def test_geometry_and_physics_together_tell_each_finding_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    program = tmp_path / "a.scene"
+    program.write_text(
+        '(define spare 3)\n(bind "vase" (lambda () (call "cube")))\n'
+        '(bind "room" (lambda () (union (call "vase") (transform (call "vase") (translate [0 1.2 0])))))\n(scene "room")'
+    )
+    main(["check", "--geometry", "--physics", "--json", str(program)])
+    codes = [each["code"] for each in json.loads(capsys.readouterr().out)]
+    assert len(codes) == len(set(codes))
+    assert {"W612", "W633"} < set(codes)
