@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
-
-from typing import TYPE_CHECKING, Any
 
 _FOLDERS = {"CACHE": ".cache", "CONFIG": ".config", "STATE": ".local/state"}
 
@@ -24,6 +23,74 @@ def user_folder(purpose: str) -> Path:
     """
     base = os.environ.get(f"XDG_{purpose}_HOME")
     return (Path(base) if base else Path.home() / _FOLDERS[purpose]) / "scenelang"
+
+
+# --- arrays in the user's cache folder -------------------------------------------------------------------------------
+
+MAX_CACHED_BYTES = 512 << 20  # of all files of a kind; those used longest ago are deleted first
+_MAX_FILE_BYTES = 256 << 20
+
+
+def read_cached(kind: str, name: str) -> dict[str, Any] | None:
+    """Return the arrays that ``write_cached`` stored, None if there are none or they cannot be read.
+
+    They may be any arrays: whoever reads them checks that they are what was stored.
+    """
+    import zipfile
+
+    try:
+        path = _cached(kind, name)
+        if path.stat().st_size > _MAX_FILE_BYTES:
+            return None
+        with np.load(path, allow_pickle=False) as file:
+            found = {key: file[key] for key in file.files}
+    except (OSError, RuntimeError, KeyError, ValueError, EOFError, AttributeError, zipfile.BadZipFile):
+        return None
+    with suppress(OSError):
+        os.utime(path)
+    return found
+
+
+def write_cached(kind: str, name: str, arrays: Mapping[str, Any]) -> None:
+    """Store arrays unless there are some of this name. A folder that cannot be written, and a full disk, are no errors.
+
+    Folders within ``kind`` belong to the same kind, of which the files used longest ago are deleted.
+    """
+    import tempfile
+
+    temporary = None
+    with suppress(OSError, RuntimeError):
+        path = _cached(kind, name)
+        if path.exists():
+            return
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".new", delete=False) as file:
+            temporary = file.name
+            np.savez(file, **arrays)
+        os.replace(temporary, path)
+        temporary = None
+        _prune(user_folder("CACHE") / Path(kind).parts[0])
+    if temporary is not None:
+        with suppress(OSError):
+            os.unlink(temporary)
+
+
+def _cached(kind: str, name: str) -> Path:
+    return user_folder("CACHE") / kind / f"{name}.npz"
+
+
+def _prune(folder: Path) -> None:
+    """Delete the files used longest ago while there are too many bytes."""
+    files = sorted(((path.stat(), path) for path in folder.rglob("*.*")), key=lambda each: each[0].st_mtime)
+    total = sum(stat.st_size for stat, _ in files)
+    for stat, path in files:
+        if total <= MAX_CACHED_BYTES:
+            return
+        path.unlink(missing_ok=True)
+        total -= stat.st_size
+
+
+# --- packages that add parts -----------------------------------------------------------------------------------------
 
 
 def entry_points_of(group: str) -> Mapping[str, EntryPoint]:

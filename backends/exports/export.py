@@ -269,8 +269,7 @@ def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: 
         scene = as_cubes(chosen(scene, frame), options.limit, options.warn)
         scene, frame = _as_solids(scene, _setting(backend, options, "segments"), tolerance), None
     plan = planned(scene, frame, 1 if parts and depth is None else depth, options.limit, options.warn)
-    fields = {"fps": "fps", "instances": "instance-limit", "segments": "segments", "unit": "unit"}
-    fields |= {"instancing": "instancing"}
+    fields = {name: name for name in ("fps", "segments", "unit", "instancing")} | {"instances": "instance-limit"}
     given = {field: _setting(backend, options, name) for field, name in fields.items()}
     job = Job(
         plan,
@@ -319,9 +318,8 @@ def sides_within(entity: Entity, worlds: FloatArray, tolerance: float) -> IntArr
         return np.full(len(worlds), SEGMENTS)
     radii = np.linalg.norm(worlds[:, :, :3] @ placed.matrix[:, :3], 2, axis=(1, 2))
     distinct_radii, place = np.unique(radii, return_inverse=True)
-    return np.array([placed.form.segments_within(tolerance, radius) for radius in distinct_radii.tolist()], np.int64)[
-        place
-    ]
+    sides = [placed.form.segments_within(tolerance, radius) for radius in distinct_radii.tolist()]
+    return np.array(sides, np.int64)[place]
 
 
 def item_sides(job: Job, roots: Sequence[ExportItem]) -> Callable[[ExportItem], int]:

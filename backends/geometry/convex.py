@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -112,7 +113,7 @@ def bodies_of(root: Entity) -> Bodies:
 def _is_exact(entity: Entity) -> bool:
     """Whether the body of a primitive is convex and the primitive itself."""
     placed = None if entity.shape is None or entity.shape.is_semantic else entity.shape.placed()
-    return placed is not None and placed.form.name != "torus"
+    return placed is not None and placed.form.is_convex
 
 
 def _plain_words(root: Entity) -> frozenset[str]:
@@ -143,8 +144,8 @@ def _placed(entity: Entity) -> Placed | None:
     return placed_block((x, y, z))._replace(rows=tuple(rows.ravel().tolist()))
 
 
-def clusters(count: int, pairs: IntArray) -> IntArray:
-    """Return the connected component of each body under contact (union-find)."""
+def clusters(count: int, pairs: Iterable[Sequence[int]]) -> IntArray:
+    """Return a number for each of ``count`` things that is equal for those that pairs of them connect (union-find)."""
     parent = list(range(count))
 
     def root(i: int) -> int:
@@ -153,6 +154,42 @@ def clusters(count: int, pairs: IntArray) -> IntArray:
             i = parent[i]
         return i
 
-    for i, j in pairs.tolist():
+    for i, j in pairs:
         parent[root(i)] = root(j)
     return np.array([root(i) for i in range(count)], np.int64)
+
+
+# --- polygons of support ---------------------------------------------------------------------------------------------
+
+
+def beyond_edge(points: FloatArray, at: FloatArray) -> tuple[float, FloatArray]:
+    """Return how far ``at`` (2,) is outside the convex hull of points (K, 2), negative inside, and the nearest point of
+    its edge."""
+    corners = _hull(points)
+    edges, away = np.roll(corners, -1, axis=0) - corners, at - corners
+    share = np.clip((edges * away).sum(axis=1) / np.maximum((edges**2).sum(axis=1), 1e-300), 0.0, 1.0)
+    nearest = corners + share[:, None] * edges
+    distance = np.linalg.norm(at - nearest, axis=1)
+    best = int(np.argmin(distance))
+    inside = len(corners) > 2 and bool((edges[:, 0] * away[:, 1] - edges[:, 1] * away[:, 0] >= 0.0).all())
+    return float(-distance[best] if inside else distance[best]), nearest[best]
+
+
+def _hull(points: FloatArray) -> FloatArray:
+    """Return the convex hull of points (K, 2), counter-clockwise (monotone chain, Andrew, 1979)."""
+    order = sorted(map(tuple, np.unique(points, axis=0).tolist()))
+    if len(order) < 3:
+        return np.array(order)
+    chains = []
+    for run in (order, order[::-1]):
+        chain: list[tuple[float, ...]] = []
+        for p in run:
+            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 0.0:
+                chain.pop()
+            chain.append(p)
+        chains += chain[:-1]
+    return np.array(chains)
+
+
+def _turn(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

@@ -287,12 +287,12 @@ def _is_a_thing(bodies: Bodies, i: int) -> bool:
 def _balance(bodies: Bodies, root: Entity, known: Set[tuple[int, int | None]]) -> Iterator[Finding]:
     """Yield things that pass through each other or would fall over, unless their bodies are ``known`` for overlaps."""
     contacts = contacts_of(bodies, root)
-    for crossing in intersecting(bodies, contacts):
-        body, other = crossing.body, crossing.other
+    for fault in intersecting(bodies, contacts):
+        body, other = fault.body, fault.other
         if known.isdisjoint({(body, other), (other, body), (body, None), (other, None)}):
-            yield Finding("through", body, other, crossing.depth, crossing.move)
-    for falling in unstable(bodies, contacts, _ground_height(bodies)):
-        yield Finding("unstable", falling.body, falling.other, falling.beside, falling.move)
+            yield Finding("through", *fault)
+    for fault in unstable(bodies, contacts, _ground_height(bodies)):
+        yield Finding("unstable", *fault)
 
 
 def _ground_height(bodies: Bodies) -> float:
@@ -306,7 +306,7 @@ def _ground_height(bodies: Bodies) -> float:
 
 def _hovering(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
     """Yield clusters of touching solids that are slightly above the ground and separate from everything else."""
-    cluster = clusters(len(bodies), pairs)
+    cluster = clusters(len(bodies), pairs.tolist())
     low, _ = bodies.boxes
     ground = _ground_height(bodies)
     numbers, sizes = np.unique(cluster, return_counts=True)

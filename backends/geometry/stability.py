@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.convex import Bodies, clusters
+from scenelang.backends.geometry.convex import Bodies, beyond_edge, clusters
 from scenelang.backends.geometry.distance import IntArray, depths
 from scenelang.backends.geometry.solids import FloatArray
 from scenelang.grammar.datum import dataclass
@@ -57,21 +57,22 @@ _ROOTED_MARGIN = 0.15  # the same on the ground, where lamp posts and trees are 
 _MAX_DEPTH = 0.25  # of the smaller extent: how deep equal things may be in each other
 
 
-class Unstable(NamedTuple):
-    """A group of bodies whose centre of mass is ``beside`` its support, in scene units, and a body that it rests on."""
+class Fault(NamedTuple):
+    """A body that would fall, or passes through another.
+
+    Attributes
+    ----------
+    body, other
+        The body, and the one that it rests on or passes through; None is the ground.
+    amount
+        How far its centre of mass is beside its support, or how deep it is in the other, in scene units.
+    move
+        The translation that would fix it.
+    """
 
     body: int
     other: int | None
-    beside: float
-    move: tuple[float, float, float]
-
-
-class Intersecting(NamedTuple):
-    """Two things that pass through each other, and the translation of the first that separates them."""
-
-    body: int
-    other: int
-    depth: float
+    amount: float
     move: tuple[float, float, float]
 
 
@@ -153,7 +154,7 @@ def contacts_of(bodies: Bodies, root: Entity) -> Contacts:
     depth, along = np.zeros(len(pairs)), np.zeros((len(pairs), 3))
     if apart.any():
         depth[apart], along[apart] = depths(bodies.pairs(pairs[apart]))
-    thing = clusters(len(bodies), pairs[~apart])
+    thing = clusters(len(bodies), pairs[~apart].tolist())
     low, high = _boxes_of(bodies, thing)
     floor = _is_floor(bodies)
     upright = np.abs(along[:, 1]) >= _VERTICAL
@@ -161,7 +162,8 @@ def contacts_of(bodies: Bodies, root: Entity) -> Contacts:
     on_floor = floor[pairs].any(axis=1)
     rests = apart & upright & (depth <= np.where(on_floor, 4.0 * bodies.touch, np.maximum(shallow, 4.0 * bodies.touch)))
     held = apart & upright & ~rests
-    return Contacts(pairs, apart, rests, depth, along, thing, clusters(len(bodies), pairs[~apart | held]), floor)
+    group = clusters(len(bodies), pairs[~apart | held].tolist())
+    return Contacts(pairs, apart, rests, depth, along, thing, group, floor)
 
 
 def _boxes_of(bodies: Bodies, group: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -187,7 +189,7 @@ def _is_floor(bodies: Bodies) -> npt.NDArray[np.bool_]:
 # --- balance ---------------------------------------------------------------------------------------------------------
 
 
-def unstable(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Unstable]:
+def unstable(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Fault]:
     """Yield the rigid groups that rest on something, but beside their centre of mass."""
     low, high = bodies.boxes
     mass, center = _masses(bodies)
@@ -199,13 +201,13 @@ def unstable(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Unst
             continue
         total = mass[members].sum()
         middle = (center[members] * mass[members, None]).sum(axis=0) / total
-        beside, nearest = _outside(points, middle[[0, 2]])
+        beside, nearest = beyond_edge(points, middle[[0, 2]])
         breadth = float((high[members].max(axis=0) - low[members].min(axis=0))[[0, 2]].max())
         rooted = all(each is None or contacts.floor[each] for each in under)
         if beside > max((_ROOTED_MARGIN if rooted else _MARGIN) * breadth, 2.0 * bodies.touch):
             back = nearest - middle[[0, 2]]
             lowest = int(members[np.argmin(low[members, 1])])
-            yield Unstable(lowest, under[0], beside, (float(back[0]), 0.0, float(back[1])))
+            yield Fault(lowest, under[0], beside, (float(back[0]), 0.0, float(back[1])))
 
 
 def _masses(bodies: Bodies) -> tuple[FloatArray, FloatArray]:
@@ -259,46 +261,10 @@ def _lowest(bodies: Bodies, i: int, down: float = 1.0) -> FloatArray:
     return found
 
 
-def _outside(points: FloatArray, at: FloatArray) -> tuple[float, FloatArray]:
-    """Return how far ``at`` (2,) is outside the convex hull of points (K, 2), and the nearest point of the hull."""
-    corners = _hull(points)
-    best, nearest = np.inf, at
-    inside = len(corners) > 2
-    for start, end in zip(corners, np.roll(corners, -1, axis=0)):
-        edge = end - start
-        square = float(edge @ edge)
-        share = 0.0 if square == 0.0 else min(1.0, max(0.0, float((at - start) @ edge) / square))
-        point = start + share * edge
-        inside = inside and edge[0] * (at[1] - start[1]) - edge[1] * (at[0] - start[0]) >= 0.0
-        distance = float(np.linalg.norm(at - point))
-        if distance < best:
-            best, nearest = distance, point
-    return (0.0, at) if inside else (best, nearest)
-
-
-def _hull(points: FloatArray) -> FloatArray:
-    """Return the corners of the convex hull, counter-clockwise (Andrew's monotone chain, 1979)."""
-    ordered = sorted(set(map(tuple, points.tolist())))
-
-    def half(sequence: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
-        kept: list[tuple[float, ...]] = []
-        for p in sequence:
-            while len(kept) > 1 and (
-                (kept[-1][0] - kept[-2][0]) * (p[1] - kept[-2][1]) - (kept[-1][1] - kept[-2][1]) * (p[0] - kept[-2][0])
-            ) <= 0.0:  # fmt: skip
-                kept.pop()
-            kept.append(p)
-        return kept
-
-    if len(ordered) < 3:
-        return np.array(ordered)
-    return np.array(half(ordered)[:-1] + half(ordered[::-1])[:-1])
-
-
 # --- things that pass through each other -----------------------------------------------------------------------------
 
 
-def intersecting(bodies: Bodies, contacts: Contacts) -> Iterator[Intersecting]:
+def intersecting(bodies: Bodies, contacts: Contacts) -> Iterator[Fault]:
     """Yield pairs of things that pass through each other, the deepest pair of bodies of each.
 
     Things may be set into each other: a tree into the ground, a candle into a cake, a column into the wall beside it.
@@ -311,7 +277,7 @@ def intersecting(bodies: Bodies, contacts: Contacts) -> Iterator[Intersecting]:
     clear = bodies.opaque & bodies.exact & ~bodies.solids.that_are("is_rounded") & ~contacts.floor
     deep = contacts.apart & (contacts.depth > 4.0 * bodies.touch) & clear[pairs].all(axis=1)
     extent = np.minimum(*(high - low).min(axis=1)[pairs.T])
-    worst: dict[tuple[int, int], Intersecting] = {}
+    worst: dict[tuple[int, int], Fault] = {}
     for row in np.flatnonzero(deep).tolist():
         i, j = pairs[row].tolist()
         same = bodies.words(i) == bodies.words(j) and contacts.depth[row] > _MAX_DEPTH * extent[row]
@@ -319,8 +285,8 @@ def intersecting(bodies: Bodies, contacts: Contacts) -> Iterator[Intersecting]:
             continue
         key = (int(contacts.thing[i]), int(contacts.thing[j]))
         move = contacts.along[row] * contacts.depth[row]
-        found = Intersecting(j, i, float(contacts.depth[row]), (float(move[0]), float(move[1]), float(move[2])))
-        if key not in worst or worst[key].depth < found.depth:
+        found = Fault(j, i, float(contacts.depth[row]), (float(move[0]), float(move[1]), float(move[2])))
+        if key not in worst or worst[key].amount < found.amount:
             worst[key] = found
     yield from worst.values()
 

@@ -9,15 +9,8 @@ pieces convex.
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
-import zipfile
-from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -25,7 +18,8 @@ import numpy.typing as npt
 from scenelang.backends.base import require
 from scenelang.backends.geometry.solids import own_mesh
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.loading import user_folder
+from scenelang.interpreter.loading import read_cached, write_cached
+from scenelang.interpreter.scene.modelling.computing import welded
 from scenelang.interpreter.scene.primitives import Placed
 from scenelang.interpreter.scene.primitives.base import Primitive
 from scenelang.interpreter.scene.primitives.capsule import CAPSULE
@@ -222,7 +216,7 @@ def _pieces_of(shape: Primitive) -> tuple[FloatArray, ...]:
 
 
 def _decomposed_mesh(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
-    vertices, faces = _welded(vertices, faces)
+    vertices, faces, _ = welded(vertices, faces)
     if _is_thin(vertices):
         return ()
     if len(faces) > MAX_DECOMPOSED:
@@ -235,14 +229,6 @@ def _decomposed_mesh(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray,
     if abs(volume_of(vertices[faces])) >= (1.0 - _CONVEX) * volume:
         return (corners,)
     return _decomposed(vertices.tobytes(), faces.tobytes())
-
-
-def _welded(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Return a mesh whose equal corners are one, without triangles that vanish."""
-    points, place = np.unique(np.asarray(vertices, np.float64) + 0.0, axis=0, return_inverse=True)
-    joined = place.reshape(-1)[faces]
-    sound = (joined[:, 0] != joined[:, 1]) & (joined[:, 1] != joined[:, 2]) & (joined[:, 2] != joined[:, 0])
-    return points, np.ascontiguousarray(joined[sound], np.int64)
 
 
 def _hull(vertices: FloatArray) -> tuple[FloatArray, float] | None:
@@ -259,11 +245,10 @@ def _hull(vertices: FloatArray) -> tuple[FloatArray, float] | None:
 def _decomposed(vertices: bytes, faces: bytes) -> tuple[FloatArray, ...]:
     """Return the convex pieces of a mesh by CoACD, from the disk if they are there."""
     key = hashlib.sha256(vertices + faces + repr((_CONCAVITY, MAX_PIECES)).encode()).hexdigest()
-    path = user_folder("CACHE") / "pieces" / f"{key}.npz"
-    found = _loaded(path)
+    found = _loaded(key)
     if found is None:
         found = _coacd(np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int64).reshape(-1, 3))
-        _store(path, found)
+        write_cached("pieces", key, {f"piece{i}": piece for i, piece in enumerate(found)})
     return found
 
 
@@ -282,21 +267,10 @@ def _coacd(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
     return tuple(hull[0] * scale + middle for hull in hulls if hull is not None)
 
 
-def _loaded(path: Path) -> tuple[FloatArray, ...] | None:
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            found = tuple(file[f"piece{i}"] for i in range(len(file.files)))
-    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+def _loaded(key: str) -> tuple[FloatArray, ...] | None:
+    arrays = read_cached("pieces", key)
+    if arrays is None:
         return None
+    found = tuple(arrays.get(f"piece{i}", np.zeros(0)) for i in range(len(arrays)))
     sound = all(each.dtype == np.float64 and each.ndim == 2 and each.shape[1] == 3 for each in found)
     return found if sound and all(np.isfinite(each).all() and len(each) >= 4 for each in found) else None
-
-
-def _store(path: Path, pieces: Sequence[FloatArray]) -> None:
-    """Store pieces. A folder that cannot be written, and a full disk, are no errors."""
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".new", delete=False) as file:
-            arrays: dict[str, Any] = {f"piece{i}": piece for i, piece in enumerate(pieces)}
-            np.savez(file, **arrays)
-        os.replace(file.name, path)

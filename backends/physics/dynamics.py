@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Progress, require
+from scenelang.backends.exports.trs import quaternions
 from scenelang.backends.physics.colliders import INSTALL, Collider, FloatArray
 from scenelang.backends.pictures.appearance import look_of, to_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
@@ -128,20 +129,9 @@ def _hull_volume(points: FloatArray) -> float:
 
 
 def quaternion(rotation: FloatArray) -> list[float]:
-    """Return a rotation (3, 3) as a unit quaternion w, x, y, z with w >= 0 (Shepperd, 1978)."""
-    m = rotation
-    squares = np.array([np.trace(m), m[0, 0], m[1, 1], m[2, 2]])
-    k = int(np.argmax(squares))
-    if k == 0:
-        q = np.array([1.0 + squares[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
-    else:
-        i, j, n = k - 1, k % 3, (k + 1) % 3
-        q = np.zeros(4)
-        q[0] = m[n, j] - m[j, n]
-        q[1 + i], q[1 + j], q[1 + n] = 1.0 + m[i, i] - m[j, j] - m[n, n], m[j, i] + m[i, j], m[n, i] + m[i, n]
-    q /= np.linalg.norm(q)
-    found: list[float] = (q if q[0] >= 0.0 else -q).tolist()
-    return found
+    """Return a rotation (3, 3) as a unit quaternion w, x, y, z with w >= 0."""
+    x, y, z, w = quaternions(rotation[None])[0].tolist()
+    return [w, x, y, z]
 
 
 def names_of(bodies: BodySet) -> list[str]:

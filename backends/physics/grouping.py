@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.geometry.convex import clusters
 from scenelang.backends.geometry.distance import neighbours
 from scenelang.backends.geometry.stability import is_airborne
 from scenelang.backends.physics.colliders import Collider, FloatArray, colliders_of
@@ -150,6 +151,17 @@ class BodySet:
         high = np.max([body.high for body in self.bodies], axis=0)
         return float(np.linalg.norm(high - low))
 
+    @cached_property
+    def inside(self) -> tuple[frozenset[int], ...]:
+        """For each node the numbers of the bodies that have parts at or below it."""
+        found: list[set[int]] = [set() for _ in self.nodes]
+        for number, body in enumerate(self.bodies):
+            for part in body.parts:
+                found[self.parts[part].node].add(number)
+        for node in range(len(self.nodes) - 1, 0, -1):
+            found[self.nodes[node].parent] |= found[node]
+        return tuple(map(frozenset, found))
+
     def place(self, body: RigidBody) -> Span | None:
         """Return where the program makes a body: the call of its first primitive that has a place."""
         for part in body.parts:
@@ -233,8 +245,7 @@ def _given(entity: Entity) -> dict[str, Any]:
 def _parts(nodes: Sequence[PlacedEntity]) -> Iterator[BodyPart]:
     whole = [False] * len(nodes)  # whether an entity at or above the node is a body by its attributes
     for number, node in enumerate(nodes):
-        own = node.given.get("fixed") or node.given.get("body")
-        whole[number] = bool(own) or (node.parent >= 0 and whole[node.parent])
+        whole[number] = _is_whole(node.given) or (node.parent >= 0 and whole[node.parent])
         shape = node.entity.shape
         if shape is None or not shape.has_geometry or (shape.is_semantic and not whole[number]):
             continue
@@ -249,23 +260,6 @@ def _parts(nodes: Sequence[PlacedEntity]) -> Iterator[BodyPart]:
 
 
 # --- grouping ---------------------------------------------------------------------------------------------------------
-
-
-class _Union:
-    """Disjoint sets of numbers, each named by its least member."""
-
-    def __init__(self, count: int) -> None:
-        self.parent = list(range(count))
-
-    def find(self, i: int) -> int:
-        while self.parent[i] != i:
-            self.parent[i] = self.parent[self.parent[i]]
-            i = self.parent[i]
-        return i
-
-    def join(self, i: int, j: int) -> None:
-        i, j = self.find(i), self.find(j)
-        self.parent[max(i, j)] = min(i, j)
 
 
 class _Grouping:
@@ -286,10 +280,8 @@ class _Grouping:
                 self.children[node.parent].append(number)
         self.below: list[list[int]] = [[] for _ in nodes]  # numbers of the parts at or below each node
         for number, part in enumerate(parts):
-            at = part.node
-            while at >= 0:
+            for at in self._upwards(part.node):
                 self.below[at].append(number)
-                at = nodes[at].parent
         self.touching: list[list[int]] = [[] for _ in parts]
         self.welds: list[tuple[int, int]] = []
         self._find_contacts()
@@ -317,7 +309,8 @@ class _Grouping:
         if len(groups) > MAX_BODIES:
             raise LimitError("size", f"the scene has {len(groups):,} bodies, more than the limit of {MAX_BODIES:,}")
         bodies = tuple(self._body(group, ground) for group in groups)
-        return BodySet(self.nodes, self.parts, bodies, ground, self.unit, tuple(map(self._friction, self.parts)))
+        frictions = tuple(self._inherited(part, "friction") for part in range(len(self.parts)))
+        return BodySet(self.nodes, self.parts, bodies, ground, self.unit, frictions)
 
     def _things(self) -> list[list[int]]:
         """Return the parts of each thing, before welds."""
@@ -379,24 +372,15 @@ class _Grouping:
     def _welded(self, groups: Sequence[Sequence[int]]) -> list[list[int]]:
         """Return the groups, of which those with a weld between them are one."""
         owner = {part: number for number, group in enumerate(groups) for part in group}
-        sets = _Union(len(groups))
-        for i, j in self.welds:
-            if not (self._is_apart(i) or self._is_apart(j)):
-                sets.join(owner[i], owner[j])
+        joined = [(owner[i], owner[j]) for i, j in self.welds if not (self._is_apart(i) or self._is_apart(j))]
         merged: dict[int, list[int]] = {}
-        for number, group in enumerate(groups):
-            merged.setdefault(sets.find(number), []).extend(group)
+        for name, group in zip(clusters(len(groups), joined).tolist(), groups, strict=True):
+            merged.setdefault(name, []).extend(group)
         return sorted((sorted(group) for group in merged.values()), key=lambda group: group[0])
 
     def _is_apart(self, part: int) -> bool:
         """Whether an attribute says what body a part belongs to, so that overlaps do not."""
-        at = self.parts[part].node
-        while at >= 0:
-            given = self.nodes[at].given
-            if given.get("fixed") or given.get("body"):
-                return True
-            at = self.nodes[at].parent
-        return False
+        return any(_is_whole(self.nodes[at].given) for at in self._upwards(self.parts[part].node))
 
     def _ground(self, groups: Sequence[Sequence[int]]) -> float:
         """Return the height of the ground: 0 if something stands there and nothing is below, else the lowest point."""
@@ -443,31 +427,20 @@ class _Grouping:
         return at
 
     def _words(self, at: int) -> tuple[str, ...]:
-        found: list[str] = []
+        return tuple(self.nodes[each].entity.word for each in self._upwards(at))[::-1]
+
+    def _upwards(self, at: int) -> Iterator[int]:
+        """Yield a node and those above it, up to the root."""
         while at >= 0:
-            found.append(self.nodes[at].entity.word)
+            yield at
             at = self.nodes[at].parent
-        return tuple(reversed(found))
 
     # --- attributes ---
 
     def _inherited(self, part: int, name: str) -> Any:
         """Return an attribute of the innermost entity around a part that has it."""
-        at = self.parts[part].node
-        while at >= 0:
-            if name in self.nodes[at].given:
-                return self.nodes[at].given[name]
-            at = self.nodes[at].parent
-        return None
-
-    def _friction(self, part: BodyPart) -> float | None:
-        at = part.node
-        while at >= 0:
-            if "friction" in self.nodes[at].given:
-                found: float = self.nodes[at].given["friction"]
-                return found
-            at = self.nodes[at].parent
-        return None
+        found = (self.nodes[at].given for at in self._upwards(self.parts[part].node))
+        return next((given[name] for given in found if name in given), None)
 
     def _moments(self, at: int, group: Sequence[int]) -> Moments:
         """Return the moments of a body."""

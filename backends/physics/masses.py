@@ -16,9 +16,7 @@ import numpy.typing as npt
 
 from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.modelling.measuring import Measures, measured, measures_of
-from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, Expression, Operand
-from scenelang.interpreter.scene.modelling.solid import operand_of
+from scenelang.interpreter.scene.modelling.measuring import Measures, measured, measures_of, operands_of
 from scenelang.interpreter.scene.primitives.base import Primitive
 from scenelang.interpreter.scene.primitives.cube import BLOCK
 from scenelang.interpreter.scene.primitives.cylinder import CYLINDER
@@ -89,25 +87,17 @@ def primitive_moments(entity: Entity) -> Moments:
 
 @lru_cache(maxsize=4096)
 def _measured_shape(shape: Primitive, word: str) -> Moments:
-    return _moments(measured([_operand(Entity(word, ANONYMOUS, (), shape), IDENTITY)]))
+    return _moments(measured(operands_of(Entity(word, ANONYMOUS, (), shape), IDENTITY)))
 
 
 def united_moments(parts: Sequence[tuple[Entity, Sequence[float]]]) -> Moments:
     """Return the moments of the union of posed primitives, with density 1."""
-    return _moments(measured([_operand(entity, pose) for entity, pose in parts]))
+    return _moments(measured([operand for entity, pose in parts for operand in operands_of(entity, pose)]))
 
 
 def entity_moments(entity: Entity) -> Moments:
     """Return the moments of everything in an entity as one solid in its own frame, with density 1."""
     return _moments(measures_of(entity))
-
-
-def _operand(entity: Entity, pose: Sequence[float]) -> Operand:
-    shape = entity.shape
-    assert shape is not None
-    if shape.is_semantic:
-        return Operand(Expression(PRIMITIVE, shape=shape), tuple(pose))
-    return operand_of("physics", entity, pose, entity.word)
 
 
 def _moments(measures: Measures) -> Moments:

@@ -99,13 +99,9 @@ def final_poses(bodies: BodySet, motion: Motion) -> dict[int, FloatArray]:
 def moved_root(bodies: BodySet, poses: Mapping[int, FloatArray]) -> Entity:
     """Return the frame with the bodies moved by ``poses``, (3, 4) each in the world."""
     nodes = bodies.nodes
-    owner = {part: number for number, body in enumerate(bodies.bodies) for part in body.parts}
-    inside: list[set[int]] = [set() for _ in nodes]  # numbers of the bodies that have parts at or below each node
+    inside = bodies.inside
     children: list[list[int]] = [[] for _ in nodes]
-    for number, part in enumerate(bodies.parts):
-        inside[part.node].add(owner[number])
     for number in range(len(nodes) - 1, 0, -1):
-        inside[nodes[number].parent] |= inside[number]
         children[nodes[number].parent].append(number)
     made: dict[int, Entity] = {}
     for number in _mixed(children, inside, poses):

@@ -35,13 +35,7 @@ _RESERVED = ("Materials", "Prototypes", "Shapes")
 def regrouped(root: Entity, bodies: BodySet) -> Entity:
     """Return the frame with one child of the root for each body, at its centre of mass, and what is in no body after
     them."""
-    nodes = bodies.nodes
-    owner = {part: number for number, body in enumerate(bodies.bodies) for part in body.parts}
-    inside: list[set[int]] = [set() for _ in nodes]
-    for number, part in enumerate(bodies.parts):
-        inside[part.node].add(owner[number])
-    for number in range(len(nodes) - 1, 0, -1):
-        inside[nodes[number].parent] |= inside[number]
+    nodes, inside = bodies.nodes, bodies.inside
     members: list[list[Pair]] = [[] for _ in bodies.bodies]
     rest: list[Pair] = []
     whole = [False] * len(nodes)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.base import Progress
+from scenelang.backends.geometry.convex import beyond_edge
 from scenelang.backends.physics.colliders import FloatArray
 from scenelang.backends.physics.dynamics import GRAVITY, Motion, simulate
 from scenelang.backends.physics.grouping import BodySet, bodies_of
@@ -182,45 +183,12 @@ def _why(bodies: BodySet, motion: Motion, number: int, kind: str) -> str:
     points, _ = motion.supports[number]
     if not len(points):
         return "nothing carries it"
-    beyond = beyond_edge(points[:, [0, 2]], body.moments.center[[0, 2]])
+    beyond, _ = beyond_edge(points[:, [0, 2]], body.moments.center[[0, 2]])
     if beyond > 1e-3 * body.size:
         return f"its centre of mass is {beyond:.3g} beyond the edge of what it stands on"
     if beyond > -1e-2 * body.size:
         return "its centre of mass is above the edge of what it stands on"
     return _PUSHED
-
-
-def beyond_edge(points: FloatArray, center: FloatArray) -> float:
-    """Return how far a point (2,) is outside the convex hull of points (K, 2), negative inside."""
-    hull = _hull(points)
-    if len(hull) == 1:
-        return float(np.linalg.norm(center - hull[0]))
-    ends = np.roll(hull, -1, axis=0)
-    edges, away = ends - hull, center - hull
-    share = np.clip((edges * away).sum(axis=1) / np.maximum((edges**2).sum(axis=1), 1e-300), 0.0, 1.0)
-    distance = float(np.linalg.norm(away - share[:, None] * edges, axis=1).min())
-    inside = len(hull) > 2 and bool((edges[:, 0] * away[:, 1] - edges[:, 1] * away[:, 0] >= 0.0).all())
-    return -distance if inside else distance
-
-
-def _hull(points: FloatArray) -> FloatArray:
-    """Return the convex hull of points (K, 2), counter-clockwise (monotone chain, Andrew, 1979)."""
-    order = sorted(map(tuple, np.unique(points, axis=0).tolist()))
-    if len(order) < 3:
-        return np.array(order)
-    chains = []
-    for run in (order, order[::-1]):
-        chain: list[tuple[float, ...]] = []
-        for p in run:
-            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 0.0:
-                chain.pop()
-            chain.append(p)
-        chains += chain[:-1]
-    return np.array(chains)
-
-
-def _turn(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def _with_causes(found: Sequence[BodyReport], motion: Motion) -> list[BodyReport]:

@@ -11,6 +11,7 @@ import pytest
 
 import scenelang as sl
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter import loading
 from scenelang.interpreter.scene.entity import descendants
 from scenelang.interpreter.scene.modelling import computing, stored
 from scenelang.interpreter.scene.modelling.computing import ComputedSolid, computed
@@ -91,7 +92,7 @@ def test_a_home_that_is_unknown_is_no_error(monkeypatch: pytest.MonkeyPatch) -> 
     def nowhere(purpose: str) -> Path:
         raise RuntimeError("Could not determine home directory.")
 
-    monkeypatch.setattr(stored, "user_folder", nowhere)
+    monkeypatch.setattr(loading, "user_folder", nowhere)
     assert computed(expression_of(0.604)).volume > 0.0
 
 
@@ -102,7 +103,7 @@ def test_files_used_longest_ago_are_deleted_first(folder: Path, monkeypatch: pyt
         (path,) = folder.glob(f"*/{expression.digest}.npz")
         os.utime(path, (1_000 + number, 1_000 + number))
     again(expressions[0], monkeypatch)  # is now the newest
-    monkeypatch.setattr(stored, "MAX_STORED_BYTES", int(2.5 * path.stat().st_size))
+    monkeypatch.setattr(loading, "MAX_CACHED_BYTES", int(2.5 * path.stat().st_size))
     computed(expressions[2])
     assert {path.stem for path in folder.glob("*/*.npz")} == {expressions[0].digest, expressions[2].digest}
 

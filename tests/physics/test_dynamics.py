@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import scenelang as sl
+from scenelang.backends.geometry.convex import beyond_edge
 from scenelang.backends.physics.dynamics import GRAVITY, Motion, quaternion, simulate
 from scenelang.backends.physics.grouping import BodySet, bodies_of
 from scenelang.backends.physics.robots import roll_pitch_yaw
-from scenelang.backends.physics.verdicts import beyond_edge
 
 pytest.importorskip("mujoco")
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -182,8 +182,8 @@ def test_quaternions_and_angles() -> None:
 
 def test_distance_to_the_edge_of_a_support() -> None:
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.5]])
-    assert beyond_edge(square, np.array([0.5, 0.6])) == pytest.approx(-0.4)
-    assert beyond_edge(square, np.array([1.25, 0.5])) == pytest.approx(0.25)
-    assert beyond_edge(square, np.array([2.0, 2.0])) == pytest.approx(math.sqrt(2))
-    assert beyond_edge(square[:1], np.array([3.0, 4.0])) == pytest.approx(5.0)
-    assert beyond_edge(square[:2], np.array([0.5, 0.5])) == pytest.approx(0.5)
+    assert beyond_edge(square, np.array([0.5, 0.6]))[0] == pytest.approx(-0.4)
+    assert beyond_edge(square, np.array([1.25, 0.5]))[0] == pytest.approx(0.25)
+    assert beyond_edge(square, np.array([2.0, 2.0]))[0] == pytest.approx(math.sqrt(2))
+    assert beyond_edge(square[:1], np.array([3.0, 4.0]))[0] == pytest.approx(5.0)
+    assert beyond_edge(square[:2], np.array([0.5, 0.5]))[0] == pytest.approx(0.5)

@@ -74,14 +74,15 @@ def measures_of(root: Entity, word: str | None = None, limit: int = 100_000) -> 
         entity, pose, counts = stack.pop()
         counts = counts or entity.word == word
         if entity.is_primitive and counts:
-            found += _operand(entity, pose)
+            found += operands_of(entity, pose)
         if len(found) > limit:
             raise LimitError("primitives", f"more than {limit:,} primitives to measure", "measure a word of fewer")
         stack.extend((part.car, compose(pose, part.cdr), counts) for part in reversed(entity.children))
     return measured(found)
 
 
-def _operand(entity: Entity, pose: Matrix) -> list[Operand]:
+def operands_of(entity: Entity, pose: Sequence[float]) -> list[Operand]:
+    """Return what ``measured`` takes for a primitive under a pose: nothing if it is flat, its box if it is semantic."""
     shape = entity.shape
     if shape is None or shape.is_flat or not shape.has_geometry or not has_volume(pose):
         return []

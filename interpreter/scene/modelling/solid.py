@@ -98,23 +98,22 @@ def operand_of(name: str, entity: Entity, pose: Sequence[float], word: str, segm
     shape = entity.shape
     assert shape is not None
     if not has_volume(pose):
-        notes = tuple(Note(f'"{entity.word}" is made here', span) for span in entity.call_sites[:1])
-        raise SceneError(
-            "solid", f'`{name}` cannot use "{entity.word}": its pose makes it flat', notes=notes, subject=entity
-        )
+        raise _refusal(name, entity, "its pose makes it flat")
     if isinstance(shape, SolidShape):
         color = entity.embedding.attributes.get("color")
         return Operand(shape.expression, tuple(pose), None if color is None else shape.color)
     what = _why_no_solid(shape)
     if what is not None:
-        notes = tuple(Note(f'"{entity.word}" is made here', span) for span in entity.call_sites[:1])
         hint = "give it a `bind` that makes solids, or leave it out" if shape.is_semantic else None
-        raise SceneError(
-            "solid", f'`{name}` cannot use "{entity.word}": it is {what}', hint, notes=notes, subject=entity
-        )
+        raise _refusal(name, entity, f"it is {what}", hint)
     parameters = {"segments": segments} if segments != SEGMENTS else {}
     site = entity.call_sites[0] if entity.call_sites else None
     return Operand(Expression(PRIMITIVE, parameters, (), shape, word, shape.color, site), tuple(pose))
+
+
+def _refusal(name: str, entity: Entity, why: str, hint: str | None = None) -> SceneError:
+    notes = tuple(Note(f'"{entity.word}" is made here', span) for span in entity.call_sites[:1])
+    return SceneError("solid", f'`{name}` cannot use "{entity.word}": {why}', hint, notes=notes, subject=entity)
 
 
 def has_volume(pose: Sequence[float]) -> bool:

@@ -8,16 +8,12 @@ is read or written.
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
-import zipfile
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass
-from scenelang.interpreter.loading import np, user_folder
+from scenelang.interpreter.loading import np, read_cached, write_cached
 from scenelang.interpreter.scene.primitives.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -25,8 +21,6 @@ if TYPE_CHECKING:
 
     FloatArray = npt.NDArray[np.float64]
 
-MAX_STORED_BYTES = 512 << 20  # of all files; those used longest ago are deleted first
-_MAX_FILE_BYTES = 256 << 20
 _ARRAYS = {"vertices": np.float64, "normals": np.float64, "faces": np.int64, "colors": np.float64, "joints": np.int64}
 
 
@@ -55,43 +49,26 @@ class ComputedSolid:
 
 def load(digest: str) -> ComputedSolid | None:
     """Return the stored surface of the expression with a digest, or None."""
+    data = read_cached(_kind(), digest)
+    if data is None:
+        return None
     try:
-        path = _path(digest)
-        if path.stat().st_size > _MAX_FILE_BYTES:
-            return None
-        with np.load(path, allow_pickle=False) as file:
-            data = {name: file[name] for name in file.files}
         mesh, hull = _mesh(data), _array(data["hull"], np.float64)
         volume, area = _array(data["measures"][None], np.float64, 2)[0].tolist()
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError, IndexError, EOFError, zipfile.BadZipFile):
+    except (KeyError, ValueError, TypeError, IndexError):
         return None
-    with suppress(OSError):
-        os.utime(path)
     return ComputedSolid(mesh, hull, volume, area, 0.0)
 
 
 def save(digest: str, solid: ComputedSolid) -> None:
-    """Store a surface unless it is. A folder that cannot be written, and a full disk, are no errors."""
-    mesh, temporary = solid.mesh, None
+    """Store a surface unless it is stored."""
+    mesh = solid.mesh
     data = {name: getattr(mesh, name) for name in _ARRAYS}
     data |= {"hull": solid.hull, "measures": np.array([solid.volume, solid.area])}
     data["words"] = np.array([word.encode("utf-8", "surrogatepass").hex() for word in mesh.part_words], np.str_)
     if mesh.part is not None:
         data["part"] = mesh.part
-    with suppress(OSError, RuntimeError):
-        path = _path(digest)
-        if path.exists():
-            return
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".new", delete=False) as file:
-            temporary = file.name
-            np.savez(file, **data)
-        os.replace(temporary, path)
-        temporary = None
-        _prune(path.parent.parent)
-    if temporary is not None:
-        with suppress(OSError):
-            os.unlink(temporary)
+    write_cached(_kind(), digest, data)
 
 
 def _mesh(data: dict[str, Any]) -> Mesh:
@@ -114,8 +91,8 @@ def _array(value: Any, kind: Any, columns: int = 3) -> Any:
     return value
 
 
-def _path(digest: str) -> Path:
-    return user_folder("CACHE") / "solids" / _version() / f"{digest}.npz"
+def _kind() -> str:
+    return f"solids/{_version()}"
 
 
 @cache
@@ -128,14 +105,3 @@ def _version() -> str:
     for path in sorted([*here.glob("*.py"), *(here.parent / "primitives").glob("*.py")]):
         total.update(path.read_bytes())
     return total.hexdigest()[:16]
-
-
-def _prune(folder: Path) -> None:
-    """Delete the files used longest ago while there are too many bytes."""
-    files = sorted(((path.stat(), path) for path in folder.glob("*/*")), key=lambda each: each[0].st_mtime)
-    total = sum(stat.st_size for stat, _ in files)
-    for stat, path in files:
-        if total <= MAX_STORED_BYTES:
-            return
-        path.unlink(missing_ok=True)
-        total -= stat.st_size
