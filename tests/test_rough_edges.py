@@ -102,7 +102,9 @@ def test_closed_streams(closed: tuple[int, ...], tmp_path: Path) -> None:
 @pytest.mark.parametrize("moment", [0.12, 0.2, 0.3, 0.45, 0.7])
 def test_ctrl_c_in_the_first_second(moment: float, tmp_path: Path) -> None:
     (tmp_path / "a.scene").write_text("(define (f n) (f (+ n 1)))\n(f 0)\n")
-    with interruptible([sys.executable, "-P", "-m", "scenelang", "run", "a.scene"], tmp_path) as running:
+    with interruptible(
+        [sys.executable, "-P", "-m", "scenelang", "run", "a.scene", "--max-steps", "1000000000000"], tmp_path
+    ) as running:
         time.sleep(moment)
         if not _has_started(running.pid):
             pytest.skip("Python itself has not started yet")
