@@ -99,6 +99,10 @@ CODES: dict[str, DiagnosticCode] = {
     "solid": DiagnosticCode(
         "E611", "A solid cannot be computed: an operand is open, flat, semantic or made of blocks, or nothing is left."
     ),
+    "declaration": DiagnosticCode("E612", "A declaration of `assert-that` does not hold."),
+    "declaration-subject": DiagnosticCode(
+        "E613", "A declaration names a word or handle that does not occur, or for which the relation has no meaning."
+    ),
     # E7xx: files
     "file": DiagnosticCode("E701", "A file cannot be read or written."),
     "import-cycle": DiagnosticCode("E702", "Files import each other in a cycle."),
@@ -669,6 +673,9 @@ _SCENES = {
     "parts": "Return entities, the results of `transform`, or lists of these; return `(union)` for an empty shape.",
     "pose": "Build the matrix with `translate`, `rotate`, `scale`, `reflect` and `@` from finite numbers.",
     "attribute": "Pass a value of the type named in the message.",
+    "declaration": "Move the thing as the hint says, or correct the declaration.",
+    "declaration-subject": "Name a word or handle of the entity that states the declaration, and a relation that it can "
+    "have.",
     "solid": "Use closed solids as operands: cubes, spheres and other primitives, closed mesh files, or other solids.",
     "embedding": "Pass an attribute by keyword, such as `:height 3`, or a text, a handle or `(embedding ...)`.",
     "frames": "Return `(frames list)` directly from the root, with at least one frame.",

@@ -170,7 +170,7 @@ def typed(function: _Function) -> _Function:
     Numbers, texts, paths, sizes, literals and classes are checked; other annotations are not. The decorated function
     raises SceneError("value") for an argument of another type, so that a mistake is reported in the caller's terms.
     """
-    found: list[tuple[inspect.Signature, dict[str, str]]] = []
+    found: list[tuple[inspect.Signature, dict[str, str], set[str]]] = []
 
     @wraps(function)
     def checked(*arguments: Any, **named: Any) -> Any:
@@ -178,14 +178,18 @@ def typed(function: _Function) -> _Function:
             import inspect
 
             signature = inspect.signature(function)
-            found.append((signature, {p.name: str(p.annotation) for p in signature.parameters.values()}))
-        signature, annotations = found[0]
+            every = signature.parameters.values()
+            several = {p.name for p in every if p.kind is inspect.Parameter.VAR_POSITIONAL}
+            found.append((signature, {p.name: str(p.annotation) for p in every}, several))
+        signature, annotations, several = found[0]
         try:
             bound = signature.bind(*arguments, **named)
         except TypeError as error:
             raise SceneError("value", f"`{function.__name__}`: {error}") from None
-        for name, value in bound.arguments.items():
-            if not fits(value, annotations[name]):
+        for name, given in bound.arguments.items():
+            for value in given if name in several else (given,):
+                if fits(value, annotations[name]):
+                    continue
                 kind = annotations[name].removesuffix(" | None")
                 expected = _EXPECTED.get(kind) or kind.removeprefix("Literal[").rstrip("]").replace("', '", "' or '")
                 raise SceneError("value", f"`{name}`: expected {expected}, got {_shown(value)}")

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from scenelang import scene_physics
+from scenelang import scene_physics, scene_relations
 from scenelang.backends.base import BackendOptions, Progress, frame_of
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
@@ -448,6 +448,7 @@ class Scene:
     program: Program | None = field(default=None, repr=False)
     options: Options | None = field(default=None, repr=False)
     physics, settle, simulate = scene_physics.physics, scene_physics.settle, scene_physics.simulate
+    violations, relations = scene_relations.violations, scene_relations.relations
 
     @staticmethod
     def of(entity: Entity) -> Scene:

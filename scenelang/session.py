@@ -38,7 +38,7 @@ from scenelang.interpreter.lint.lint import (
     without_suppressed,
     word_warnings,
 )
-from scenelang.interpreter.program.program import Program, load_program, prelude_of
+from scenelang.interpreter.program.program import Program, load_program
 from scenelang.interpreter.runtime.limits import Limits, fork_safe_lock, recursion_room
 from scenelang.interpreter.runtime.types import STD, Library
 from scenelang.sandbox.supervision import limited, link
@@ -47,9 +47,9 @@ from scenelang.stdlib.library import build_library
 if TYPE_CHECKING:
     from scenelang.backends.geometry.assets import AssetFiles
     from scenelang.interpreter.expand.expand import RunMacro
-    from scenelang.interpreter.program.interactive import TopLevel, Version, Versions
-    from scenelang.interpreter.runtime.evaluate import IncrementalRun
+    from scenelang.interpreter.program.interactive import TopLevel
     from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
+    from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Scene
     from scenelang.interpreter.scene.modelling.outlines import Typeface
     from scenelang.interpreter.scene.primitives.asset import Asset
@@ -213,7 +213,7 @@ def run_with_room(
 
 
 @contextmanager
-def _rare_collection() -> Iterator[None]:
+def rare_collection() -> Iterator[None]:
     """Context in which garbage is collected rarely: programs and scenes are many small objects that stay."""
     thresholds = gc.get_threshold()
     gc.set_threshold(200_000, 50, 100)
@@ -223,7 +223,7 @@ def _rare_collection() -> Iterator[None]:
         gc.set_threshold(*thresholds)
 
 
-def _macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], None] | None = None) -> RunMacro:
+def macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], None] | None = None) -> RunMacro:
     """Return a function that runs the bodies of macros; the evaluator is imported when there is one to run."""
     runners: list[RunMacro] = []
 
@@ -321,7 +321,7 @@ class Session:
         if is_scene_file(source):
             return Checked(None, self._read_scene(source).diagnostics)
         try:
-            with limited(self.options.limits), _rare_collection():
+            with limited(self.options.limits), rare_collection():
                 check = lambda: self._translated(source, False)[1] if is_python(source) else self._check(source, None)
                 return run_with_room(check, EXPANSION_DEPTH, folders=self.folders(source))
         except RecursionError:
@@ -431,7 +431,7 @@ class Session:
 
     def _check(self, source: Source, translation: Translation | None) -> Checked:
         try:
-            overrides = {name: _value_datum(name, text) for name, text in self.options.defines.items()}
+            overrides = {name: value_datum(name, text) for name, text in self.options.defines.items()}
         except SceneError as error:
             return Checked(None, (error.diagnostic,))
         found = translation.diagnostics if translation is not None else ()
@@ -445,7 +445,7 @@ class Session:
             source,
             self.library,
             self.importer(source),
-            _macro_runner(self.library, self._macro_limits),
+            macro_runner(self.library, self._macro_limits),
             overrides,
             datums,
         )
@@ -460,7 +460,7 @@ class Session:
 
     def _partial_findings(self, source: Source, translation: Translation) -> list[Diagnostic]:
         """Return the mistakes in the parts of a Python program that were translated, though others were not."""
-        runner = _macro_runner(self.library, self._macro_limits)
+        runner = macro_runner(self.library, self._macro_limits)
         program = load_program(source, self.library, self.importer(source), runner, {}, translation.partial)
         known = [d.span for d in translation.diagnostics if d.is_error and d.span is not None]
         from scenelang.interpreter.transpile.translate import in_python
@@ -475,7 +475,7 @@ class Session:
         ``is_written`` is False for programs translated from Python, for which unused definitions are not reported.
         """
         try:
-            word, root = self._root(program)
+            word, root = self.root_of(program)
         except SceneError as error:
             word, root = None, [] if error.name == "no-root" else [error.diagnostic]
         found = findings(program, word, is_written)
@@ -499,7 +499,7 @@ class Session:
         around = [*path.parent.glob("*.scene"), *path.parent.parent.glob("*.scene")][:_MAX_IMPORTERS]
         return any(other != path and _imports(other, names) for other in around)
 
-    def _root(self, program: Program) -> tuple[str, list[Diagnostic]]:
+    def root_of(self, program: Program) -> tuple[str, list[Diagnostic]]:
         if self.options.root is not None:
             return self.options.root, []
         return find_root(program)
@@ -525,7 +525,7 @@ class Session:
         found = self._evaluate_checked(source, checked, started)
         if found.scene is not None or not is_python(source) or found.program is None:
             return found
-        if not (checked.ok or _may_run(found.program, checked.diagnostics)):
+        if not (checked.ok or may_run(found.program, checked.diagnostics)):
             return found
         problem = _mistake_of(found)
         if problem is None:
@@ -560,9 +560,9 @@ class Session:
 
     def _evaluate_checked(self, source: Source, checked: Checked, started: float) -> Evaluated:
         program = checked.program
-        if program is None or not (checked.ok or _may_run(program, checked.diagnostics)):
+        if program is None or not (checked.ok or may_run(program, checked.diagnostics)):
             return Evaluated(program, None, checked.diagnostics)
-        runtime = self._runtime(source)
+        runtime = self.runtime_of(source)
         runtime.meter.reset(started)
         run = lambda: self._run(program, runtime)
         try:
@@ -579,22 +579,25 @@ class Session:
         draws = runtime.streams.was_used
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total, draws, subject)
 
-    def check_geometry(self, source: Source, *lints: Callable[[Scene], list[Diagnostic]]) -> list[Diagnostic]:
-        """Evaluate a program and run ``lints``, or the geometry lint, on its scene; returns the diagnostics of all."""
+    def check_geometry(self, source: Source) -> list[Diagnostic]:
+        """Evaluate a program and run the geometry lint on its scene; returns the diagnostics of both."""
         from scenelang.backends.geometry.lint import check_geometry
 
         with limited(self.options.limits):
             result = self.evaluate(source)
-            if result.scene is None:
-                return list(result.diagnostics)
-            found: list[Diagnostic] = []
-            for lint in lints or (check_geometry,):
-                try:
-                    found += lint(result.scene)
-                except SceneError as error:
-                    found.append(error.diagnostic)
-        sources = result.program.sources if result.program is not None else ()
-        return [*result.diagnostics, *without_suppressed(found, sources)]
+            return [*result.diagnostics, *linted(result, check_geometry)]
+
+    def declarations(self, source: Source) -> tuple[Declaration, ...]:
+        """Return the declarations that the top level of a file states; raises SceneError with its first mistake."""
+        with limited(self.options.limits):
+            checked = self.check(source)
+            wrong = next((d for d in checked.diagnostics if d.is_error and d.name != "root"), None)
+            if wrong is not None or checked.program is None:
+                raise error_of(wrong or checked.diagnostics[0])
+            runtime, program = self.runtime_of(source), checked.program
+            run = lambda: _run_forms(self.library, runtime, program)
+            run_with_room(run, self.options.limits.depth, runtime.meter.cancel, self.folders(source))
+            return tuple(runtime.declarations)
 
     @property
     def _macro_limits(self) -> Limits:
@@ -614,12 +617,12 @@ class Session:
         from scenelang.interpreter.runtime.runtime import JournaledRuntime
 
         options, library = self.options, self.library
-        overrides = {name: _value_datum(name, text) for name, text in options.defines.items()}
+        overrides = {name: value_datum(name, text) for name, text in options.defines.items()}
         asset = self._measure_asset(main)
         runtime = JournaledRuntime(
             library, options.limits, options.seed, options.z_entries, asset=asset, font=self._load_font(main)
         )
-        new_macros = lambda: _macro_runner(library, self._macro_limits, started)
+        new_macros = lambda: macro_runner(library, self._macro_limits, started)
         return TopLevel(library, runtime, main, self.importer(main), new_macros, overrides)
 
     def problem_of(self, error: BaseException) -> Diagnostic | None:
@@ -646,16 +649,16 @@ class Session:
     def _run(self, program: Program, runtime: Runtime) -> Scene:
         from scenelang.interpreter.runtime.evaluate import ProgramRun
 
-        with _rare_collection():
+        with rare_collection():
             try:
-                word, _ = self._root(program)
+                word, _ = self.root_of(program)
             except SceneError:
                 ProgramRun(self.library, runtime).run_forms(program)  # errors of the program take precedence
                 raise
             scene = self._run_once(program, runtime, word)
             return self._with_entries(program, runtime, word, scene) if self.options.z_entries else scene
 
-    def _runtime(self, main: Source, snapshots: frozenset[int] = frozenset()) -> Runtime:
+    def runtime_of(self, main: Source, snapshots: frozenset[int] = frozenset()) -> Runtime:
         from scenelang.interpreter.runtime.runtime import Runtime
 
         options = self.options
@@ -687,10 +690,29 @@ class Session:
             runtime.warn("unused-entry", f"the embedding `<{name}>` matches no entity of the scene")
         if not entries:
             return scene
-        again = self._runtime(program.main, serials_at(scene, entries))
+        again = self.runtime_of(program.main, serials_at(scene, entries))
         grafted = apply_overrides(again, self._run_once(program, again, word), entries)
         runtime.warnings.update(again.warnings)
         return grafted
+
+
+def linted(result: Evaluated, *lints: Callable[[Scene], list[Diagnostic]]) -> list[Diagnostic]:
+    """Return what ``lints`` find in the scene of an evaluation, without what comments of the program suppress."""
+    if result.scene is None:
+        return []
+    found: list[Diagnostic] = []
+    for each in lints:
+        try:
+            found += each(result.scene)
+        except SceneError as error:
+            found.append(error.diagnostic)
+    return without_suppressed(found, result.program.sources if result.program is not None else ())
+
+
+def _run_forms(library: Library, runtime: Runtime, program: Program) -> None:
+    from scenelang.interpreter.runtime.evaluate import ProgramRun
+
+    ProgramRun(library, runtime).run_forms(program)
 
 
 def is_scene_file(source: Source) -> bool:
@@ -735,7 +757,7 @@ def _outside_library(diagnostic: Diagnostic) -> Diagnostic:
     return diagnostic
 
 
-def _may_run(program: Program, diagnostics: Iterable[Diagnostic]) -> bool:
+def may_run(program: Program, diagnostics: Iterable[Diagnostic]) -> bool:
     """Return whether the only errors are those of kinds, which may concern code that a run never evaluates."""
     return program.ok and all(CODES[d.name].code[:2] in ("E4", "E6") for d in diagnostics if d.is_error)
 
@@ -851,7 +873,7 @@ def _read_source(path: str, shown: str) -> Source:
     return Source(name, notebook_code(text, name))
 
 
-def _value_datum(name: str, text: str) -> Datum:
+def value_datum(name: str, text: str) -> Datum:
     """Parse the value of ``--define name=text``; a bare word is a string."""
     result = read(Source(f"<--define {name}>", text))
     if len(result.forms) == 1 and not result.diagnostics:
@@ -863,137 +885,3 @@ def _value_datum(name: str, text: str) -> Datum:
     raise SceneError(
         "param", f"--define {name}: invalid value `{text[:60]}`", 'write a number, "string", #t, #f or [array]'
     )
-
-
-# --- incremental checking in an editor -------------------------------------------------------------------------------
-
-
-_MACRO_LIMITS = replace(MACRO_LIMITS, seconds=2.0, memory=1_000_000_000)  # interactive
-_TRIAL_LIMITS = replace(_MACRO_LIMITS, seconds=4.0)  # includes the rest of the check
-_PROCEDURAL = "define-macro"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class VersionAnalysis:
-    """Diagnostics of a version of a text. ``version`` is None if the program is nested too deeply to analyze."""
-
-    source: Source
-    version: Version | None
-    diagnostics: tuple[Diagnostic, ...]
-
-
-class Editing:
-    """Incremental checker of a file open in an editor. ``texts`` contains the texts of other open files, by resolved
-    path."""
-
-    def __init__(self, session: Session, texts: dict[Path, str] | None = None) -> None:
-        self.session = session
-        self.texts = texts if texts is not None else {}
-        self._versions = self._no_versions()
-        self._imported: tuple[str, ...] | None = None  # texts of imported files, None if unknown
-        self._run: IncrementalRun | None = None
-        self._name = ""
-
-    def check(self, source: Source) -> VersionAnalysis:
-        """Analyze the next version; errors are never raised. Procedural macros are first run in a forked process, which
-        can be killed if they do not terminate."""
-        from scenelang.sandbox.worker import trial
-
-        problem = trial(lambda: self._try(source)) if self._may_run_macros(source) else None
-        if problem is not None:
-            return VersionAnalysis(source, None, (_in_source(problem, source),))
-        try:
-            with _rare_collection():
-                return run_with_room(lambda: self._check(source), EXPANSION_DEPTH, folders=self.session.folders(source))
-        except RecursionError:
-            self._versions = self._no_versions()
-            problem = Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1))
-            return VersionAnalysis(source, None, (problem,))
-
-    def evaluate(self, source: Source) -> Evaluated:
-        """Evaluate the next version as ``Session.evaluate`` does, but only what the edit reaches."""
-        if is_scene_file(source) or is_python(source) or self.session.options.z_entries:
-            return self.session.evaluate(source)
-        with limited(self.session.options.limits) as started:
-            analysis = self.check(source)
-            version = analysis.version
-            if version is None or not (version.program.ok and _may_run(version.program, analysis.diagnostics)):
-                program = _placed_program(version) if version is not None else None
-                return Evaluated(program, None, analysis.diagnostics)
-            try:
-                word, _ = self.session._root(version.program)
-            except SceneError:
-                return self.session.evaluate(source)
-            return self._evaluate(version, word, analysis.diagnostics, started)
-
-    def _evaluate(self, version: Version, word: str, found: Sequence[Diagnostic], started: float) -> Evaluated:
-        from scenelang.interpreter.runtime.evaluate import IncrementalRun
-
-        session, program, source = self.session, version.program, version.source
-        if self._run is None or self._name != source.name:
-            self._run, self._name = IncrementalRun(session.library, lambda: session._runtime(source)), source.name
-        run, scene, problem = self._run, None, None
-        try:
-            work = lambda: run.run(program, word, session.options.seed, version.place, started)
-            cancel = lambda: run.rt.meter.cancel()
-            with _rare_collection():
-                scene = run_with_room(work, session.options.limits.depth, cancel, session.folders(source))
-        except (SceneError, RecursionError, MemoryError) as error:
-            problem = session.problem_of(error)
-        for entity in run.rt.made:
-            entity.call_sites = tuple(map(version.place, entity.call_sites))
-        rt, sources = run.rt, (source, *program.sources[1:])
-        warnings = without_suppressed(map(version.diagnostic, rt.warnings.values()), sources)
-        diagnostics = confirmed(found, problem and version.diagnostic(problem), warnings)
-        return Evaluated(_placed_program(version), scene, tuple(diagnostics), tuple(rt.log), rt.meter.total)
-
-    def _no_versions(self) -> Versions:
-        from scenelang.interpreter.program.interactive import Versions
-
-        return Versions(prelude_of(self.session.library))
-
-    def _may_run_macros(self, source: Source) -> bool:
-        """Return whether the text or a file that it imports may define procedural macros."""
-        if _PROCEDURAL in source.text:
-            return True
-        if IMPORT_FORM.search(source.text) is None:
-            return False
-        return self._imported is None or any(_PROCEDURAL in text for text in self._imported)
-
-    def _try(self, source: Source) -> None:
-        with limited(_TRIAL_LIMITS):
-            run_with_room(lambda: self._check(source), EXPANSION_DEPTH, folders=self.session.folders(source))
-
-    def _check(self, source: Source) -> VersionAnalysis:
-        runner = _macro_runner(self.session.library, _MACRO_LIMITS)
-        overrides = {name: _value_datum(name, text) for name, text in self.session.options.defines.items()}
-        version = self._versions.analyse(source, self.session.importer(source, self.texts), runner, overrides)
-        program = version.program
-        found = [*program.diagnostics, *self.session.warnings(program)]
-        sources = (source, *program.sources[1:])
-        self._imported = tuple(each.text for each in program.sources[1:])
-        return VersionAnalysis(source, version, settled((version.diagnostic(d) for d in found), sources))
-
-
-def _placed_program(version: Version) -> Program:
-    """Return the program of a version with places in its text."""
-    program = version.program
-    return replace(
-        program, main=version.source, sources=(version.source, *program.sources[1:]),
-        words=_placed(version, program.words), all_words=_placed(version, program.all_words),
-        params=tuple(replace(param, span=version.place(param.span)) for param in program.params),
-    )  # fmt: skip
-
-
-def _placed(version: Version, words: Mapping[str, Span]) -> dict[str, Span]:
-    return {word: version.place(span) for word, span in words.items()}
-
-
-def _in_source(problem: Diagnostic, source: Source) -> Diagnostic:
-    """Map a diagnostic from another process to its position in our text, or to the start of the text."""
-    span = problem.span
-    if span is None or span.source.name != source.name:
-        return replace(problem, span=Span(source, 0, 1), chain=())
-    line, column = span.source.position(span.start)
-    start = min(source.line_start(line) + column - 1, len(source.text))
-    return replace(problem, span=Span(source, start, start + max(1, span.end - span.start)), chain=())

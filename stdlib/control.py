@@ -10,6 +10,7 @@ from scenelang.interpreter.runtime.procedures import Condition
 from scenelang.interpreter.runtime.show import MAX_LENGTH, show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import make_list
+from scenelang.interpreter.scene.declarations import declared
 from scenelang.stdlib.operands import is_true, items, iterate, wrong_type
 
 if TYPE_CHECKING:
@@ -256,6 +257,16 @@ def gensym(rt: Runtime, prefix: str = "g") -> Symbol:
                  ('(guard (e ((error-is? e "assert") (error-message e))) (assert (= 1 2) "no"))', '"no"'))  # fmt: skip
 def assertion_failed(rt: Runtime, message: Any) -> Any:
     raise SceneError("assert", _message(rt, message))
+
+
+@registry.define("declare-that",
+                 "relation::String operands::List [:any] [:all] [:within] [:min] [:max] [:share] [:axis] [:along]"
+                 " [:across] [:about] [:message] [:negated]", "None",
+                 "State a relation of things about the entity that is being made, or at top level about the scene, as"
+                 " `assert-that` does. `check --run` tests whether it holds.",
+                 ('(declare-that "on" (list "cup" "table") :any #t)', "none"))  # fmt: skip
+def declare_that(rt: Runtime, relation: str, operands: Any, **options: Any) -> None:
+    rt.declare(declared(relation, items(rt, operands, "declare-that"), options, rt.site))
 
 
 @registry.define("error?", "value::Any", "Boolean",

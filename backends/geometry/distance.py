@@ -92,6 +92,7 @@ Mask = npt.NDArray[np.bool_]
 
 _ROUNDS = 60
 _RELATIVE = 1e-7
+_AT_ONCE = 100_000
 _STARTS = 8  # initial directions for minimising the width
 _SUBSETS = tuple(subset for size in (1, 2, 3, 4) for subset in combinations(range(4), size))
 
@@ -197,7 +198,7 @@ def depths(pairs: Pairs) -> tuple[FloatArray, FloatArray]:
     not overlap.
     """
     directions = np.stack(_candidates(pairs))  # (C, N, 3)
-    widths = np.stack([_width(pairs, each) for each in directions])
+    widths = _widths(pairs, directions)
     order = np.argsort(widths, axis=0)[:_STARTS]
     every = np.arange(len(pairs))
     along = directions[order[0], every]
@@ -209,6 +210,15 @@ def depths(pairs: Pairs) -> tuple[FloatArray, FloatArray]:
         depth[curved] = np.where(smaller, deep, depth[curved])
         along[curved] = np.where(smaller[:, None], direction, along[curved])
     return depth, along
+
+
+def _widths(pairs: Pairs, directions: FloatArray) -> FloatArray:
+    """Return ``_width`` (C, N) for each of the directions (C, N, 3), of few pairs all at once."""
+    count, size = directions.shape[:2]
+    if count * size > _AT_ONCE:
+        return np.stack([_width(pairs, each) for each in directions])
+    every = np.tile(np.arange(size), count)
+    return _width(pairs.take(every), directions.reshape(-1, 3)).reshape(count, size)
 
 
 def _width(pairs: Pairs, directions: FloatArray) -> FloatArray:

@@ -6,12 +6,13 @@ from collections.abc import Callable, Sequence
 
 from scenelang.grammar.ast import Head
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Span, Symbol
-from scenelang.grammar.diagnostics import Edit, Fix, SceneError
+from scenelang.grammar.diagnostics import Edit, Fix, SceneError, suggest
 from scenelang.interpreter.expand import expand
 from scenelang.interpreter.expand.expand import Expander, bracket_error, core, is_identifier, opaque, syntax_error
 from scenelang.interpreter.expand.forms import FORMS
 from scenelang.interpreter.expand.macros import quoted_value
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
+from scenelang.interpreter.scene.declarations import FLAGS, RELATIONS, Relation
 
 Handler = Callable[[Expander, ListDatum, Scope], Datum]
 HANDLERS: dict[str, Handler] = {}
@@ -412,6 +413,68 @@ def expand_assert(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
         message = Atom(f"assertion failed: {' '.join(datum.items[1].span.text.split())[:200]}", span)
     failed = ListDatum((expander.builtin("assertion-failed", span, scope), message), None, span)
     return core("IF", [test, none(span), failed], span)
+
+
+@handles("assert-that")
+def expand_assert_that(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 1)
+    statements = list(datum.items[1:])
+    message = statements.pop() if len(statements) > 1 and _is_text(statements[-1]) else None
+    calls = [_declaration(expander, each, scope, message) for each in statements]
+    return calls[0] if len(calls) == 1 else core("BODY", calls, datum.span)
+
+
+def _declaration(expander: Expander, datum: Datum, scope: Scope, message: Datum | None, negated: bool = False) -> Datum:
+    """Return the call of ``declare-that`` for one relation; operands and values of options are expressions."""
+    head = datum.items[0] if isinstance(datum, ListDatum) and datum.items else None
+    if not isinstance(datum, ListDatum) or head is None or not is_identifier(head):
+        hint = 'write a relation, such as `(on "cup" "table")`'
+        raise syntax_error("assert-that", "expected a relation", datum.span, hint)
+    name = base_name(head.value)
+    if name == "not" and len(datum.items) == 2:
+        return _declaration(expander, datum.items[1], scope, message, not negated)
+    relation = RELATIONS.get(name)
+    if relation is None:
+        hint = suggest(name, RELATIONS) or f"the relations are {', '.join(RELATIONS)}"
+        raise syntax_error("assert-that", f"unknown relation `{name}`", head.span, hint)
+    operands, options = _relation_operands(relation, datum)
+    most, least = len(relation.operands), len(relation.operands) - relation.optional
+    if not least <= len(operands) <= most:
+        many = f"{least}" if least == most else f"{least} or {most}"
+        problem = f"`{name}` expects {many} operands, got {len(operands)}"
+        raise syntax_error("assert-that", problem, datum.span, f"write `{relation.usage}`")
+    span = datum.span
+    if message is not None:
+        options.append(("message", message))
+    if negated:
+        options.append(("negated", Atom(True, span)))
+    things = ListDatum((expander.builtin("list", span, scope), *expander.expand_all(operands, scope)), None, span)
+    named = [part for key, value in options for part in (Atom(Keyword(key), span), expander.expand(value, scope))]
+    return ListDatum((expander.builtin("declare-that", span, scope), Atom(name, span), things, *named), None, span)
+
+
+def _relation_operands(relation: Relation, datum: ListDatum) -> tuple[list[Datum], list[tuple[str, Datum]]]:
+    """Return the operands of a relation, and its options with their values."""
+    operands: list[Datum] = []
+    options: list[tuple[str, Datum]] = []
+    pending = list(reversed(datum.items[1:]))
+    while pending:
+        item = pending.pop()
+        if not (isinstance(item, Atom) and isinstance(item.value, Keyword)):
+            operands.append(item)
+            continue
+        key = str(item.value)
+        if key not in relation.options:
+            takes = ", ".join(f"`:{each}`" for each in relation.options)
+            hint = suggest(key, relation.options) or f"it takes {takes}"
+            raise syntax_error("assert-that", f"`{relation.name}` has no option `:{key}`", item.span, hint)
+        if key in FLAGS:
+            options.append((key, Atom(True, item.span)))
+        elif pending:
+            options.append((key, pending.pop()))
+        else:
+            raise syntax_error("assert-that", f"`:{key}` has no value", item.span, f"write `{relation.usage}`")
+    return operands, options
 
 
 # --- comprehensions --------------------------------------------------------------------------------------------

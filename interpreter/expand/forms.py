@@ -151,6 +151,13 @@ _FORMS = [
         "guard", "(guard (name (test handler ...) ...) body ...)", "Evaluate the body and handle the errors it raises."
     ),
     Form("assert", '(assert test ["message"])', "Raise an error if the test is false.", None),
+    Form(
+        "assert-that",
+        '(assert-that (relation word ...) ... ["message"])',
+        'State relations of things, such as `(on "cup" "table")`, about the entity that is being made, or at top '
+        "level about the scene; `check --run` tests whether they hold.",
+        None,
+    ),
     *_comprehensions(),
 ]
 
@@ -261,6 +268,12 @@ FORM_EXAMPLES: Mapping[str, tuple[str, str | None]] = {
     "let/ec": ('(let/ec leave (for ((x \'(1 2 7 4))) (when (> x 5) (leave x))) "none found")', "7"),
     "guard": ('(guard (e ((error-is? e "zero-division") "endless")) (/ 1 0))', '"endless"'),
     "assert": ('(let ((x 3)) (guard (e (#t (error-message e))) (assert (< x 2) "too large")))', '"too large"'),
+    "assert-that": (
+        '(bind "stack"\n  (lambda ()\n    (assert-that (on "ball" "box") (count "box" 1))\n'
+        '    (union (call "box") (transform (call "ball") (translate [0 1 0])))))\n'
+        '(bind "box" (lambda () (call "cube")))\n(bind "ball" (lambda () (call "sphere" :radius .5)))',
+        None,
+    ),
     "for": ("(let ((n 0)) (for ((x '(1 2 3))) (set! n (+ n x))) n)", "6"),
     "for/list": ("(for/list ((x '(1 2 3)) :when (odd? x)) (* x x))", "(1 9)"),
     "for/union": ('(length (for/union ((x \'(-1 1))) (transform (call "cube") (translate [x 0 0]))))', "2"),
@@ -332,6 +345,7 @@ EXPRESSIONS: Mapping[str, str] = MappingProxyType({
     "let/ec": "binder body",
     "guard": '"(" binder cond_clauses? ")" body',
     "assert": "expr expr?",
+    "assert-that": "relation+ STRING?",
     **{name: _FOR for name in FORMS if name.startswith("for") and not name.endswith("/fold")},
     **dict.fromkeys(("for/fold", "for*/fold"), f"accumulators {_FOR}"),
 })  # fmt: skip
@@ -387,6 +401,9 @@ optional: "(" bare_parameter expr ")"
 keyword_parameter: bare_keyword | "(" bare_keyword expr ")" | "&keys" bare_parameter
 bare_keyword: KEYWORD | ANNOTATED_KEYWORD
 rest: "." bare_parameter
+
+relation: "(" NAME relation_operand+ ")"
+relation_operand: relation | expr | ":any" | ":all"
 
 target: binder | "(" target* ")" | "(" target+ "." target ")"
 bindings: "(" binding* ")"

@@ -108,6 +108,7 @@ class ProgramRun:
         rt.clock += 1
         serial = rt.clock
         rt.save_streams(serial)
+        stated = tuple(rt.declarations)
         try:
             value = rt.apply_entity_function(function, word, z, gamma)
             frames = _frames(rt, function, value, word)
@@ -115,9 +116,10 @@ class ProgramRun:
             error.called(f'"{word}"', None)
             raise
         roots = [rt.make_entity(word, z, children) for children in frames]
+        own = rt.declared_since(len(stated))
         for root in roots:
-            root.function, root.rest, root.serial = function, gamma, serial
-        return Scene(word, roots, animated=_is_animated(function, value))
+            root.function, root.rest, root.serial, root.declarations = function, gamma, serial, own
+        return Scene(word, roots, _is_animated(function, value), stated)
 
 
 def _is_animated(function: Any, value: Any) -> bool:

@@ -48,6 +48,7 @@ from scenelang.interpreter.runtime.values import (
     memo_key,
 )
 from scenelang.interpreter.scene import parts
+from scenelang.interpreter.scene.declarations import Declaration
 from scenelang.interpreter.scene.entity import Entity, Frames
 from scenelang.interpreter.scene.modelling.operations import Expression
 from scenelang.interpreter.scene.modelling.solid import SolidShape
@@ -256,6 +257,7 @@ class Runtime:
         self._log_size = 0
         self.generated_symbols = 0
         self.warnings: dict[tuple[str, str, Span | None], Diagnostic] = {}
+        self.declarations: list[Declaration] = []  # those that belong to no entity yet
         self._snapshot_at = snapshots
         self.snapshots: dict[int, Any] = {}
 
@@ -276,6 +278,7 @@ class Runtime:
     def restart(self, seed: int, started: float | None = None) -> None:
         """Prepare a run of the next version of the program, which may use memoised calls of the versions before."""
         self.reset(started)
+        self.declarations.clear()
         self.version += 1
         self.streams.seed(seed)
         self.generated_symbols = 0
@@ -511,11 +514,15 @@ class Runtime:
 
     def _run_call(self, word: str, function: Any, z: Embedding, rest: Any, key: Any, span: Span | None) -> Entity:
         def compute(serial: int) -> Entity:
+            before = len(self.declarations)
             try:
                 entity = self.make_entity(word, z, self._entity_parts(word, function, z, rest))
             except SceneError as error:
+                del self.declarations[before:]
                 error.called(f'"{word}"', span)
                 raise
+            if len(self.declarations) > before:
+                entity.declarations = self.declared_since(before)
             entity.function, entity.rest, entity.serial = function, rest, serial
             entity.effects = self.oldest_write < serial
             return entity
@@ -535,8 +542,11 @@ class Runtime:
             entry = self._recall(key)
             if entry is not None:
                 return entry.value
+        before = len(self.declarations)
         run = lambda serial: self.apply_entity_function(function, function.name, z, rest)
-        return self._account(key, run, lambda value: memo_key(value, self.charge) is None)
+        # declarations belong to the entity around this call, so each such call must make them
+        is_tainted = lambda value: len(self.declarations) > before or memo_key(value, self.charge) is None
+        return self._account(key, run, is_tainted)
 
     def _recall(self, key: Any) -> MemoEntry | None:
         """Return the memoised call of a key if it is still valid, merging its reads into the current call."""
@@ -715,6 +725,18 @@ class Runtime:
 
     # --- output ----------------------------------------------------------------------------------------------------
 
+    def declare(self, declaration: Declaration) -> None:
+        """Record a declaration about the entity whose call is being evaluated, or about the scene outside of calls."""
+        self.output += 1  # an edit may move its place
+        self.meter.check_size(len(self.declarations) + 1, "the list of declarations")
+        self.declarations.append(declaration)
+
+    def declared_since(self, before: int) -> tuple[Declaration, ...]:
+        """Remove the declarations after the first ``before`` and return them."""
+        found = tuple(self.declarations[before:])
+        del self.declarations[before:]
+        return found
+
     def print(self, text: str) -> None:
         """Append a line to the log, up to the limit of its size."""
         self.output += 1
@@ -762,6 +784,7 @@ class JournaledRuntime(Runtime):
         self._journal: dict[int, tuple[Mutable, dict[str, Any]]] = {}
         self._start = 0
         self._streams = self.streams.snapshot()
+        self._declared = 0
 
     def begin(self) -> None:
         """Start a transaction, whose changes can be rolled back."""
@@ -769,6 +792,7 @@ class JournaledRuntime(Runtime):
         self.clock += 1
         self._start = self.clock
         self._streams = self.streams.snapshot()
+        self._declared = len(self.declarations)
         self.drew_random = False
 
     @property
@@ -791,6 +815,7 @@ class JournaledRuntime(Runtime):
             for name, value in state.items():
                 setattr(target, name, value)
         self.streams.restore(self._streams)
+        del self.declarations[self._declared :]
         if self._journal:
             self.invalidate_calls()
         self._journal = {}

@@ -7,11 +7,14 @@ Memoized calls return the same object, so a scene is a DAG whose size depends on
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import Span
 from scenelang.interpreter.runtime.values import Embedding, Matrix
 from scenelang.interpreter.scene.primitives.base import Box, Primitive
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.scene.declarations import Declaration
 
 
 class Entity:
@@ -40,8 +43,8 @@ class Entity:
     """
 
     __slots__ = (
-        "box", "call_sites", "children", "effects", "embedding", "function", "has_blocks", "rest", "serial", "shape",
-        "tainted", "word",
+        "box", "call_sites", "children", "declarations", "effects", "embedding", "function", "has_blocks", "rest",
+        "serial", "shape", "tainted", "word",
     )  # fmt: skip
 
     def __init__(
@@ -65,6 +68,7 @@ class Entity:
         self.box: Box | tuple[()] | None = None
         self.has_blocks: bool | None = None
         self.call_sites = call_sites
+        self.declarations: tuple[Declaration, ...] = ()
 
     @property
     def is_primitive(self) -> bool:
@@ -89,14 +93,20 @@ class Frames:
 
 
 class Scene:
-    """Result of a program: one root entity per frame; a static scene has one frame."""
+    """Result of a program: one root entity per frame; a static scene has one frame.
 
-    __slots__ = ("animated", "frames", "word")
+    ``declarations`` are those that the program states outside of calls, about the root.
+    """
 
-    def __init__(self, word: str, frames: Sequence[Entity], animated: bool) -> None:
+    __slots__ = ("animated", "declarations", "frames", "word")
+
+    def __init__(
+        self, word: str, frames: Sequence[Entity], animated: bool, declarations: Sequence[Declaration] = ()
+    ) -> None:
         self.word = word
         self.frames = tuple(frames)
         self.animated = animated
+        self.declarations = tuple(declarations)
 
     @property
     def root(self) -> Entity:

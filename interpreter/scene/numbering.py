@@ -378,7 +378,7 @@ def apply_overrides(rt: Runtime, scene: Scene, entries: Mapping[Path, ZEntry]) -
                     )
                 continue
             frames[index] = _replace_at(rt, root, path, _reevaluated(rt, entity, entry))
-    return Scene(scene.word, frames, scene.animated)
+    return Scene(scene.word, frames, scene.animated, scene.declarations)
 
 
 def _reevaluated(rt: Runtime, entity: Entity, entry: ZEntry) -> Entity:
@@ -396,8 +396,13 @@ def _reevaluated(rt: Runtime, entity: Entity, entry: ZEntry) -> Entity:
 
 def _with_embedding(rt: Runtime, entity: Entity, z: Embedding) -> Entity:
     """Return a copy of ``entity`` with another embedding and the same children."""
-    copy = rt.make_entity(entity.word, z, entity.children)
+    return _like(entity, rt.make_entity(entity.word, z, entity.children))
+
+
+def _like(entity: Entity, copy: Entity) -> Entity:
+    """Return ``copy`` as the result of the same call as ``entity``."""
     copy.function, copy.rest, copy.serial, copy.effects = entity.function, entity.rest, entity.serial, entity.effects
+    copy.declarations = entity.declarations
     return copy
 
 
@@ -412,12 +417,5 @@ def _replace_at(rt: Runtime, root: Entity, path: Path, replacement: Entity) -> E
     for parent, position in zip(reversed(chain[: len(path)]), reversed(path)):
         children = list(parent.children)
         children[position] = Pair(replacement, children[position].cdr)
-        copy = rt.make_entity(parent.word, parent.embedding, tuple(children))
-        copy.function, copy.rest, copy.serial, copy.effects = (
-            parent.function,
-            parent.rest,
-            parent.serial,
-            parent.effects,
-        )
-        replacement = copy
+        replacement = _like(parent, rt.make_entity(parent.word, parent.embedding, tuple(children)))
     return replacement

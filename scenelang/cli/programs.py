@@ -47,9 +47,12 @@ from scenelang.grammar.settings import line_range, part_of_one
 from scenelang.interpreter.scene.entity import count_words
 from scenelang.interpreter.scene.modelling.solid import compute_all
 from scenelang.reports import deliver, painted, print_json, say, table
+from scenelang.scene_relations import declarations_of
+from scenelang.session import linted
 
 if TYPE_CHECKING:
     from scenelang.formatting import FormattedFile
+    from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.difference import ComparedFrame
     from scenelang.interpreter.scene.entity import Scene as EntityScene
     from scenelang.repl.loop import ModelRequest
@@ -67,6 +70,13 @@ def add_check(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--strict", action="store_true", help="require the paper's grammar")
     parser.add_argument("--run", action="store_true", dest="evaluate", help="also evaluate the programs")
+    parser.add_argument(
+        "--that",
+        metavar="DECLARATION",
+        action="append",
+        help='also evaluate, and test a declaration, such as \'(on "cup" "table")\', or a file of `assert-that` '
+        "forms, besides those of the program (repeatable)",
+    )
     parser.add_argument(
         "--geometry", action="store_true", help="also evaluate, and run the geometry lint (overlaps, gaps, faces)"
     )
@@ -117,15 +127,15 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
             print(f"{path}: {number} {'fix' if number == 1 else 'fixes'} applied", file=sys.stderr)
     else:
         source = session.source(path)
-    if arguments.geometry or arguments.physics:
-        return session.check_geometry(source, *_lints(arguments))
-    if not arguments.evaluate:
+    if not (arguments.evaluate or arguments.geometry or arguments.physics or arguments.that):
         return session.check(source).diagnostics
+    stated = [each for text in arguments.that or () for each in declarations_of(session, text)]
     result = session.evaluate(source)
     found, subject = result.diagnostics, result.subject
     try:
         with bounded(arguments):
             compute_all(() if result.scene is None else result.scene.frames)
+            found = (*found, *linted(result, *_lints(arguments, stated)))
     except SceneError as error:
         found, subject = (*found, error.diagnostic), error.subject
     if arguments.picture and subject is not None:
@@ -133,7 +143,13 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
     return found
 
 
-def _lints(arguments: argparse.Namespace) -> Iterator[Callable[[EntityScene], list[Diagnostic]]]:
+def _lints(
+    arguments: argparse.Namespace, stated: Sequence[Declaration]
+) -> Iterator[Callable[[EntityScene], list[Diagnostic]]]:
+    if stated or arguments.evaluate:
+        from scenelang.backends.geometry.relations import check_declarations
+
+        yield lambda scene: check_declarations(scene, stated)
     if arguments.geometry:
         from scenelang.backends.geometry.lint import check_geometry
 

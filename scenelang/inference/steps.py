@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenelang.backends.files import read_regular
+from scenelang.backends.geometry.relations import check_declarations
 from scenelang.backends.language_models.catalogue import (
     ImageContent,
     Message,
@@ -40,7 +41,7 @@ from scenelang.interpreter.transpile.python_text import code_of
 from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import trial
 from scenelang.scene_changes import changes_between, compared_frames
-from scenelang.session import Options, Session
+from scenelang.session import Options, Session, linted
 from scenelang.stdlib.reference import about_names
 
 if TYPE_CHECKING:
@@ -132,7 +133,7 @@ class AnswerReader:
         scene = result.scene
         if scene is not None and task.notation is not Notation.PYTHON:
             program = _formatted(code)
-        unlike = _unlike(scene, task) if scene is not None else []
+        unlike = [*_unlike(scene, task), *linted(result, check_declarations)] if scene is not None else []
         findings = geometry_findings(scene) if scene is not None and task.kind is not TaskKind.BLOCKS else ()
         return Verdict(program, scene, (*result.diagnostics, *unlike), findings, code)
 

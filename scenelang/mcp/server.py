@@ -130,9 +130,13 @@ def _add_facts(server: SceneServer, result: Result) -> None:
         program: Text = "",
         path: File = "",
         geometry: Annotated[bool, Field(description="also evaluate, and run the geometry lint")] = False,
+        that: Annotated[
+            list[str] | None,
+            Field(description='also evaluate, and test declarations, such as (on "cup" "table") or (count "chair" 6)'),
+        ] = None,
     ) -> CallToolResult:
         """Check a program without running it; returns diagnostics with positions and fixes."""
-        return await result(tools.check, ProjectProgram(program, path), geometry)
+        return await result(tools.check, ProjectProgram(program, path), geometry, that or ())
 
     @server.tool(annotations=_READS)
     async def run(program: Text = "", path: File = "", root: Root = "") -> CallToolResult:

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.base import frame_of
+from scenelang.backends.geometry.lint import check_geometry
+from scenelang.backends.geometry.relations import check_declarations
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, printable, render_text, suggest, to_json
 from scenelang.interpreter.runtime.limits import Limits
@@ -18,7 +20,8 @@ from scenelang.interpreter.scene.outline import summary, summary_rows
 from scenelang.primer import description, known_names, primer
 from scenelang.sandbox.supervision import limited
 from scenelang.scene_changes import TOLERANCE, change_lines, changes_between, compared_frames, compared_frames_in
-from scenelang.session import Options, Session
+from scenelang.scene_relations import declaration_source
+from scenelang.session import Options, Session, linted
 from scenelang.zfile import beside, read_entries
 
 if TYPE_CHECKING:
@@ -242,12 +245,21 @@ class ToolView:
     height: int = SIZE
 
 
-def check(project: Project, program: ProjectProgram, geometry: bool) -> ToolAnswer:
-    """Return all errors and warnings; ``geometry`` also evaluates the program and runs the geometry lint."""
+def check(project: Project, program: ProjectProgram, geometry: bool, that: Sequence[str] = ()) -> ToolAnswer:
+    """Return all errors and warnings.
+
+    ``geometry`` also evaluates the program and runs the geometry lint; ``that`` are declarations, which are tested
+    besides those of the program.
+    """
     try:
         with limited(project.limits):
             session, source = project.opened(program)
-            found = session.check_geometry(source) if geometry else session.check(source).diagnostics
+            stated = [each for text in that for each in session.declarations(declaration_source(text))]
+            found: Sequence[Diagnostic] = session.check(source).diagnostics
+            if geometry or stated:
+                result = session.evaluate(source)
+                lints = [lambda scene: check_declarations(scene, stated), *([check_geometry] if geometry else [])]
+                found = [*result.diagnostics, *linted(result, *lints)]
     except SceneError as error:
         return refused([error.diagnostic])
     lines, data = diagnosed(found)

@@ -16,6 +16,7 @@ import numpy as np
 from scenelang.backends.files import atomic_write, read_regular
 from scenelang.backends.pictures.appearance import from_srgb, to_srgb
 from scenelang.backends.viewer.packet import SplatsOf, packet_of
+from scenelang.editing import Editing
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Source, Span, Symbol, atom_text
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, capped, render_text
 from scenelang.grammar.reader import read
@@ -23,7 +24,7 @@ from scenelang.interpreter.program.program import Param, Program
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene, descendants
 from scenelang.sandbox.supervision import Ended, limited
-from scenelang.session import Editing, Session
+from scenelang.session import Session, linted
 from scenelang.stdlib.colors import color_of
 from scenelang.zfile import beside
 
@@ -465,6 +466,9 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
                 if result.scene is not None:
                     words = program.all_words if program is not None else None
                     packet = packet_of(result.scene, limit, words, splats)
+                    from scenelang.backends.geometry.relations import check_declarations
+
+                    found = (*found, *linted(result, check_declarations))
         except SceneError as error:
             found = (*found, error.diagnostic)
         except Exception as error:  # an internal error must not end the viewer

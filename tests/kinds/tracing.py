@@ -145,7 +145,7 @@ def trace(source: Source, session: Session | None = None) -> Traced:
     try:
         if any(d.is_error for d in program.diagnostics):
             return traced
-        runtime = session._runtime(source)
+        runtime = session.runtime_of(source)
         runtime.hot = None  # only closures are compiled node by node
         run_with_room(lambda: session._run(program, runtime), session.options.limits.depth)
     except SceneError as error:

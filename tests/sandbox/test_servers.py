@@ -15,12 +15,13 @@ import anyio
 import pytest
 from later import later
 
+from scenelang.editing import Editing
 from scenelang.grammar.datum import Source
 from scenelang.inference.brief import Brief, Prompts, Task
 from scenelang.inference.steps import AnswerReader
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.sandbox.supervision import is_supported
-from scenelang.session import Editing, Options, Session
+from scenelang.session import Options, Session
 
 mcp, stdio = later("mcp"), later("mcp.client.stdio")
 

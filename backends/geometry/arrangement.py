@@ -1,0 +1,466 @@
+"""Where the things of one frame are: instances by word or handle, exact distances, overlaps and free falls.
+
+Convex primitives are compared by their support functions (``distance``), all others by their surfaces (Manifold).
+Semantic primitives count as their boxes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.geometry.convex import Bodies, bodies_of
+from scenelang.backends.geometry.distance import IntArray, Pairs, depths, distances
+from scenelang.backends.geometry.solids import FloatArray
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.runtime.values import Matrix, Pair
+from scenelang.interpreter.scene.bounds import parts_box
+from scenelang.interpreter.scene.entity import Entity, Scene, contains_blocks
+from scenelang.interpreter.scene.modelling.computing import leaf_mesh, manifold_of_mesh
+from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of, frame_numbers, some_handles
+from scenelang.interpreter.scene.primitives.mesh import Mesh
+
+if TYPE_CHECKING:
+    from manifold3d import Manifold
+
+_SEGMENTS = 64  # sides of a round form that is compared with a surface
+_BATCH = 20_000  # pairs that are compared at a time
+_NEAREST = 64  # pairs that are compared first, to leave out all that are farther apart
+_TOUCH = 1e-3  # of the frame's diagonal: closer things touch
+_TOUCH_OWN = 0.02  # the same of the thing's own extent
+_HALVINGS = 30
+_FURTHER = 0.02  # of a thing's extent
+_UPRIGHT = 0.6  # vertical part of the direction in which something carries a thing: up to 53 degrees of slope
+_TRIES = 17  # heights at which a fall is tested first
+_SLIVER = 1e-4  # of the volume that a thing sweeps: less is rounding
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Thing:
+    """One instance in a frame: its number in the ancestry, and the half-open range of its bodies."""
+
+    instance: int
+    entity: Entity
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, slots=True)
+class Separation:
+    """How far two things are apart: the signed distance, negative where they overlap, the pair of bodies that decides,
+    and the direction in which the first one would move away."""
+
+    distance: float
+    bodies: tuple[int, int]
+    away: Vector
+
+
+class Arrangement:
+    """Things of one frame of a scene.
+
+    Raises SceneError for meshes that cannot be read.
+    """
+
+    def __init__(self, scene: Scene, frame: int = 0) -> None:
+        self.scene = scene
+        self.root = scene.frames[frame]
+        self.ancestry: Ancestry = ancestry_of(self.root)
+        self.bodies: Bodies = bodies_of(self.root)
+        self._surfaces: dict[int, Manifold] = {}
+        self._meshes: dict[int, Mesh] = {}
+        self._boxes: dict[int, tuple[FloatArray, FloatArray]] = {}
+        self._within: dict[int, IntArray] = {}
+
+    # --- instances ---------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _ranges(self) -> tuple[IntArray, IntArray]:
+        """The first and last primitive (M,) of every instance."""
+        ancestry = self.ancestry
+        first, last = np.full(len(ancestry), np.iinfo(np.int64).max), np.full(len(ancestry), -1)
+        rows = np.arange(len(ancestry.primitives))
+        first[ancestry.primitives] = last[ancestry.primitives] = rows
+        for depth in range(ancestry.max_depth, 0, -1):
+            level = np.flatnonzero(ancestry.depth == depth)
+            np.minimum.at(first, ancestry.parent[level], first[level])
+            np.maximum.at(last, ancestry.parent[level], last[level])
+        return first, last
+
+    def thing(self, instance: int) -> Thing:
+        first, last = self._ranges
+        start = int(np.searchsorted(self.bodies.row, first[instance]))
+        end = int(np.searchsorted(self.bodies.row, last[instance], side="right"))
+        return Thing(instance, self.ancestry.entity(instance), start, end)
+
+    @cached_property
+    def _rows_by_word(self) -> dict[str, IntArray]:
+        found: dict[str, list[int]] = {}
+        for number, entity in enumerate(self.ancestry.nodes):
+            found.setdefault(entity.word, []).append(number)
+        order = np.argsort(self.ancestry.node, kind="stable")
+        ends = np.searchsorted(self.ancestry.node[order], np.arange(len(self.ancestry.nodes) + 1))
+        return {
+            word: np.sort(np.concatenate([order[ends[n] : ends[n + 1]] for n in numbers]))
+            for word, numbers in found.items()
+        }
+
+    def _rows_with_handle(self, handle: str, within: int) -> IntArray:
+        """Return the instances below ``within`` that have a handle, given or automatic."""
+        rows = np.flatnonzero(self._is_below(within))
+        numbers = frame_numbers(self.scene) if len(self.scene.frames) > 1 else None
+        named = some_handles(self.scene, self.ancestry, rows.tolist(), numbers)
+        return np.array([row for row in rows.tolist() if named[row] == handle], np.int64)
+
+    def _is_below(self, instance: int) -> npt.NDArray[np.bool_]:
+        """Return which instances (M,) are ``instance`` or below it."""
+        depth = int(self.ancestry.depth[instance])
+        if depth not in self._within:
+            self._within[depth] = self.ancestry.at_depth(depth)
+        return np.asarray(self._within[depth] == instance, bool)
+
+    def instances(self, name: str, within: int = 0) -> list[int]:
+        """Return all instances with a word, or with a handle such as "<z3>", that are ``within`` or below it."""
+        if name.startswith("<"):
+            return [int(row) for row in self._rows_with_handle(name.strip("<>"), within)]
+        rows = self._rows_by_word.get(name, np.zeros(0, np.int64))
+        return [int(row) for row in (rows if within == 0 else rows[self._is_below(within)[rows]])]
+
+    def things(self, name: str, within: int = 0) -> list[Thing]:
+        """Return the outermost instances with a word or handle that are ``within`` or below it."""
+        rows = self.instances(name, within)
+        known = set(rows)
+        return [self.thing(row) for row in rows if not self._has_above(row, known)]
+
+    def _has_above(self, row: int, known: set[int]) -> bool:
+        above = int(self.ancestry.parent[row])
+        while above >= 0:
+            if above in known:
+                return True
+            above = int(self.ancestry.parent[above])
+        return False
+
+    def words(self) -> list[str]:
+        return sorted(self._rows_by_word)
+
+    def has_blocks(self, thing: Thing) -> bool:
+        return contains_blocks(thing.entity, lambda _: None)
+
+    # --- boxes and frames --------------------------------------------------------------------------------------
+
+    def box(self, thing: Thing) -> tuple[FloatArray, FloatArray]:
+        """Return the exact bounding box in the scene's frame: low and high corner (3,)."""
+        found = self._boxes.get(thing.instance)
+        if found is None:
+            pose = Matrix(self.ancestry.poses[thing.instance].ravel().tolist())
+            box = parts_box((Pair(thing.entity, pose),))
+            assert box is not None  # instances have primitives
+            found = self._boxes[thing.instance] = (np.array(box[:3]), np.array(box[3:]))
+        return found
+
+    def center(self, thing: Thing) -> FloatArray:
+        low, high = self.box(thing)
+        return np.asarray((low + high) / 2.0, np.float64)
+
+    def axis(self, thing: Thing, axis: str) -> FloatArray:
+        """Return the unit vector (3,) of an axis of the thing's own frame, in the scene's."""
+        column = self.ancestry.poses[thing.instance][:, "xyz".index(axis)]
+        return np.asarray(column / max(float(np.linalg.norm(column)), 1e-300), np.float64)
+
+    def touch(self, thing: Thing) -> float:
+        """Return the length below which the thing touches another."""
+        low, high = self.box(thing)
+        return max(min(_TOUCH * self.bodies.size, _TOUCH_OWN * float((high - low).max())), 1e-9 * self.bodies.size)
+
+    @cached_property
+    def ground(self) -> float:
+        """The height that the scene stands on: 0 if something stands there, else that of its lowest point."""
+        low, _ = self.bodies.boxes
+        if not len(low):
+            return 0.0
+        return 0.0 if bool((np.abs(low[:, 1]) <= 2.0 * self.bodies.touch).any()) else float(low[:, 1].min())
+
+    # --- pairs of bodies ---------------------------------------------------------------------------------------
+
+    def _rows(self, thing: Thing, other: Thing) -> IntArray:
+        """Return the bodies of a thing without those of ``other``, which may be a part of it."""
+        rows = np.arange(thing.first, thing.last)
+        if thing.first <= other.first and other.last <= thing.last:
+            rows = rows[(rows < other.first) | (rows >= other.last)]
+        return rows
+
+    def _pairs(self, a: Thing, b: Thing, reach: float, shift: FloatArray) -> IntArray:
+        """Return the pairs (M, 2) of bodies of two things whose boxes are within ``reach``."""
+        first, second = self._rows(a, b), self._rows(b, a)
+        low, high = self.bodies.boxes
+        found = []
+        step = max(1, _BATCH * 50 // max(1, len(second)))
+        for start in range(0, len(first), step):
+            rows = first[start : start + step]
+            below, above = low[rows, None] + shift - high[None, second], low[None, second] - high[rows, None] - shift
+            apart = np.maximum(below, above)
+            near = np.nonzero(np.linalg.norm(np.maximum(apart, 0.0), axis=2) <= reach)
+            found.append(np.stack([rows[near[0]], second[near[1]]], axis=1))
+        return np.concatenate(found) if found else np.zeros((0, 2), np.int64)
+
+    @cached_property
+    def _convex(self) -> npt.NDArray[np.bool_]:
+        """Which bodies (N,) are compared by their support functions."""
+        exact = np.array([_is_convex(entity) for entity in self.bodies.entities], bool)
+        return exact[self.bodies.entity] if len(self.bodies) else np.zeros(0, bool)
+
+    def _both_convex(self, pairs: IntArray) -> npt.NDArray[np.bool_]:
+        return np.asarray(self._convex[pairs].all(axis=1), bool)
+
+    def _posed(self, pairs: IntArray, shift: FloatArray) -> Pairs:
+        found = self.bodies.pairs(pairs)
+        matrices = found.a.matrices.copy()
+        matrices[:, :, 3] += shift
+        return Pairs(replace(found.a, matrices=matrices), found.b)
+
+    def _surface(self, body: int) -> Manifold:
+        if body not in self._surfaces:
+            self._surfaces[body] = _surface_of(self._vertices(body), self._mesh(body).faces)
+        return self._surfaces[body]
+
+    def _mesh(self, body: int) -> Mesh:
+        """Return the surface of a body in the frame of its primitive."""
+        number = int(self.bodies.entity[body])
+        if number not in self._meshes:
+            shape = self.bodies.entities[number].shape
+            assert shape is not None
+            self._meshes[number] = leaf_mesh(shape, _SEGMENTS)
+        return self._meshes[number]
+
+    def _vertices(self, body: int) -> FloatArray:
+        """Return the vertices (K, 3) of the surface of a body in the scene's frame."""
+        pose = self.ancestry.poses[self.ancestry.primitives[self.bodies.row[body]]]
+        return np.asarray(self._mesh(body).vertices @ pose[:, :3].T + pose[:, 3], np.float64)
+
+    def _gaps(self, pairs: IntArray, shift: FloatArray, reach: float) -> FloatArray:
+        """Return the distances (M,) of pairs, 0 where they overlap; those above ``reach`` may be ``reach``."""
+        gaps = np.zeros(len(pairs))
+        convex = np.flatnonzero(self._both_convex(pairs))
+        for start in range(0, len(convex), _BATCH):
+            rows = convex[start : start + _BATCH]
+            gaps[rows] = distances(self._posed(pairs[rows], shift))
+        for row in np.flatnonzero(~self._both_convex(pairs)).tolist():
+            a, b = (self._surface(body) for body in pairs[row].tolist())
+            gaps[row] = a.translate(shift.tolist()).min_gap(b, reach)
+        return gaps
+
+    def _overlap(self, pair: IntArray, shift: FloatArray) -> float:
+        """Return the volume that a pair of bodies shares."""
+        a, b = (self._surface(int(body)) for body in pair)
+        return float((a.translate(shift.tolist()) ^ b).volume())
+
+    def _depth(self, pair: IntArray, shift: FloatArray) -> tuple[float, FloatArray]:
+        """Return the least translation along an axis of the first of an overlapping pair that separates it from the
+        second: its length and its direction (3,)."""
+        low, high = self.bodies.boxes
+        a, b = pair.tolist()
+        best, direction = np.inf, np.array([0.0, 1.0, 0.0])
+        if self._overlap(pair, shift) <= 0.0:
+            return 0.0, direction
+        for axis in range(3):
+            for sign in (1.0, -1.0):
+                along = np.zeros(3)
+                along[axis] = sign
+                out = high[b] - low[a] - shift if sign > 0.0 else high[a] + shift - low[b]
+                least = self._least_shift(pair, shift, along, min(float(out[axis]), best))
+                if least < best:
+                    best, direction = least, along
+        return best, direction
+
+    def _least_shift(self, pair: IntArray, shift: FloatArray, along: FloatArray, most: float) -> float:
+        """Return the least translation along a direction that separates a pair, ``most`` if that is less."""
+        if self._overlap(pair, shift + along * most) > 0.0:
+            return np.inf
+        low, high = 0.0, most
+        for _ in range(_HALVINGS // 2):
+            middle = (low + high) / 2.0
+            if self._overlap(pair, shift + along * middle) > 0.0:
+                low = middle
+            else:
+                high = middle
+        return float(high)
+
+    # --- things ------------------------------------------------------------------------------------------------
+
+    def separation(self, a: Thing, b: Thing, shift: Sequence[float] = (0.0, 0.0, 0.0)) -> Separation | None:
+        """Return how far two things are apart, the first moved by ``shift``; None if one has no bodies."""
+        moved = np.asarray(shift, np.float64)
+        pairs = self._pairs(a, b, np.inf, moved)
+        if not len(pairs):
+            return None
+        low, high = self.bodies.boxes
+        first, second = pairs[:, 0], pairs[:, 1]
+        apart = np.maximum(np.maximum(low[first] + moved - high[second], low[second] - high[first] - moved), 0.0)
+        least = np.linalg.norm(apart, axis=1)
+        order = np.argsort(least, kind="stable")
+        pairs, least = pairs[order], least[order]
+        reach = 2.0 * self.bodies.size
+        gaps = self._gaps(pairs[:_NEAREST], moved, reach)
+        rest = np.flatnonzero(least[_NEAREST:] <= gaps.min()) + _NEAREST
+        gaps = np.concatenate([gaps, self._gaps(pairs[rest], moved, reach)])
+        pairs = np.concatenate([pairs[:_NEAREST], pairs[rest]])
+        best = int(np.argmin(gaps))
+        if gaps[best] > 0.0:
+            return Separation(float(gaps[best]), _two(pairs[best]), self._away(pairs[best], moved))
+        return self._deepest(pairs[gaps <= 0.0], moved)
+
+    def _deepest(self, pairs: IntArray, shift: FloatArray) -> Separation:
+        convex = self._both_convex(pairs)
+        pairs = np.concatenate([pairs[convex], pairs[~convex][:_NEAREST]])
+        count = int(convex.sum())
+        depth, along = np.zeros(len(pairs)), np.zeros((len(pairs), 3))
+        for start in range(0, count, _BATCH):
+            rows = slice(start, min(start + _BATCH, count))
+            depth[rows], away = depths(self._posed(pairs[rows], shift))
+            along[rows] = -away
+        for row in range(count, len(pairs)):
+            depth[row], along[row] = self._depth(pairs[row], shift)
+        worst = int(np.argmax(depth))
+        return Separation(-max(float(depth[worst]), 0.0), _two(pairs[worst]), _three(along[worst]))
+
+    def _away(self, pair: IntArray, shift: FloatArray) -> Vector:
+        """Return the direction in which the first of two separate bodies is seen from the second."""
+        if self._both_convex(pair[None])[0]:
+            return _three(-depths(self._posed(pair[None], shift))[1][0])
+        low, high = self.bodies.boxes
+        a, b = pair.tolist()
+        apart = np.maximum(low[a] + shift - high[b], 0.0) - np.maximum(low[b] - high[a] - shift, 0.0)
+        if not apart.any():
+            apart = (low[a] + high[a] - low[b] - high[b]) / 2.0 + shift
+        return _three(apart / max(float(np.linalg.norm(apart)), 1e-300))
+
+    def contact(self, a: Thing, b: Thing, reach: float) -> bool:
+        """Return whether two things are within ``reach``."""
+        pairs = self._pairs(a, b, reach, np.zeros(3))
+        return bool(len(pairs)) and bool((self._gaps(pairs, np.zeros(3), 2.0 * reach + 1e-12) <= reach).any())
+
+    def is_blocked(self, a: Thing, b: Thing, reach: float) -> bool:
+        """Return whether ``b`` is within ``reach`` of ``a`` and keeps it from moving down.
+
+        It does where ``a``, moved down to it and a little further, has to move up by as much again to be clear of it.
+        """
+        low, high = self.box(a)
+        still = np.zeros(3)
+        pairs = self._pairs(a, b, reach, still)
+        gaps = self._gaps(pairs, still, 2.0 * reach + 1e-12)
+        pairs, gaps = pairs[gaps <= reach], gaps[gaps <= reach]
+        if not len(pairs):
+            return False
+        lows, highs = self.bodies.boxes
+        thin = (highs - lows)[:, 1][pairs].min(axis=1)
+        further = np.minimum(_FURTHER * float((high - low).max()), 0.25 * thin)
+        down = np.outer(gaps + further, [0.0, -1.0, 0.0])
+        convex = self._both_convex(pairs)
+        if convex.any():
+            before, after = (depths(self._posed(pairs[convex], shift))[0] for shift in (still, down[convex]))
+            if bool((after - before >= -_UPRIGHT * down[convex, 1]).any()):
+                return True
+        spread = float((high - low)[[0, 2]].prod())
+        for row in np.flatnonzero(~convex).tolist():
+            gained = self._overlap(pairs[row], down[row]) - self._overlap(pairs[row], still)
+            if gained > _SLIVER * spread * further[row]:
+                return True
+        return False
+
+    def fall(
+        self,
+        a: Thing,
+        others: Sequence[Thing],
+        start: float = 0.0,
+        sideways: FloatArray | Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> float | None:
+        """Return how far ``a``, raised by ``start`` and moved ``sideways``, can move down until it meets one of
+        ``others``; None if it meets none."""
+        low, high = self.bodies.boxes
+        best = np.inf
+        moved = np.asarray(sideways, np.float64) + np.array([0.0, start, 0.0])
+        for other in others:
+            pairs = self._rows_below(a, other, moved)
+            clear = low[pairs[:, 0], 1] + moved[1] - high[pairs[:, 1], 1]
+            for row in np.argsort(clear, kind="stable").tolist():
+                if clear[row] >= best:
+                    break
+                far = min(best, float(high[pairs[row, 0], 1] + moved[1] - low[pairs[row, 1], 1]))
+                best = min(best, self._first_touch(pairs[row : row + 1], moved, max(float(clear[row]), 0.0), far))
+        return float(best) if np.isfinite(best) else None
+
+    def _rows_below(self, a: Thing, b: Thing, moved: FloatArray) -> IntArray:
+        """Return the pairs (M, 2) of bodies of two things of which the second is below the first, moved."""
+        low, high = self.bodies.boxes
+        pairs = np.stack(np.meshgrid(self._rows(a, b), self._rows(b, a), indexing="ij"), axis=-1).reshape(-1, 2)
+        first, second = pairs.T
+        under = low[second, 1] < high[first, 1] + moved[1]
+        for axis in (0, 2):
+            under &= low[first, axis] + moved[axis] < high[second, axis]
+            under &= high[first, axis] + moved[axis] > low[second, axis]
+        return np.asarray(pairs[under], np.int64)
+
+    def _first_touch(self, pair: IntArray, moved: FloatArray, near: float, far: float) -> float:
+        """Return the least fall at which a pair of bodies meets, between two bounds; infinite if it does not."""
+
+        def meets(fall: float) -> bool:
+            return bool(self._gaps(pair, moved - np.array([0.0, fall, 0.0]), self.bodies.size)[0] <= 0.0)
+
+        tries = np.linspace(near, far, _TRIES).tolist()
+        touching = next((k for k, fall in enumerate(tries) if meets(fall)), None)
+        if not touching:
+            return np.inf if touching is None else near
+        low, high = tries[touching - 1], tries[touching]
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2.0
+            low, high = (low, middle) if meets(middle) else (middle, high)
+        return float(high)
+
+    def hull(self, thing: Thing, other: Thing | None = None) -> Manifold:
+        """Return the convex hull of a thing, without the bodies of ``other``."""
+        import manifold3d
+
+        rows = self._rows(thing, other) if other is not None else np.arange(thing.first, thing.last)
+        points = [self._vertices(int(row)) for row in rows]
+        return manifold3d.Manifold.hull_points(np.concatenate(points)) if points else manifold3d.Manifold()
+
+    def groups(self, reach: float) -> IntArray:
+        """Return a number (N,) for each body that is equal for those connected by bodies within ``reach``."""
+        from scenelang.backends.geometry.convex import MAX_PAIRS, clusters
+        from scenelang.backends.geometry.distance import neighbours
+
+        near, complete = neighbours(*self.bodies.boxes, reach, MAX_PAIRS)
+        if not complete:
+            raise SceneError("primitives", f"`supported` compares at most {MAX_PAIRS:,} pairs of primitives")
+        close = near[self._gaps(near, np.zeros(3), 2.0 * reach + 1e-12) <= reach] if len(near) else near
+        return clusters(len(self.bodies), close.tolist())
+
+
+def _is_convex(entity: Entity) -> bool:
+    """Return whether a primitive is its canonical form, and that is convex; semantic primitives are boxes."""
+    placed = None if entity.shape is None else entity.shape.placed()
+    return placed is not None and placed.form.is_convex
+
+
+def _surface_of(vertices: FloatArray, faces: IntArray) -> Manifold:
+    """Return the solid that a surface encloses; of an open surface, its convex hull."""
+    import manifold3d
+
+    try:
+        return manifold_of_mesh(Mesh(vertices, None, faces), "")
+    except SceneError:
+        return manifold3d.Manifold.hull_points(vertices)
+
+
+def _two(pair: IntArray) -> tuple[int, int]:
+    return int(pair[0]), int(pair[1])
+
+
+def _three(vector: FloatArray) -> Vector:
+    return float(vector[0]), float(vector[1]), float(vector[2])

@@ -1,0 +1,827 @@
+"""Whether declarations hold: relations of things in every frame, as violations with amounts and moves.
+
+The vocabulary is in ``interpreter.scene.declarations``; distances and contacts are computed by ``arrangement``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from scenelang.backends.geometry.arrangement import Arrangement, Thing, Vector
+from scenelang.backends.geometry.distance import IntArray, neighbours
+from scenelang.backends.geometry.solids import FloatArray
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError, suggest
+from scenelang.interpreter.scene.declarations import Declaration
+from scenelang.interpreter.scene.entity import Scene, descendants
+
+_MAX_TESTS = 200_000  # pairs of things that are compared for the declarations of a scene
+_MAX_VIOLATIONS = 1_000
+_MAX_RELATED = 20_000
+_ENCLOSED = 0.95  # of its volume, in the hull of what it is inside of
+_SUNK = 0.05  # of its height: how deep a thing may be in what it rests on
+_FACING = 30.0  # degrees
+_ANGLE = 1.0  # degrees
+_NUMBER = 0.01  # tolerance of a length, relative to it
+_PLACE = 0.01  # tolerance of places, relative to the extent of the things
+_NO_MEANING = frozenset({"on", "inside", "touching", "clear-of", "distance", "supported"})  # for Minecraft blocks
+_SIDES = {
+    "above": (1, 1.0, "above"), "below": (1, -1.0, "below"), "left-of": (0, -1.0, "to the left of"),
+    "right-of": (0, 1.0, "to the right of"), "in-front-of": (2, 1.0, "in front of"), "behind": (2, -1.0, "behind"),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """A declaration that does not hold.
+
+    Attributes
+    ----------
+    declaration, frame
+        What is stated, and the frame in which it does not hold.
+    message
+        Why, in words.
+    amount
+        How far it is from holding: 0 would hold. A length in scene units, an angle in degrees, or a number of things.
+    subject, other
+        Words of the two things; None where there is none.
+    place, other_place
+        Where the program makes them.
+    move
+        Translation of the subject that makes it hold, None if it is not known.
+    """
+
+    declaration: Declaration
+    frame: int
+    message: str
+    amount: float
+    subject: str | None = None
+    other: str | None = None
+    place: Span | None = None
+    other_place: Span | None = None
+    move: Vector | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Failure:
+    """Why a relation of some things does not hold."""
+
+    message: str
+    amount: float
+    subject: Thing | None = None
+    other: Thing | None = None
+    move: Vector | None = None
+
+
+@dataclass(slots=True)
+class _Work:
+    """Number of comparisons that remain."""
+
+    left: int = _MAX_TESTS
+
+    def spend(self, count: int = 1) -> None:
+        self.left -= count
+        if self.left < 0:
+            raise LimitError(
+                "primitives",
+                f"the declarations compare more than {_MAX_TESTS:,} pairs of things",
+                "state them inside of the entities that they are about, or check a part with `--root WORD`",
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Context:
+    """One frame, the instance that a declaration is about, and the declaration."""
+
+    here: Arrangement
+    within: int
+    stated: Declaration
+    work: _Work = field(default_factory=_Work)
+
+    def option(self, name: str, default: Any = None) -> Any:
+        return self.stated.options.get(name, default)
+
+    def things(self, name: str) -> list[Thing]:
+        """Return the things with a name; raises SceneError if there are none."""
+        found = self.here.things(name, self.within)
+        if not found:
+            raise self.unknown(name)
+        if self.stated.relation in _NO_MEANING and any(self.here.has_blocks(thing) for thing in found):
+            problem = f'`{self.stated.relation}` has no meaning for "{name}", which is made of Minecraft blocks'
+            raise SceneError("declaration-subject", problem, "state `count`, `size` or `above`, which use boxes")
+        return found
+
+    def unknown(self, name: str) -> SceneError:
+        around = self.here.ancestry.entity(self.within).word
+        what = f"no instance has the handle {name}" if name.startswith("<") else f'"{name}" does not occur'
+        hint = suggest(name, self.here.words())
+        if hint is None and self.within and self.here.instances(name):
+            hint = (
+                f'it occurs outside of "{around}"; state the declaration in an entity that contains it, or at top level'
+            )
+        return SceneError("declaration-subject", f'{what} in "{around}"', hint)
+
+    def touch(self, thing: Thing) -> float:
+        return float(self.option("within", self.here.touch(thing)))
+
+
+# --- checking --------------------------------------------------------------------------------------------------------
+
+
+def violations(scene: Scene, extra: Sequence[Declaration] = ()) -> list[Violation]:
+    """Return the declarations of a scene that do not hold, and those of ``extra`` about the whole scene.
+
+    Each is tested in every frame, for every instance of the entity that states it.
+
+    Raises
+    ------
+    SceneError("declaration-subject")
+        If a word does not occur, or a relation has no meaning for it.
+    LimitError
+        If too many pairs of things are compared.
+    """
+    found: list[Violation] = []
+    for each in _tested(scene, extra):
+        if isinstance(each, SceneError):
+            raise each
+        found.append(each)
+    return found
+
+
+def _tested(scene: Scene, extra: Sequence[Declaration]) -> Iterator[Violation | SceneError]:
+    """Yield the violations of all declarations, and an error once for each that cannot be tested."""
+    stating = {id(e) for e in descendants(*scene.frames) if e.declarations}
+    about_scene = (*scene.declarations, *extra)
+    if not stating and not about_scene:
+        return
+    work, count = _Work(), 0
+    wrong: set[int] = set()
+    for number in range(len(scene.frames)):
+        here = Arrangement(scene, number)
+        for within, declaration in _stated(here, stating, about_scene):
+            if id(declaration) in wrong or count >= _MAX_VIOLATIONS:
+                continue
+            context = _Context(here, within, declaration, work)
+            try:
+                failures = _failures(context)
+            except SceneError as error:
+                error.span = error.span or declaration.span
+                wrong.add(id(declaration))
+                yield error
+                continue
+            count += len(failures)
+            yield from (_violation(context, number, failure) for failure in failures)
+
+
+def _stated(
+    here: Arrangement, stating: Set[int], about_scene: Sequence[Declaration]
+) -> Iterator[tuple[int, Declaration]]:
+    """Yield the declarations of a frame with the instances that they are about; equal ones in equal poses once."""
+    for declaration in about_scene:
+        yield 0, declaration
+    seen: set[tuple[Any, ...]] = set()
+    for node, entity in enumerate(here.ancestry.nodes):
+        if id(entity) not in stating:
+            continue
+        for instance in np.flatnonzero(here.ancestry.node == node).tolist():
+            pose = here.ancestry.poses[instance]
+            for declaration in entity.declarations:
+                place = pose if declaration.relation == "supported" else pose[:, :3]
+                key = (node, id(declaration), np.round(place, 9).tobytes())
+                if key not in seen:
+                    seen.add(key)
+                    yield instance, declaration
+
+
+def _failures(context: _Context) -> list[_Failure]:
+    stated = context.stated
+    failures = _RELATIONS[stated.relation](context)
+    if not stated.options.get("negated"):
+        return failures
+    if failures:
+        return []
+    subject = context.here.things(stated.things[0], context.within)
+    return [_Failure("it holds, and should not", 1.0, subject[0] if subject else None)]
+
+
+def _violation(context: _Context, frame: int, failure: _Failure) -> Violation:
+    subject, other = failure.subject, failure.other
+    return Violation(
+        context.stated,
+        frame,
+        failure.message,
+        failure.amount,
+        subject.entity.word if subject is not None else None,
+        other.entity.word if other is not None else None,
+        _place(subject),
+        _place(other),
+        failure.move,
+    )
+
+
+def _place(thing: Thing | None) -> Span | None:
+    """Return where the program makes a thing: the call of its first primitive."""
+    if thing is None:
+        return None
+    return next((span for entity in descendants(thing.entity) for span in entity.call_sites[:1]), None)
+
+
+def check_declarations(scene: Scene, extra: Sequence[Declaration] = ()) -> list[Diagnostic]:
+    """Return an error for each declaration that does not hold, about the worst case of each."""
+    groups: dict[tuple[Any, ...], list[Violation]] = {}
+    errors: list[Diagnostic] = []
+    for each in _tested(scene, extra):
+        if isinstance(each, SceneError):
+            errors.append(each.diagnostic)
+            continue
+        span = each.declaration.span
+        key = (str(each.declaration), None if span is None else (span.source.name, span.start))
+        groups.setdefault(key, []).append(each)
+    return [*errors, *(_diagnostic(group, scene) for group in groups.values())]
+
+
+def _diagnostic(group: Sequence[Violation], scene: Scene) -> Diagnostic:
+    frames = sorted({each.frame for each in group})
+    first = [each for each in group if each.frame == frames[0]]
+    worst = max(first, key=lambda each: each.amount)
+    stated = worst.declaration
+    message = f"{stated} does not hold: {worst.message}"
+    if len(first) > 1:
+        message += f" ({len(first)} times)"
+    if scene.animated:
+        message += f" (frame {frames[0]}" + (f" and {len(frames) - 1} more)" if len(frames) > 1 else ")")
+    if stated.options.get("message"):
+        message = f"{stated.options['message']}: {message}"
+    notes = []
+    if worst.place is not None:
+        notes.append(Note(f'"{worst.subject}" is made here', worst.place))
+    if worst.other_place is not None and worst.other_place != worst.place:
+        notes.append(Note(f'"{worst.other}" is made here', worst.other_place))
+    return Diagnostic("declaration", message, stated.span, _hint(worst), tuple(notes))
+
+
+def _hint(worst: Violation) -> str | None:
+    if worst.move is None or not any(abs(x) > 1e-9 for x in worst.move):
+        return None
+    return f'`(translate [{" ".join(f"{x + 0.0:.4g}" for x in worst.move)}])` of "{worst.subject}" would fix it'
+
+
+# --- relations of two things -----------------------------------------------------------------------------------------
+
+
+_Test = Callable[[_Context, Thing, Thing], "_Failure | None"]
+
+
+def _pairwise(test: _Test, every_object: bool = False) -> Callable[[_Context], list[_Failure]]:
+    """Return a relation that tests each subject against some object, or against all with ``every_object``."""
+
+    def relation(context: _Context) -> list[_Failure]:
+        stated = context.stated
+        subjects, objects = (context.things(name) for name in stated.things[:2])
+        universal = every_object or bool(stated.options.get("all"))
+        failures = []
+        for a in subjects:
+            failure = _against(context, test, a, objects, universal)
+            if failure is None and stated.options.get("any"):
+                return []
+            if failure is not None:
+                failures.append(failure)
+        if failures and stated.options.get("any"):
+            return [min(failures, key=lambda each: each.amount)]
+        return failures
+
+    return relation
+
+
+def _against(context: _Context, test: _Test, a: Thing, objects: Sequence[Thing], universal: bool) -> _Failure | None:
+    """Return why a subject fails: against the nearest object, or with ``universal`` the worst of all."""
+    worst: _Failure | None = None
+    best: _Failure | None = None
+    others = [b for b in _nearest(context, a, objects) if b.instance != a.instance]
+    for b in others:
+        context.work.spend()
+        failure = test(context, a, b)
+        if failure is None and not universal:
+            return None
+        if failure is not None:
+            worst = failure if worst is None or failure.amount > worst.amount else worst
+            best = failure if best is None or failure.amount < best.amount else best
+    if not others and not universal:
+        return _Failure(f'there is no other "{context.stated.things[1]}"', 1.0, a)
+    return worst if universal else best
+
+
+def _nearest(context: _Context, a: Thing, objects: Sequence[Thing]) -> list[Thing]:
+    """Return the objects, those with the nearest boxes first."""
+    low, high = context.here.box(a)
+    lows = np.array([context.here.box(b)[0] for b in objects])
+    highs = np.array([context.here.box(b)[1] for b in objects])
+    apart = np.maximum(np.maximum(lows - high, low - highs), 0.0)
+    return [objects[i] for i in np.argsort(np.linalg.norm(apart, axis=1), kind="stable").tolist()]
+
+
+def _on(context: _Context, a: Thing, b: Thing) -> _Failure | None:
+    here, reach = context.here, context.touch(a)
+    low, high = here.box(a)
+    found = here.separation(a, b)
+    if found is None:
+        return _Failure(f'"{a.entity.word}" has no solid parts', 1.0, a, b)
+    deepest = max(reach, _SUNK * float(high[1] - low[1]))
+    if -deepest <= found.distance <= reach and here.is_blocked(a, b, max(reach, -found.distance)):
+        return None
+    move = _onto(here, a, b)
+    amount = float(np.linalg.norm(move)) if move is not None else abs(found.distance)
+    if found.distance < -deepest:
+        message = f"{_two_words(a, b)} overlap by {-found.distance:.3g}"
+    elif found.distance > reach and move is not None and abs(move[0]) + abs(move[2]) < reach:
+        message = f'"{a.entity.word}" floats {found.distance:.3g} above "{b.entity.word}"'
+        if move[1] > 0.0:
+            message = f'"{a.entity.word}" is {found.distance:.3g} below "{b.entity.word}"'
+    elif found.distance > reach:
+        message = f'"{a.entity.word}" is {found.distance:.3g} from "{b.entity.word}"'
+    else:
+        message = f'"{a.entity.word}" touches "{b.entity.word}", which does not carry it'
+    return _Failure(message, max(amount, reach), a, b, move)
+
+
+def _two_words(a: Thing, b: Thing) -> str:
+    return f'"{a.entity.word}" and "{b.entity.word}"'
+
+
+def _onto(here: Arrangement, a: Thing, b: Thing) -> Vector | None:
+    """Return the translation that puts ``a`` onto ``b``: over it where it is not yet, then down until they meet."""
+    (low, high), (under, over) = here.box(a), here.box(b)
+    center = (low + high) / 2.0
+    sideways = np.clip(center, under, over) - center
+    sideways[1] = 0.0
+    if sideways.any():  # not only its centre: as much of it as fits
+        half = (high - low) / 2.0
+        inset = np.minimum(half, (over - under) / 2.0)
+        sideways = np.clip(center, under + inset, over - inset) - center
+        sideways[1] = 0.0
+    up = float(over[1] - low[1])
+    shifted = _dropped(here, a, b, sideways, max(up, 0.0))
+    if shifted is None:
+        return None
+    return float(sideways[0]), shifted, float(sideways[2])
+
+
+def _dropped(here: Arrangement, a: Thing, b: Thing, sideways: FloatArray, up: float) -> float | None:
+    """Return the height by which ``a``, moved sideways, comes to rest on ``b``."""
+    room = 1e-9 * here.bodies.size
+    fall = here.fall(a, [b], up + room, sideways)
+    return None if fall is None else up + room - fall
+
+
+def _inside(context: _Context, a: Thing, b: Thing) -> _Failure | None:
+    here, least = context.here, float(context.option("share", 1.0))
+    inner, outer = here.hull(a, b), here.hull(b, a)
+    (low, high), (under, over) = here.box(a), here.box(b)
+    share = _share(inner, outer)
+    if share is None:  # flat, or a hull of nothing: by boxes
+        extent = np.maximum(high - low, 1e-12)
+        share = float(np.prod(np.clip(np.minimum(high, over) - np.maximum(low, under), 0.0, None) / extent))
+    if share >= least - 1e-3:
+        return None
+    out = np.maximum(under - low, 0.0) - np.maximum(high - over, 0.0)
+    fits = bool((high - low <= over - under).all())
+    move = _vector(out) if fits and out.any() else None
+    amount = max(float(np.linalg.norm(out)), (least - share) * float((high - low).max()), here.touch(a))
+    return _Failure(f'{share:.0%} of "{a.entity.word}" is inside "{b.entity.word}"', amount, a, b, move)
+
+
+def _share(inner: Any, outer: Any) -> float | None:
+    volume = inner.volume()
+    if inner.is_empty() or outer.is_empty() or volume <= 0.0:
+        return None
+    return float((inner ^ outer).volume() / volume)
+
+
+def _touching(context: _Context, a: Thing, b: Thing) -> _Failure | None:
+    reach = context.touch(a)
+    found = context.here.separation(a, b)
+    if found is None or abs(found.distance) <= reach:
+        return None
+    move = _scaled(found.away, -found.distance)
+    if found.distance > 0.0:
+        return _Failure(f"{_two_words(a, b)} are {found.distance:.3g} apart", found.distance, a, b, move)
+    return _Failure(f"{_two_words(a, b)} overlap by {-found.distance:.3g}", -found.distance, a, b, move)
+
+
+def _clear_of(context: _Context, a: Thing, b: Thing) -> _Failure | None:
+    least = float(context.option("min", 0.0))
+    (low, high), (under, over) = context.here.box(a), context.here.box(b)
+    if float(np.linalg.norm(np.maximum(np.maximum(low - over, under - high), 0.0))) >= max(least, 1e-12):
+        return None
+    found = context.here.separation(a, b)
+    room = context.here.touch(a) if least == 0.0 else 1e-9 * context.here.bodies.size
+    if found is None or found.distance >= least - room:
+        return None
+    lacking = least - found.distance
+    move = _apart(context.here, a, b, least, _scaled(found.away, lacking))
+    if found.distance < 0.0:
+        return _Failure(f"{_two_words(a, b)} overlap by {-found.distance:.3g}", lacking, a, b, move)
+    return _Failure(f"{_two_words(a, b)} are only {found.distance:.3g} apart", lacking, a, b, move)
+
+
+def _apart(here: Arrangement, a: Thing, b: Thing, least: float, move: Vector) -> Vector:
+    """Return ``move`` if it takes ``a`` so far from ``b``, otherwise the least move after which their boxes are."""
+    room = 1e-6 * here.bodies.size
+    found = here.separation(a, b, move)
+    if found is None or found.distance >= least - room:
+        return move
+    (low, high), (under, over) = here.box(a), here.box(b)
+    lengths = np.concatenate([over - low + least, under - high - least])
+    best = int(np.argmin(np.abs(lengths)))
+    return _vector(np.eye(3)[best % 3] * lengths[best])
+
+
+def _distance(context: _Context, a: Thing, b: Thing) -> _Failure | None:
+    found = context.here.separation(a, b)
+    if found is None:
+        return None
+    distance = max(found.distance, 0.0)
+    off = _off(context, distance)
+    if off == 0.0:
+        return None
+    return _Failure(f"{_two_words(a, b)} are {distance:.3g} apart", abs(off), a, b, _scaled(found.away, -off))
+
+
+def _off(context: _Context, value: float) -> float:
+    """Return how far a value is above (positive) or below what the declaration states; 0 if it holds."""
+    expected = context.stated.number
+    if expected is not None:
+        within = float(context.option("within", _NUMBER * expected))
+        return 0.0 if abs(value - expected) <= within + 1e-9 else value - expected
+    room = 1e-9 * max(1.0, context.here.bodies.size)
+    least, most = context.option("min"), context.option("max")
+    if least is not None and value < least - room:
+        return float(value - least)
+    if most is not None and value > most + room:
+        return float(value - most)
+    return 0.0
+
+
+def _angle(context: _Context, a: Thing, b: Thing) -> _Failure | None:
+    axis = context.option("axis", "y")
+    cosine = float(context.here.axis(a, axis) @ context.here.axis(b, axis))
+    degrees = math.degrees(math.acos(min(1.0, max(-1.0, cosine))))
+    expected = context.stated.number or 0.0
+    if abs(degrees - expected) <= float(context.option("within", _ANGLE)):
+        return None
+    message = f"the angle between the {axis} axes of {_two_words(a, b)} is {degrees:.3g} degrees"
+    return _Failure(message, abs(degrees - expected), a, b)
+
+
+def _facing(context: _Context, a: Thing, b: Thing) -> _Failure | None:
+    here = context.here
+    towards = here.center(b) - here.center(a)
+    front, aim = here.axis(a, "z")[[0, 2]], towards[[0, 2]]
+    if float(np.linalg.norm(aim)) <= here.touch(a):
+        return None  # one is over the other
+    if float(np.linalg.norm(front)) < 1e-6:
+        return _Failure(f'"{a.entity.word}" faces up or down', 90.0, a, b)
+    turn = math.atan2(front[1] * aim[0] - front[0] * aim[1], float(front @ aim))
+    degrees = abs(math.degrees(turn))
+    if degrees <= float(context.option("within", _FACING)):
+        return None
+    return _Failure(f'"{a.entity.word}" faces {degrees:.3g} degrees away from "{b.entity.word}"', degrees, a, b)
+
+
+def _direction(name: str) -> _Test:
+    axis, sign, words = _SIDES[name]
+
+    def test(context: _Context, a: Thing, b: Thing) -> _Failure | None:
+        (low, high), (under, over) = context.here.box(a), context.here.box(b)
+        center = float(low[axis] + high[axis]) / 2.0 * sign
+        edge = float(over[axis]) if sign > 0.0 else -float(under[axis])
+        near = float(low[axis]) if sign > 0.0 else -float(high[axis])
+        middle = (low + high) / 2.0
+        beside = [side for side in (0, 2) if not under[side] <= middle[side] <= over[side]] if axis == 1 else []
+        lacking = edge - center
+        if lacking < 0.0 and not beside:
+            return None
+        move = [0.0, 0.0, 0.0]
+        if lacking >= 0.0:
+            move[axis] = sign * (edge - near)
+        for side in beside:
+            move[side] = float(np.clip(middle[side], under[side], over[side]) - middle[side])
+        message = f'"{a.entity.word}" is not {words} "{b.entity.word}"'
+        return _Failure(message, max(float(np.linalg.norm(move)), context.here.touch(a)), a, b, _vector(move))
+
+    return test
+
+
+def _between(context: _Context) -> list[_Failure]:
+    here = context.here
+    subjects, firsts, seconds = (context.things(name) for name in context.stated.things)
+    failures = []
+    for a in subjects:
+        pairs = [(b, c) for b in firsts for c in seconds if len({a.instance, b.instance, c.instance}) == 3]
+        context.work.spend(len(pairs))
+        nearest = [(_beside_segment(here, a, here.center(b), here.center(c)), b) for b, c in pairs]
+        if any(away == 0.0 for away, _ in nearest):
+            if context.option("any"):
+                return []
+            continue
+        away, b = min(nearest, key=lambda each: each[0], default=(1.0, None))
+        first, second = context.stated.things[1:]
+        failures.append(_Failure(f'"{a.entity.word}" is not between "{first}" and "{second}"', away, a, b))
+    return failures[:1] if context.option("any") else failures
+
+
+def _beside_segment(here: Arrangement, a: Thing, start: FloatArray, end: FloatArray) -> float:
+    """Return how far the box of a thing is beside the line between two points; 0 if the line passes through it, or
+    if it passes above or below and the thing is between them seen from above."""
+    low, high = here.box(a)
+    along = end - start
+    first, last = 0.0, 1.0
+    for axis in (0, 2):
+        if abs(along[axis]) < 1e-12:
+            if not low[axis] <= start[axis] <= high[axis]:
+                first, last = 1.0, 0.0
+            continue
+        near, far = sorted(((low[axis] - start[axis]) / along[axis], (high[axis] - start[axis]) / along[axis]))
+        first, last = max(first, near), min(last, far)
+    if first <= last:
+        return 0.0
+    center = (low + high) / 2.0
+    share = float(np.clip((center - start) @ along / max(float(along @ along), 1e-300), 0.0, 1.0))
+    return max(float(np.linalg.norm((center - start - share * along)[[0, 2]])), 1e-9)
+
+
+# --- relations of one thing, or of all together ----------------------------------------------------------------------
+
+
+def _size(context: _Context) -> list[_Failure]:
+    axis = context.option("axis")
+    failures = []
+    for a in context.things(context.stated.things[0]):
+        context.work.spend()
+        low, high = context.here.box(a)
+        extent = float((high - low)["xyz".index(axis)])
+        off = _off(context, extent)
+        if off == 0.0 and context.option("any"):
+            return []
+        if off != 0.0:
+            failures.append(_Failure(f'"{a.entity.word}" measures {extent:.3g} along {axis}', abs(off), a))
+    return failures[:1] if context.option("any") else failures
+
+
+def _count(context: _Context) -> list[_Failure]:
+    name = context.stated.things[0]
+    found = context.here.instances(name, context.within)
+    count = len(found)
+    exact, least, most = context.stated.number, context.option("min"), context.option("max")
+    low = exact if exact is not None else (0.0 if least is None else least)
+    high = exact if exact is not None else (math.inf if most is None else most)
+    if low <= count <= high:
+        return []
+    if count == 0 and suggest(name, context.here.words()) is not None:
+        raise context.unknown(name)
+    subject = context.here.thing(found[0]) if found else None
+    message = f"there {'is' if count == 1 else 'are'} {count}"
+    return [_Failure(message, max(low - count, count - high), subject)]
+
+
+def _centers(context: _Context) -> tuple[list[Thing], FloatArray, float]:
+    """Return the subjects, their centres (N, 3), and the tolerance of places."""
+    things = context.things(context.stated.things[0])
+    context.work.spend(len(things))
+    centers = np.array([context.here.center(thing) for thing in things])
+    sizes = [float(np.subtract(*context.here.box(thing)[::-1]).max()) for thing in things]
+    spread = float(np.ptp(centers, axis=0).max()) if len(things) > 1 else 0.0
+    return things, centers, float(context.option("within", _PLACE * max(float(np.mean(sizes)), 0.1 * spread)))
+
+
+def _aligned(context: _Context) -> list[_Failure]:
+    things, centers, within = _centers(context)
+    along = context.option("along")
+    middle = np.median(centers, axis=0) if along is not None else centers.mean(axis=0)
+    if along is not None:
+        free = ["xyz".index(axis) for axis in along]
+        away = centers - middle
+        away[:, free] = 0.0
+    else:
+        direction = _principal(centers - middle)
+        away = (centers - middle) - np.outer((centers - middle) @ direction, direction)
+    beside = np.linalg.norm(away, axis=1)
+    line = "a line" if along is None else (f"a line along {along}" if len(along) == 1 else f"an {along} plane")
+    return [
+        _Failure(f'"{things[i].entity.word}" is {beside[i]:.3g} beside {line}', float(beside[i]), things[i], None,
+                 _vector(-away[i]))
+        for i in np.flatnonzero(beside > within).tolist()
+    ]  # fmt: skip
+
+
+def _principal(points: FloatArray) -> FloatArray:
+    """Return the direction (3,) in which points are spread most."""
+    if len(points) < 2 or not np.ptp(points, axis=0).any():
+        return np.array([1.0, 0.0, 0.0])
+    return np.asarray(np.linalg.svd(points, full_matrices=False)[2][0], np.float64)
+
+
+def _evenly_spaced(context: _Context) -> list[_Failure]:
+    things, centers, within = _centers(context)
+    if len(things) < 3:
+        return []
+    along = context.option("along")
+    direction = np.eye(3)["xyz".index(along[0])] if along else _principal(centers - centers.mean(axis=0))
+    place = centers @ direction
+    order = np.argsort(place, kind="stable")
+    gaps = np.diff(place[order])
+    usual = float(np.median(gaps))
+    found = []
+    for k in np.flatnonzero(np.abs(gaps - usual) > within).tolist():
+        thing = things[int(order[k + 1])]
+        message = f'the distance to the next "{thing.entity.word}" is {gaps[k]:.3g}, that of the others {usual:.3g}'
+        found.append(_Failure(message, abs(float(gaps[k]) - usual), thing, things[int(order[k])],
+                              _vector(direction * (usual - gaps[k]))))  # fmt: skip
+    return found
+
+
+def _symmetric(context: _Context) -> list[_Failure]:
+    """Test mirror symmetry of the boxes and words of all primitives."""
+    things, _, within = _centers(context)
+    axis = "xyz".index(context.option("across", "x"))
+    here, about = context.here, context.option("about")
+    middle = here.center(context.things(about)[0])[axis] if about is not None else _middle(here, things)[axis]
+    rows = np.concatenate([np.arange(thing.first, thing.last) for thing in things])
+    owner = np.repeat(np.arange(len(things)), [thing.last - thing.first for thing in things])
+    context.work.spend(len(rows) ** 2 // 1000)
+    low, high = here.bodies.boxes
+    center, size = (low[rows] + high[rows]) / 2.0, high[rows] - low[rows]
+    words = np.unique([here.bodies.entities[e].word for e in here.bodies.entity[rows].tolist()], return_inverse=True)[1]
+    mirrored = center.copy()
+    mirrored[:, axis] = 2.0 * middle - mirrored[:, axis]
+    beside = np.array([
+        np.where(words == words[k], np.abs(np.hstack([center - mirrored[k], size - size[k]])).max(axis=1), np.inf).min()
+        for k in range(len(rows))
+    ])  # fmt: skip
+    failures = []
+    for number, thing in enumerate(things):
+        own = beside[owner == number]
+        if len(own) and own.max() > within:
+            failures.append(_Failure(f'"{thing.entity.word}" has no mirror image', _finite(own.max()), thing))
+    return failures
+
+
+def _finite(value: float) -> float:
+    return float(value) if np.isfinite(value) else 1.0
+
+
+def _middle(here: Arrangement, things: Sequence[Thing]) -> FloatArray:
+    lows, highs = zip(*(here.box(thing) for thing in things))
+    return np.asarray((np.min(lows, axis=0) + np.max(highs, axis=0)) / 2.0, np.float64)
+
+
+def _supported(context: _Context) -> list[_Failure]:
+    here = context.here
+    subjects = context.things(context.stated.things[0])
+    reach = float(context.option("within", min(here.touch(a) for a in subjects)))
+    group = here.groups(reach)
+    low, _ = here.bodies.boxes
+    standing = set(group[low[:, 1] <= here.ground + 2.0 * reach].tolist())
+    failures = []
+    for a in subjects:
+        context.work.spend()
+        own = set(group[a.first : a.last].tolist())
+        if not own - standing or (own & standing):
+            if context.option("any"):
+                return []
+            continue
+        failures.append(_floating(here, a, group, own))
+    return failures[:1] if context.option("any") else failures
+
+
+def _floating(here: Arrangement, a: Thing, group: IntArray, own: set[int]) -> _Failure:
+    """Return the failure of a thing that is not connected to the ground, with the fall that connects it."""
+    low, _ = here.box(a)
+    others = [here.thing(int(here.ancestry.primitives[row])) for row in _outside(here, group, own)]
+    fall = here.fall(a, others)
+    down = float(low[1]) - here.ground
+    drop = down if fall is None else min(fall, down)
+    message = f'"{a.entity.word}" floats {drop:.3g} above what is below it'
+    return _Failure(message, max(drop, here.touch(a)), a, None, (0.0, -drop, 0.0))
+
+
+def _outside(here: Arrangement, group: IntArray, own: set[int]) -> list[int]:
+    """Return the primitives of the frame whose bodies are in none of the groups ``own``."""
+    rows = np.flatnonzero(~np.isin(group, list(own)))
+    return [int(row) for row in here.bodies.row[rows]]
+
+
+# --- all relations of a frame ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Related:
+    """A relation that holds between two things of a frame.
+
+    Attributes
+    ----------
+    relation
+        "on", "inside", "touching" or "overlapping".
+    subject, other
+        Numbers of the two instances in the ancestry of the frame.
+    distance
+        Signed distance in scene units, negative where they overlap.
+    """
+
+    relation: str
+    subject: int
+    other: int
+    distance: float
+
+
+def related(here: Arrangement, rows: Sequence[int], limit: int = _MAX_RELATED) -> list[Related]:
+    """Return the relations of things that touch or overlap, among instances with the same nearest instance above them.
+
+    Raises LimitError for more than ``limit`` pairs of nearby things.
+    """
+    above = _parents(here, rows)
+    things = [here.thing(row) for row in rows]
+    boxes = [here.box(thing) for thing in things]
+    low, high = np.array([box[0] for box in boxes]).reshape(-1, 3), np.array([box[1] for box in boxes]).reshape(-1, 3)
+    reach = max((here.touch(thing) for thing in things), default=0.0)
+    pairs, complete = neighbours(low, high, reach, limit)
+    if not complete:
+        raise LimitError("primitives", f"more than {limit:,} pairs of things are near each other")
+    found: list[Related] = []
+    for i, j in pairs.tolist():
+        a, b = things[i], things[j]
+        if above[i] == above[j] and a.last > a.first and b.last > b.first:
+            found += _relations_between(here, a, b)
+    return found
+
+
+def _parents(here: Arrangement, rows: Sequence[int]) -> list[int]:
+    """Return for each instance the nearest one above it that is among ``rows``, -1 for none."""
+    known = set(rows)
+    found = []
+    for row in rows:
+        above = int(here.ancestry.parent[row])
+        while above >= 0 and above not in known:
+            above = int(here.ancestry.parent[above])
+        found.append(above)
+    return found
+
+
+def _relations_between(here: Arrangement, a: Thing, b: Thing) -> Iterator[Related]:
+    reach = min(here.touch(a), here.touch(b))
+    found = here.separation(a, b)
+    if found is None or found.distance > reach:
+        return
+    pair = (a.instance, b.instance)
+    for inner, outer in ((a, b), (b, a)):
+        (low, high), (under, over) = here.box(inner), here.box(outer)
+        if bool((low >= under - reach).all() and (high <= over + reach).all()):
+            share = _share(here.hull(inner), here.hull(outer))
+            if share is not None and share >= _ENCLOSED:
+                yield Related("inside", inner.instance, outer.instance, found.distance)
+    carried = False
+    for upper, lower in ((a, b), (b, a)):
+        (low, high), (under, _) = here.box(upper), here.box(lower)
+        sunk = max(reach, _SUNK * float(high[1] - low[1]))
+        if (
+            -sunk <= found.distance
+            and low[1] > under[1] - reach
+            and here.is_blocked(upper, lower, max(reach, -found.distance))
+        ):
+            carried = True
+            yield Related("on", upper.instance, lower.instance, found.distance)
+    if not carried:
+        yield Related("overlapping" if found.distance < -reach else "touching", *pair, found.distance)
+
+
+def _vector(values: Iterable[float]) -> Vector:
+    x, y, z = (float(value) + 0.0 for value in values)
+    return x, y, z
+
+
+def _scaled(direction: Sequence[float], length: float) -> Vector:
+    return _vector(length * x for x in direction)
+
+
+_RELATIONS: dict[str, Callable[[_Context], list[_Failure]]] = {
+    "on": _pairwise(_on),
+    "inside": _pairwise(_inside),
+    "touching": _pairwise(_touching),
+    "clear-of": _pairwise(_clear_of, every_object=True),
+    "distance": _pairwise(_distance),
+    "angle": _pairwise(_angle),
+    "facing": _pairwise(_facing),
+    **{name: _pairwise(_direction(name)) for name in _SIDES},
+    "between": _between,
+    "aligned": _aligned,
+    "evenly-spaced": _evenly_spaced,
+    "symmetric": _symmetric,
+    "supported": _supported,
+    "size": _size,
+    "count": _count,
+}

@@ -1,0 +1,297 @@
+"""Declarations of ``assert-that``: what a program states about where its things are.
+
+This is the vocabulary, registered once for the expander, the reference and the prompts. The geometry that decides
+whether a declaration holds is in ``backends.geometry.relations``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+from scenelang.grammar.datum import Span, dataclass
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.runtime.types import type_name
+from scenelang.interpreter.runtime.values import Embedding
+
+AXES = ("x", "y", "z")
+THING, NUMBER = "thing", "number"
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """Relation that a declaration states.
+
+    Attributes
+    ----------
+    name, usage, doc, example
+        For the reference. The usage shows the operands and options, the example is a declaration.
+    operands
+        Kinds of the operands, THING or NUMBER.
+    optional
+        Number of operands at the end that may be left out.
+    options
+        Names of the options that it takes, besides ``message``.
+    """
+
+    name: str
+    usage: str
+    doc: str
+    example: str
+    operands: tuple[str, ...]
+    options: tuple[str, ...]
+    optional: int = 0
+
+
+_EACH = ("any", "all")
+
+
+def _direction(name: str, where: str) -> Relation:
+    return Relation(
+        name,
+        f"({name} A B [:any] [:all])",
+        f"Every A is {where} some B.",
+        f'({name} "cup" "lamp")',
+        (THING, THING),
+        _EACH,
+    )
+
+
+_RELATIONS = (
+    Relation(
+        "on",
+        "(on A B [:any] [:all] [:within length])",
+        "Every A rests on some B: it touches B, and B keeps it from moving down.",
+        '(on "cup" "table")',
+        (THING, THING),
+        (*_EACH, "within"),
+    ),
+    Relation(
+        "inside",
+        "(inside A B [:any] [:all] [:share share])",
+        "Every A is inside the convex hull of some B, or at least a share of its volume (from 0 to 1).",
+        '(inside "pencil" "mug" :share .5)',
+        (THING, THING),
+        (*_EACH, "share"),
+    ),
+    Relation(
+        "touching",
+        "(touching A B [:any] [:all] [:within length])",
+        "Every A touches some B, and they do not overlap.",
+        '(touching "shelf" "wall")',
+        (THING, THING),
+        (*_EACH, "within"),
+    ),
+    Relation(
+        "clear-of",
+        "(clear-of A B [:any] [:min length])",
+        "Every A is clear of every B: they do not overlap, and are at least a length apart.",
+        '(clear-of "chair" "chair" :min .1)',
+        (THING, THING),
+        ("any", "min"),
+    ),
+    Relation(
+        "distance",
+        "(distance A B [length] [:within length] [:min length] [:max length] [:any] [:all])",
+        "The distance between the surfaces of every A and the nearest B is a length, or in a range.",
+        '(distance "chair" "table" :max .5)',
+        (THING, THING, NUMBER),
+        (*_EACH, "within", "min", "max"),
+        1,
+    ),
+    Relation(
+        "angle",
+        '(angle A B degrees [:axis "y"] [:within degrees] [:any] [:all])',
+        "The angle between an axis of every A, in its own frame, and that of some B is so many degrees.",
+        '(angle "door" "wall" 90 :axis "z")',
+        (THING, THING, NUMBER),
+        (*_EACH, "axis", "within"),
+    ),
+    Relation(
+        "facing",
+        "(facing A B [:within degrees] [:any] [:all])",
+        "The front of every A, its +z axis, points to some B, within 30 degrees by default, seen from above.",
+        '(facing "chair" "table")',
+        (THING, THING),
+        (*_EACH, "within"),
+    ),
+    _direction("above", "over"),
+    _direction("below", "under"),
+    _direction("left-of", "to the left of (nearer to -x than)"),
+    _direction("right-of", "to the right of (nearer to +x than)"),
+    _direction("in-front-of", "in front of (nearer to +z than)"),
+    _direction("behind", "behind (nearer to -z than)"),
+    Relation(
+        "between",
+        "(between A B C [:any])",
+        "Every A is between some B and some C: the line between their centres passes through its box.",
+        '(between "candle" "cup" "plate")',
+        (THING, THING, THING),
+        ("any",),
+    ),
+    Relation(
+        "aligned",
+        '(aligned A [:along "x"] [:within length])',
+        'The centres of all A are on a line, along an axis or, with two axes such as "xz", in a plane.',
+        '(aligned "pawn" :along "x")',
+        (THING,),
+        ("along", "within"),
+    ),
+    Relation(
+        "evenly-spaced",
+        '(evenly-spaced A [:along "x"] [:within length])',
+        "The distances between neighbouring centres of all A, in the order along a line, are equal.",
+        '(evenly-spaced "pawn" :along "x")',
+        (THING,),
+        ("along", "within"),
+    ),
+    Relation(
+        "symmetric",
+        '(symmetric A [:across "x"] [:about B] [:within length])',
+        "All A together are mirror images of themselves across the plane perpendicular to an axis through their centre,"
+        " or through the centre of B.",
+        '(symmetric "chair" :across "x" :about "table")',
+        (THING,),
+        ("across", "about", "within"),
+    ),
+    Relation(
+        "supported",
+        "(supported A [:any] [:within length])",
+        "Every A is connected to the ground by things that touch.",
+        '(supported "cup")',
+        (THING,),
+        ("any", "within"),
+    ),
+    Relation(
+        "size",
+        '(size A [length] :axis "y" [:within length] [:min length] [:max length] [:any])',
+        "The extent of every A along an axis of the scene is a length, or in a range.",
+        '(size "tower" :axis "y" :min 3)',
+        (THING, NUMBER),
+        ("any", "axis", "within", "min", "max"),
+        1,
+    ),
+    Relation(
+        "count",
+        "(count A [number] [:min number] [:max number])",
+        "There are so many A, or a number in a range.",
+        '(count "chair" 6)',
+        (THING, NUMBER),
+        ("min", "max"),
+        1,
+    ),
+)
+RELATIONS: Mapping[str, Relation] = MappingProxyType({relation.name: relation for relation in _RELATIONS})
+
+FLAGS = frozenset({"any", "all", "negated"})
+OPTIONS = ("any", "all", "within", "min", "max", "share", "axis", "along", "across", "about", "message", "negated")
+_MOST = 1e100
+_LENGTHS = ("within", "min", "max")
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """A relation of things, stated about an entity or the scene.
+
+    ``things`` are words, or handles such as "<z1>". ``options`` has no flags that are false.
+    """
+
+    relation: str
+    things: tuple[str, ...]
+    number: float | None
+    options: Mapping[str, Any]
+    span: Span | None
+
+    def __str__(self) -> str:
+        """Return the declaration as it is written."""
+        parts = [self.relation, *(_written(thing) for thing in self.things)]
+        if self.number is not None:
+            parts.append(f"{self.number:g}")
+        for name, value in self.options.items():
+            if name in FLAGS:
+                parts += [f":{name}"] if name != "negated" else []
+            elif name != "message":
+                parts += [f":{name}", _written(value) if isinstance(value, str) else f"{value:g}"]
+        text = f"({' '.join(parts)})"
+        return f"(not {text})" if self.options.get("negated") else text
+
+
+def _written(name: str) -> str:
+    return name if name.startswith("<") else f'"{name}"'
+
+
+def declared(name: str, operands: Sequence[Any], options: Mapping[str, Any], span: Span | None) -> Declaration:
+    """Return a declaration from values of a program; raises SceneError for those that it does not take."""
+    relation = RELATIONS.get(name)
+    if relation is None:
+        raise SceneError("value", f"unknown relation `{name}`; expected one of {', '.join(RELATIONS)}")
+    most, least = len(relation.operands), len(relation.operands) - relation.optional
+    if not least <= len(operands) <= most:
+        expected = f"{most}" if least == most else f"{least} or {most}"
+        raise SceneError(
+            "arity", f"`{name}` expects {expected} operands, got {len(operands)}", f"write `{relation.usage}`"
+        )
+    things = tuple(_thing(name, value) for value, kind in zip(operands, relation.operands) if kind is THING)
+    numbers = [_number(name, "a number", v) for v, kind in zip(operands, relation.operands) if kind is NUMBER]
+    kept = {key: _option(relation, key, value) for key, value in options.items() if value is not None}
+    made = Declaration(
+        name, things, numbers[0] if numbers else None, {k: v for k, v in kept.items() if v is not False}, span
+    )
+    _check_amount(relation, made)
+    return made
+
+
+def _check_amount(relation: Relation, made: Declaration) -> None:
+    if relation.optional and made.number is None and not {"min", "max"} & set(made.options):
+        raise SceneError("value", f"`{made.relation}` expects a number, `:min` or `:max`", f"write `{relation.usage}`")
+    if made.number is not None and {"min", "max"} & set(made.options):
+        raise SceneError("value", f"`{made.relation}` expects a number or a range, got both")
+    if made.relation == "count" and made.number is not None and made.number != int(made.number):
+        raise SceneError("value", f"`count` expects a whole number, got {made.number:g}")
+    if made.relation == "size" and "axis" not in made.options:
+        raise SceneError("value", "`size` expects `:axis`", f"write `{relation.usage}`")
+
+
+def _thing(name: str, value: Any) -> str:
+    if type(value) is Embedding and value.handle is not None:
+        return value.handle if value.handle.startswith("<") else f"<{value.handle}>"
+    if type(value) is str and value:
+        return value
+    raise SceneError("type", f"`{name}` expects a word or a handle, got {type_name(value)}")
+
+
+def _number(name: str, expected: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise SceneError("type", f"`{name}` expects {expected}, got {type_name(value)}")
+    if not 0.0 <= value < _MOST:
+        raise SceneError("value", f"`{name}` expects {expected} from 0 to {_MOST:g}, got {min(value, _MOST):.6g}")
+    return float(value)
+
+
+def _option(relation: Relation, key: str, value: Any) -> Any:
+    if key not in (*relation.options, "message", "negated"):
+        takes = ", ".join(f"`:{each}`" for each in relation.options)
+        raise SceneError("keyword", f"`{relation.name}` has no option `:{key}`; it takes {takes}")
+    if key in FLAGS:
+        return bool(value)
+    if key in _LENGTHS:
+        return _number(relation.name, f"a number for `:{key}`", value)
+    if key == "share":
+        share = _number(relation.name, "a number for `:share`", value)
+        if not 0.0 < share <= 1.0:
+            raise SceneError("value", f"`:share` expects a number above 0 and at most 1, got {share:g}")
+        return share
+    if key == "about":
+        return _thing(relation.name, value)
+    if key == "message":
+        return str(value)[:1000]
+    return _axes(key, value)
+
+
+def _axes(key: str, value: Any) -> str:
+    is_known = type(value) is str and value and set(value) <= set(AXES) and len(set(value)) == len(value)
+    if not is_known or len(value) > (2 if key == "along" else 1):
+        several = ', or two of them such as "xz"' if key == "along" else ""
+        raise SceneError("value", f'`:{key}` expects "x", "y" or "z"{several}, got {value!r}'.replace("'", '"'))
+    return str(value)

@@ -1,0 +1,292 @@
+"""Declarations of `assert-that`: which hold, for which instances and frames, and what is told where they do not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import scenelang as sl
+from scenelang.cli.main import main
+from scenelang.grammar.datum import Source
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.scene.declarations import RELATIONS
+from scenelang.session import Session
+
+THINGS = """
+(bind "table" (lambda ()
+  (union (transform (call "cube" :scale [2 .1 1]) (translate [0 .95 0]))
+    (for*/union ((x '(-.9 .9)) (z '(-.4 .4)))
+      (transform (call "cube" :scale [.1 .9 .1]) (translate [x .45 z]))))))
+(bind "cup" (lambda () (call "cylinder" :radius .1 :p0 [0 0 0] :p1 [0 .2 0])))
+(bind "ball" (lambda () (call "sphere" :radius .1)))
+(bind "bowl" (lambda ()
+  (lathe (polygon '([0 0] [.3 0] [.5 .4] [.45 .4] [.28 .05] [0 .05])))))
+(bind "ring" (lambda () (call "torus" :radius .4 :tube .05)))
+(bind "post" (lambda () (call "cylinder" :radius .2 :p0 [0 0 0] :p1 [0 2 0])))
+(bind "wall" (lambda () (transform (call "cube" :scale [4 3 .2]) (translate [0 1.5 -2]))))
+(bind "chair" (lambda () (transform (call "cube" :scale [.5 1 .5]) (translate [0 .5 0]))))
+"""
+
+
+def scene_of(parts: str, before: str = "") -> sl.Scene:
+    return sl.evaluate(f'{before}{THINGS}(bind "room" (lambda () (union {parts})))(scene "room")')
+
+
+def at(word: str, x: float, y: float, z: float, more: str = "") -> str:
+    return f'(transform (call "{word}") (@ (translate [{x} {y} {z}]) {more or "(translate [0 0 0])"}))'
+
+
+TABLE = at("table", 0, 0, 0)
+TURNED = "(rotate (/ pi 2) [0 1 0])"
+
+CASES = [
+    # on: contact from above, not at the side, not below, not sunk
+    (TABLE + at("cup", 0, 1, 0), '(on "cup" "table")', True),
+    (TABLE + at("cup", 0, 1.05, 0), '(on "cup" "table")', False),
+    (TABLE + at("cup", 0, 0.9, 0), '(on "cup" "table")', False),
+    (TABLE + at("cup", 1.1, 0.9, 0), '(on "cup" "table")', False),
+    (TABLE + at("cup", 0, 0.7, 0), '(on "cup" "table")', False),
+    (TABLE + at("cup", 0, 1, 0) + at("cup", 0.5, 1.2, 0), '(on "cup" "table")', False),
+    (TABLE + at("cup", 0, 1, 0) + at("cup", 0.5, 1.2, 0), '(on "cup" "table" :any)', True),
+    (TABLE + at("cup", 0, 1, 0) + at("table", 5, 0, 0), '(on "cup" "table")', True),
+    (TABLE + at("cup", 0, 1, 0) + at("table", 5, 0, 0), '(on "cup" "table" :all)', False),
+    (TABLE + at("cup", 0, 1.05, 0), '(on "cup" "table" :within .1)', True),
+    (at("bowl", 0, 0, 0) + at("ball", 0, 0.15, 0), '(on "ball" "bowl")', True),
+    (at("bowl", 0, 0, 0) + at("ball", 0, 0.35, 0), '(on "ball" "bowl")', False),
+    # the same under a mirror and a shear of sizes
+    (f"(transform (union {TABLE}{at('cup', 0, 1, 0)}) (scale [-2 1 3]))", '(on "cup" "table")', True),
+    (f"(transform (union {TABLE}{at('cup', 0, 1, 0)}) (rotate pi [1 0 0]))", '(on "cup" "table")', False),
+    # inside
+    (at("bowl", 0, 0, 0) + at("ball", 0, 0.2, 0), '(inside "ball" "bowl")', True),
+    (at("bowl", 0, 0, 0) + at("ball", 0, 0.4, 0), '(inside "ball" "bowl")', False),
+    (at("bowl", 0, 0, 0) + at("ball", 0, 0.4, 0), '(inside "ball" "bowl" :share .4)', True),
+    (at("bowl", 0, 0, 0) + at("ball", 0.6, 0.2, 0), '(inside "ball" "bowl" :share .1)', False),
+    # touching and clear-of, with holes that no box has
+    (at("wall", 0, 0, 0) + at("chair", 0, 0, -1.65), '(touching "chair" "wall")', True),
+    (at("wall", 0, 0, 0) + at("chair", 0, 0, -1.5), '(touching "chair" "wall")', False),
+    (at("wall", 0, 0, 0) + at("chair", 0, 0, -1.75), '(touching "chair" "wall")', False),
+    (at("ring", 0, 1, 0) + at("post", 0, 0, 0), '(clear-of "ring" "post")', True),
+    (at("ring", 0, 1, 0) + at("post", 0, 0, 0), '(clear-of "ring" "post" :min .14)', True),
+    (at("ring", 0, 1, 0) + at("post", 0, 0, 0), '(clear-of "ring" "post" :min .16)', False),
+    (at("ring", 0.2, 1, 0) + at("post", 0, 0, 0), '(clear-of "ring" "post")', False),
+    (at("chair", 0, 0, 0) + at("chair", 0.5, 0, 0), '(clear-of "chair" "chair")', True),
+    (at("chair", 0, 0, 0) + at("chair", 0.4, 0, 0), '(clear-of "chair" "chair")', False),
+    (at("chair", 0, 0, 0), '(clear-of "chair" "chair")', True),
+    # distances, angles, sizes, counts
+    (at("chair", 0, 0, 0) + at("ball", 0.85, 0.5, 0), '(distance "ball" "chair" .5)', True),
+    (at("chair", 0, 0, 0) + at("ball", 0.85, 0.5, 0), '(distance "ball" "chair" .52)', False),
+    (at("chair", 0, 0, 0) + at("ball", 0.85, 0.5, 0), '(distance "ball" "chair" .52 :within .03)', True),
+    (at("chair", 0, 0, 0) + at("ball", 0.85, 0.5, 0), '(distance "ball" "chair" :min .4 :max .6)', True),
+    (at("chair", 0, 0, 0) + at("ball", 0.85, 0.5, 0), '(distance "ball" "chair" :max .4)', False),
+    (at("chair", 0, 0, 0) + at("wall", 0, 0, 0, TURNED), '(angle "chair" "wall" 90 :axis "z")', True),
+    (at("chair", 0, 0, 0) + at("wall", 0, 0, 0, TURNED), '(angle "chair" "wall" 0)', True),
+    (at("chair", 0, 0, 0) + at("wall", 0, 0, 0, TURNED), '(angle "chair" "wall" 80 :axis "z")', False),
+    (at("chair", 0, 0, 0), '(size "chair" 1 :axis "y")', True),
+    (at("chair", 0, 0, 0), '(size "chair" :axis "x" :max .4)', False),
+    (at("chair", 0, 0, 0) * 3, '(count "chair" 3)', True),
+    (at("chair", 0, 0, 0) * 3, '(count "chair" :min 4)', False),
+    (at("chair", 0, 0, 0), '(count "elephant" 0)', True),
+    # directions, in the scene's frame
+    (at("chair", -2, 0, 0) + TABLE, '(left-of "chair" "table")', True),
+    (at("chair", -2, 0, 0) + TABLE, '(right-of "chair" "table")', False),
+    (at("chair", 2, 0, 0) + TABLE, '(right-of "chair" "table")', True),
+    (at("chair", 0, 0, 2) + TABLE, '(in-front-of "chair" "table")', True),
+    (at("chair", 0, 0, -2) + TABLE, '(behind "chair" "table")', True),
+    (at("chair", 2, 0, 0) + TABLE, '(left-of "chair" "table")', False),
+    (at("chair", 0, 0, -2) + TABLE, '(in-front-of "chair" "table")', False),
+    (at("chair", 0, 0, 2) + TABLE, '(behind "chair" "table")', False),
+    (at("ball", 0, 3, 0) + TABLE, '(above "ball" "table")', True),
+    (at("ball", 3, 3, 0) + TABLE, '(above "ball" "table")', False),
+    (at("ball", 0, 0.3, 0) + TABLE, '(below "ball" "table")', False),
+    (at("ball", 0, 0.3, 0) + at("bowl", 0, 2, 0), '(below "ball" "bowl")', True),
+    (at("cup", 0, 0, 0) + at("ball", -1, 0, 0) + at("chair", 1, 0, 0), '(between "cup" "ball" "chair")', True),
+    (at("cup", 0, 0, 1) + at("ball", -1, 0, 0) + at("chair", 1, 0, 0), '(between "cup" "ball" "chair")', False),
+    (at("cup", 2, 0, 0) + at("ball", -1, 0, 0) + at("chair", 1, 0, 0), '(between "cup" "ball" "chair")', False),
+    # facing: +z is the front
+    (at("chair", 0, 0, -2) + TABLE, '(facing "chair" "table")', True),
+    (at("chair", 0, 0, 2) + TABLE, '(facing "chair" "table")', False),
+    (at("chair", 0, 0, 2, "(rotate pi [0 1 0])") + TABLE, '(facing "chair" "table")', True),
+    (at("chair", -2, 0, 0, TURNED) + TABLE, '(facing "chair" "table")', True),
+    (at("chair", -2, 0, 0, "(rotate 2 [0 1 0])") + TABLE, '(facing "chair" "table" :within 20)', False),
+    # all together
+    (at("cup", 0, 0, 0) + at("cup", 1, 0, 0) + at("cup", 3, 0, 0), '(aligned "cup" :along "x")', True),
+    (at("cup", 0, 0, 0) + at("cup", 1, 0, 0.2) + at("cup", 3, 0, 0), '(aligned "cup" :along "x")', False),
+    (at("cup", 0, 0, 0) + at("cup", 1, 0, 0.2) + at("cup", 3, 0, 0), '(aligned "cup" :along "xz")', True),
+    (at("cup", 0, 0, 0) + at("cup", 1, 1, 1) + at("cup", 3, 3, 3), '(aligned "cup")', True),
+    (at("cup", 0, 0, 0) + at("cup", 1, 0, 0) + at("cup", 2, 0, 0), '(evenly-spaced "cup")', True),
+    (at("cup", 0, 0, 0) + at("cup", 1, 0, 0) + at("cup", 2.5, 0, 0), '(evenly-spaced "cup" :along "x")', False),
+    (at("chair", -1, 0, 0) + at("chair", 3, 0, 0), '(symmetric "chair" :across "x")', True),
+    (TABLE + at("chair", -1, 0, 0) + at("chair", 3, 0, 0), '(symmetric "chair" :across "x" :about "table")', False),
+    (TABLE + at("chair", -3, 0, 0) + at("chair", 3, 0, 0), '(symmetric "chair" :about "table")', True),
+    (TABLE, '(symmetric "table" :across "z")', True),
+    (at("chair", -1, 0, 0) + at("chair", 3, 0.1, 0), '(symmetric "chair")', False),
+    # supported: connected to the ground, in any number of steps
+    (TABLE + at("bowl", 0, 1, 0) + at("ball", 0, 1.15, 0), '(supported "ball")', True),
+    (TABLE + at("bowl", 0, 1.1, 0) + at("ball", 0, 1.25, 0), '(supported "ball")', False),
+    # negation
+    (TABLE + at("cup", 0, 1, 0), '(not (on "cup" "table"))', False),
+    (TABLE + at("cup", 0, 2, 0), '(not (on "cup" "table"))', True),
+]
+
+
+@pytest.mark.parametrize(("parts", "declaration", "holds"), CASES)
+def test_what_holds(parts: str, declaration: str, holds: bool) -> None:
+    assert (scene_of(parts).violations(declaration) == []) is holds
+
+
+def test_every_relation_is_tested_both_ways() -> None:
+    for holds in (True, False):
+        tested = {c.replace("(not (", "(").split()[0].strip("(") for _, c, result in CASES if result is holds}
+        assert set(RELATIONS) <= tested
+
+
+@pytest.mark.parametrize("relation", RELATIONS.values(), ids=lambda each: each.name)
+def test_examples_are_valid(relation: object) -> None:
+    example = relation.example  # type: ignore[attr-defined]
+    (made,) = Session().declarations(Source("a.scene", f"(assert-that {example})"))
+    assert str(made).replace(" 0.", " .") == example
+
+
+def movable(parts: str, declaration: str, holds: bool) -> bool:
+    """Whether a case fails, and has one subject that is only moved."""
+    subject = declaration.split('"')[1]
+    return (
+        not holds
+        and "(not" not in declaration
+        and "(transform (union" not in parts
+        and ":all" not in declaration
+        and parts.count(f'"{subject}"') == 1
+    )
+
+
+@pytest.mark.parametrize(("parts", "declaration"), [case[:2] for case in CASES if movable(*case)])
+def test_a_move_makes_it_hold(parts: str, declaration: str) -> None:
+    """The translation that is told, in the scene's frame, makes a declaration hold."""
+    (violation,) = scene_of(parts).violations(declaration)
+    if violation.declaration.relation in ("angle", "facing", "size", "count", "symmetric", "between"):
+        assert violation.move is None
+        return
+    x, y, z = violation.move or (0, 0, 0)
+    before, subject, after = parts.partition(f'(transform (call "{violation.subject}")')
+    end = after.find("(transform")
+    rest = (after, "") if end < 0 else (after[:end], after[end:])
+    moved = f"{before}(transform {subject}{rest[0]} (translate [{x:.12f} {y:.12f} {z:.12f}])){rest[1]}"
+    assert scene_of(moved).violations(declaration) == []
+
+
+def test_it_is_about_the_entity_that_states_it() -> None:
+    before = '(bind "set" (lambda () (assert-that (on "cup" "table")) (union {})))'
+    good, bad = TABLE + at("cup", 0, 1, 0), TABLE + at("cup", 0, 1.5, 0)
+    outside = at("cup", 9, 5, 0)
+    assert scene_of(at("set", 0, 0, 0) + outside, before.format(good)).violations() == []
+    found = scene_of(at("set", 0, 0, 0) + at("set", 5, 0, 0), before.format(bad)).violations()
+    assert [v.subject for v in found] == ["cup"]  # equal instances are tested once
+    tilted = scene_of(at("set", 0, 0, 0, "(rotate 1 [1 0 0])"), before.format(good)).violations()
+    assert len(tilted) == 1  # in world poses
+
+
+def test_values_may_be_computed() -> None:
+    program = '(param n 3 "number")(assert-that (count "chair" n))'
+    parts = "(for/union ((i n)) " + at("chair", 0, 0, 0).replace("[0 0 0]", "[i 0 0]", 1) + ")"
+    assert scene_of(parts, program).violations() == []
+    assert len(scene_of(parts, program.replace('"chair" n', '"chair" (+ n 1)')).violations()) == 1
+
+
+def test_a_helper_states_for_the_entity_around_it() -> None:
+    before = '(define (rule) (assert-that (count "cup" 1)))(bind "set" (lambda () (rule) (call "cup")))'
+    assert scene_of(at("set", 0, 0, 0) + at("set", 1, 0, 0), before).violations() == []
+    once = '(bind "set" (lambda (z gamma) (for ((i 3)) (assert-that (count "cup" 2))) (call "cup")))'
+    assert len(scene_of(at("set", 0, 0, 0), once).violations()) == 3
+
+
+def test_every_frame_is_tested() -> None:
+    program = f"""{THINGS}
+    (bind "fall" (lambda (z gamma)
+      (assert-that (on "cup" "table"))
+      (frames (for/list ((y '(1 1 1.5 2))) (union (call "table") (transform (call "cup") (translate [0 y 0])))))))
+    (scene "fall")"""
+    found = sl.evaluate(program).violations()
+    assert [v.frame for v in found] == [2, 3]
+
+
+def test_handles_choose_instances() -> None:
+    parts = TABLE + '(transform (call "cup" <mine>) (translate [0 1 0]))' + at("cup", 0.5, 2, 0)
+    assert scene_of(parts).violations('(on <mine> "table")') == []
+    assert len(scene_of(parts).violations('(on "cup" "table")')) == 1
+
+
+def refusal(scene: sl.Scene, declaration: str) -> SceneError:
+    with pytest.raises(SceneError) as caught:
+        scene.violations(declaration)
+    return caught.value
+
+
+def test_words_that_do_not_occur() -> None:
+    error = refusal(scene_of(TABLE + at("cup", 0, 1, 0)), '(on "cupp" "table")')
+    assert error.name == "declaration-subject"
+    assert "did you mean `cup`" in str(error.hint)
+    inner = '(bind "set" (lambda () (assert-that (on "ball" "table")) (call "table")))'
+    error = refusal(scene_of(at("set", 0, 0, 0) + at("ball", 0, 1.1, 0), inner), '(count "set" 1)')
+    assert 'outside of "set"' in str(error.hint)
+
+
+def test_blocks_and_semantic_primitives() -> None:
+    blocks = sl.evaluate(
+        '(bind "tower" (lambda () (call "set-cuboid" :block-type "minecraft:stone" :scale [2 5 2])))(scene "tower")'
+    )
+    assert blocks.violations('(size "tower" 5 :axis "y")', '(count "tower" 1)') == []
+    assert "Minecraft blocks" in refusal(blocks, '(supported "tower")').message
+    boxes = sl.evaluate(
+        '(bind "room" (lambda () (union (call "sofa" :scale [2 1 1]) (transform (call "cat" :scale [.4 .4 .4]) '
+        '(translate [0 .7 0])))))(scene "room")'
+    )
+    assert boxes.violations('(on "cat" "sofa")', '(clear-of "cat" "sofa")') == []
+
+
+MISTAKES = [
+    ('(assert-that (onn "a" "b"))', "E201", "did you mean `on`"),
+    ('(assert-that "on")', "E201", "write a relation"),
+    ('(assert-that (on "a"))', "E201", "write `(on A B"),
+    ('(assert-that (on "a" "b" "c"))', "E201", "write `(on A B"),
+    ('(assert-that (on "a" "b" :withn 1))', "E201", "did you mean `within`"),
+    ('(assert-that (on "a" "b" :within))', "E201", "has no value"),
+    ('(assert-that (on "a" 3))', "E401", "expects a word or a handle"),
+    ('(assert-that (count "a" 1.5))', "E409", "whole number"),
+    ('(assert-that (count "a"))', "E409", ":min"),
+    ('(assert-that (size "a" 1))', "E409", ":axis"),
+    ('(assert-that (size "a" 1 :axis "w"))', "E409", '"x", "y" or "z"'),
+    ('(assert-that (distance "a" "b" 1 :max 2))', "E409", "a number or a range"),
+    ('(assert-that (distance "a" "b" :min -1))', "E409", "from 0 to"),
+    ('(assert-that (inside "a" "b" :share 2))', "E409", "at most 1"),
+    ('(assert-that (on "a" "b" :within 1e400))', "E409", "from 0 to"),
+]
+
+
+@pytest.mark.parametrize(("form", "code", "text"), MISTAKES)
+def test_mistakes_have_diagnostics(form: str, code: str, text: str) -> None:
+    program = f'{form}(bind "a" (lambda () (call "cube")))(scene "a")'
+    (problem,) = [d for d in Session().evaluate(Source("a.scene", program)).diagnostics if d.is_error]
+    assert problem.code == code
+    assert problem.span is not None
+    assert text in f"{problem.message} {problem.hint}"
+
+
+def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program, rules = tmp_path / "room.scene", tmp_path / "rules.scene"
+    program.write_text(f'{THINGS}(bind "room" (lambda () (union {TABLE}{at("cup", 0, 1.5, 0)})))(scene "room")')
+    rules.write_text('(assert-that (on "cup" "table") "cups stand")\n(assert-that (count "table" 1))\n')
+    assert main(["check", "--run", str(program)]) == 0
+    assert main(["check", str(program), "--that", '(count "cup" 1)']) == 0
+    assert main(["check", str(program), "--that", str(rules)]) == 1
+    told = capsys.readouterr().err
+    for text in (
+        "error[E612]",
+        "rules.scene:1:14",
+        "cups stand",
+        '"cup" floats 0.5 above "table"',
+        "(translate [0 -0.5 0])",
+    ):
+        assert text in told
+    assert main(["check", str(program), "--that", '(on "cup")']) == 1
+    assert main(["check", str(program), "--that", "missing.scene"]) == 1
