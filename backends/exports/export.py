@@ -23,6 +23,7 @@ from scenelang.backends.exports.plan import (
     merged,
     planned,
     segments_for,
+    shared,
     solid_of,
 )
 from scenelang.backends.files import atomic_write_all
@@ -222,7 +223,10 @@ MAX_FILES = 10_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Job:
-    """Input of a writer. ``limit`` is the maximum number of expanded primitives."""
+    """Input of a writer. ``limit`` is the maximum number of expanded primitives.
+
+    ``solid``: the plan is one body, whose faces share points in formats that number them.
+    """
 
     plan: ExportPlan
     fps: float = 24.0
@@ -233,6 +237,7 @@ class Job:
     tolerance: float | None = None
     unit: str = "millimeter"
     instancing: int | None = None
+    solid: bool = False
 
 
 Writer = Callable[[Job, Path], None]  # writes the file, and its accompanying files in the same directory
@@ -276,6 +281,7 @@ def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: 
         limit=options.limit,
         progress=options.progress or (lambda _: None),
         tolerance=tolerance,
+        solid=bool(backend.setting(options, "solid")),
         **{field: value for field, value in given.items() if value is not None},
     )
     with atomic_write_all(path.parent) as folder:
@@ -520,9 +526,20 @@ class LeafPiece:
         """The complete colour of every vertex (V, 3), None if it is the look's."""
         return None if self.surface.colors is None else self.surface.colors * np.array(self.look.color)
 
+    @property
+    def face_colors(self) -> FloatArray | None:
+        """The complete colour of every face (F, 3), None if points have the colours."""
+        return None if self.surface.face_colors is None else self.surface.face_colors * np.array(self.look.color)
+
     def srgb(self) -> npt.NDArray[np.uint8]:
         """Return the colour of every vertex, or one for all, as 8-bit sRGB (V or 1, 4), with the opacity."""
-        own = self.colors
+        return self._srgb(self.colors)
+
+    def face_srgb(self) -> npt.NDArray[np.uint8]:
+        """Return the colour of every face, or one for all, as ``srgb``."""
+        return self._srgb(self.face_colors)
+
+    def _srgb(self, own: FloatArray | None) -> npt.NDArray[np.uint8]:
         linear = np.array([self.look.color]) if own is None else own
         out = np.full((len(linear), 4), round(255 * self.look.opacity), np.uint8)
         out[:, :3] = np.rint(255.0 * to_srgb(np.clip(linear, 0.0, 1.0)))
@@ -566,6 +583,11 @@ class WorldBlock:
             out[_spans(self.first[rows], len(piece.surface.vertices))] = piece.srgb()
         return out
 
+    def face_srgb(self) -> npt.NDArray[np.uint8]:
+        """Return the colour of every face (F, 4) of pieces whose faces share points, as ``srgb``."""
+        sizes = [len(piece.surface.faces) for piece in self.pieces]
+        return np.concatenate([np.broadcast_to(p.face_srgb(), (n, 4)) for p, n in zip(self.pieces, sizes, strict=True)])
+
 
 def _starts(sizes: Sequence[int]) -> IntArray:
     """Return where each of consecutive spans of ``sizes`` starts, and where the last one ends."""
@@ -597,12 +619,13 @@ class Surfaces:
     """The leaves of a job with one frame, and their surfaces, each computed once for a number of sides.
 
     Round primitives have fewer sides if the file would be too large; raises LimitError if that is not enough.
+    ``shares``: the faces of a primitive share points (``plan.shared``).
     """
 
-    def __init__(self, job: Job, ending: str) -> None:
+    def __init__(self, job: Job, ending: str, shares: bool = False) -> None:
         unsupported_frames(job.plan.roots, ending)
         self.leaves = leaves_of(job.plan, min(job.limit, MAX_VERTICES))
-        self._job = job
+        self._job, self.shares = job, shares
         self._sides = self._fitting(f"the {ending} file")
         self._shared: dict[Hashable, ExportSurface | None] = {}
         self._pieces: dict[tuple[int, int], Sequence[LeafPiece]] = {}
@@ -646,7 +669,9 @@ class Surfaces:
         key = id(item), sides
         if key not in self._patches:
             pieces = self.pieces(item, sides)
-            self._patches[key] = [(p.look, replace(_in_leaf(p), colors=p.colors)) for p in pieces]
+            self._patches[key] = [
+                (p.look, replace(_in_leaf(p), colors=p.colors, face_colors=p.face_colors)) for p in pieces
+            ]
         return self._patches[key]
 
     def pieces(self, item: ExportItem, sides: int) -> Sequence[LeafPiece]:
@@ -665,7 +690,8 @@ class Surfaces:
             return []
         key = solid.key, sides
         if key not in self._shared:
-            self._shared[key] = solid.surface(sides)
+            made = solid.surface(sides)
+            self._shared[key] = shared(made) if made is not None and self.shares else made
         surface = self._shared[key]
         return [] if surface is None else [LeafPiece(look, surface, np.array(solid.pose).reshape(3, 4))]
 

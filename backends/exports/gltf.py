@@ -39,6 +39,7 @@ from scenelang.backends.exports.plan import (
     distinct,
     merged,
     segments_for,
+    shared,
     solid_of,
 )
 from scenelang.backends.exports.trs import Decomposition, decompose, decompose_track
@@ -61,6 +62,7 @@ class GltfDocument:
     """The elements of the file, with the tables that deduplicate them."""
 
     segments: int = SEGMENTS  # of merged meshes
+    shares: bool = False  # whether the faces of primitives share points; then they are flat, without normals
     required: set[str] = field(default_factory=set)
     nodes: list[dict[str, Any]] = field(default_factory=list)
     meshes: list[dict[str, Any]] = field(default_factory=list)
@@ -89,6 +91,8 @@ class GltfDocument:
         key = solid.key, segments
         if key not in self._surfaces:
             surface = solid.surface(segments)
+            if surface is not None and self.shares:
+                surface = shared(surface)
             self._surfaces[key] = None if surface is None else self._add_surface(surface)
         geometry = self._surfaces[key]
         if geometry is None:
@@ -113,10 +117,9 @@ class GltfDocument:
         return len(self.meshes) - 1
 
     def _add_surface(self, surface: ExportSurface) -> dict[str, Any]:
-        attributes = {
-            "POSITION": self.add_array(surface.vertices.astype(np.float32), "VEC3", _ARRAY_BUFFER),
-            "NORMAL": self.add_array(surface.normals.astype(np.float32), "VEC3", _ARRAY_BUFFER),
-        }
+        attributes = {"POSITION": self.add_array(surface.vertices.astype(np.float32), "VEC3", _ARRAY_BUFFER)}
+        if not self.shares:
+            attributes["NORMAL"] = self.add_array(surface.normals.astype(np.float32), "VEC3", _ARRAY_BUFFER)
         if surface.colors is not None:
             # linear; 8 bits would cause banding in dark colours
             shades = np.full((len(surface.colors), 4), 65535, np.uint16)
@@ -619,7 +622,7 @@ def document_of(job: Job) -> GltfDocument:
     """Return the glTF document of a plan; raises LimitError if it would be too large."""
     plan = _within_limits(job)
     whole = [item.entity for item in distinct(*plan.roots) if item.merged]
-    document = GltfDocument(job.segments or segments_for(whole, "the merged meshes", _HINT))
+    document = GltfDocument(job.segments or segments_for(whole, "the merged meshes", _HINT), job.solid)
     nodes = Nodes(document, item_sides(job, plan.roots), job.instancing or 0)
     if plan.animated:
         _add_frames(nodes, plan, job.fps)

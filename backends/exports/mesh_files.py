@@ -30,7 +30,7 @@ _MAX_SHININESS = 1000.0  # maximum of Ns, which is 0 for a rough surface
 
 def _write_obj(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``, with a material file; raises SceneError and LimitError."""
-    surfaces = Surfaces(job, ".obj")
+    surfaces = Surfaces(job, ".obj", shares=job.solid)
     text = _ObjText(surfaces)
     library = path.with_suffix(".mtl")
     with path.open("w", encoding="utf-8", newline="\n") as file:
@@ -47,23 +47,29 @@ class _Outline:
 
     ``points`` and ``normals`` are the vertices that they are taken from, ``colors`` the colours of the points.
     ``faces`` and ``mirrored`` are the numbers of three corners, position and normal, from 0. ``form`` is the text of
-    the object but for its numbers.
+    the object but for its numbers. A body has no normals: readers would tear its points apart for them.
     """
 
     points: IntArray
-    normals: IntArray
+    normals: IntArray | None
     colors: FloatArray | None
     faces: IntArray
     mirrored: IntArray
     form: str
 
 
-def _outline(piece: LeafPiece) -> _Outline:
+def _outline(piece: LeafPiece, is_body: bool) -> _Outline:
     surface, colors = piece.surface, piece.colors
     columns = surface.vertices
     if colors is not None:
         colors = to_srgb(np.clip(colors, 0.0, 1.0)).astype(np.float64)
         columns = np.hstack([columns, colors])
+    if is_body:
+        form = (
+            "s off\n" + ("v" + " %.9g" * columns.shape[1] + "\n") * len(columns) + "f %d %d %d\n" * len(surface.faces)
+        )
+        faces = surface.faces
+        return _Outline(np.arange(len(columns)), None, colors, faces.reshape(-1), faces[:, ::-1].reshape(-1), form)
     if surface.joints is None or colors is not None:
         points, place = _firsts(columns)
         point = place[surface.faces]
@@ -73,9 +79,9 @@ def _outline(piece: LeafPiece) -> _Outline:
     normals, normal = _firsts(surface.normals)
     corners = np.stack([point, normal[surface.faces]], axis=2)
     form = ("v" + " %.9g" * columns.shape[1] + "\n") * len(points) + "vn %.6g %.6g %.6g\n" * len(normals)
-    faces = "f %d//%d %d//%d %d//%d\n" * len(surface.faces)
+    form += "f %d//%d %d//%d %d//%d\n" * len(surface.faces)
     own = None if colors is None else colors[points]
-    return _Outline(points, normals, own, corners.reshape(-1), corners[:, ::-1].reshape(-1), form + faces)
+    return _Outline(points, normals, own, corners.reshape(-1), corners[:, ::-1].reshape(-1), form)
 
 
 def _firsts(rows: FloatArray) -> tuple[IntArray, IntArray]:
@@ -92,7 +98,7 @@ class _ObjText:
 
     def __init__(self, surfaces: Surfaces) -> None:
         self.materials: dict[Look, str] = {}
-        self._leaves = surfaces.leaves
+        self._leaves, self._shares = surfaces.leaves, surfaces.shares
         self._outlines: dict[Hashable, _Outline] = {}
         self._names: dict[tuple[int, str], str] = {}
         self._numbers: dict[str, int] = {}
@@ -106,9 +112,12 @@ class _ObjText:
             points = block.vertices[starts[number] + outline.points]
             if outline.colors is not None:
                 points = np.hstack([points, outline.colors])
-            normals = block.normals[starts[number] + outline.normals] + 0.0
+            normals = np.zeros((0, 3))
+            if outline.normals is not None:
+                normals = block.normals[starts[number] + outline.normals] + 0.0
             faces = outline.mirrored if mirrored[number] else outline.faces
-            corners = (faces.reshape(-1, 2) + self._next).ravel()
+            kinds = 1 if outline.normals is None else 2
+            corners = (faces.reshape(-1, kinds) + self._next[:kinds]).ravel()
             self._next = self._next + np.array([len(points), len(normals)])
             numbers = (*points.ravel().tolist(), *normals.ravel().tolist(), *corners.tolist())
             yield self._head(leaf[number], piece.look)
@@ -117,7 +126,7 @@ class _ObjText:
     def _outline(self, piece: LeafPiece) -> _Outline:
         key = id(piece.surface), None if piece.surface.colors is None else piece.look.color
         if key not in self._outlines:
-            self._outlines[key] = _outline(piece)
+            self._outlines[key] = _outline(piece, self._shares)
         return self._outlines[key]
 
     def _head(self, leaf: int, look: Look) -> str:
@@ -164,20 +173,30 @@ OBJ = mesh_backend(
 )
 
 
-# Binary PLY: one mesh in world coordinates, with normals and the sRGB colour and opacity of every vertex.
+# Binary PLY: one mesh in world coordinates, with normals and the sRGB colour and opacity of every vertex; a body has
+# points without normals, and the colours of its faces.
 
 
+_COMMENT = "scenelang: y up, colours are sRGB"
 _VERTEX = np.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("color", "u1", 4)])
 _PROPERTIES = (
     *(("float", name) for name in ("x", "y", "z", "nx", "ny", "nz")),
     *(("uchar", name) for name in ("red", "green", "blue", "alpha")),
 )
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+_POINT = np.dtype([("position", "<f4", 3)])
+_PAINTED = np.dtype([*_FACE.descr, ("color", "u1", 4)])
 
 
 def _write_ply(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
-    surfaces = Surfaces(job, ".ply")
+    surfaces = Surfaces(job, ".ply", shares=job.solid)
+    if job.solid:
+        blocks = list(surfaces.blocks())  # of one primitive, and so one
+        points = [block.vertices.astype(np.float32).view(_POINT) for block in blocks]
+        painted = [_painted_faces(block) for block in blocks]
+        write_ply(path, _PROPERTIES[:3], points, painted, _COMMENT, face_properties=_PROPERTIES[6:])
+        return
     faces: list[npt.NDArray[Any]] = []
 
     def vertices() -> Iterator[npt.NDArray[Any]]:
@@ -189,7 +208,7 @@ def _write_ply(job: Job, path: Path) -> None:
             start += len(rows)
             yield rows
 
-    write_ply(path, _PROPERTIES, vertices(), faces, "scenelang: y up, colours are sRGB", surfaces.size())
+    write_ply(path, _PROPERTIES, vertices(), faces, _COMMENT, surfaces.size())
 
 
 def write_ply(
@@ -199,6 +218,7 @@ def write_ply(
     faces: Iterable[npt.NDArray[Any]] | None,
     comment: str | None = None,
     size: tuple[int, int] | None = None,
+    face_properties: Sequence[tuple[str, str]] = (),
 ) -> None:
     """Write a binary PLY file.
 
@@ -212,6 +232,8 @@ def write_ply(
         Indices into all vertices; None for a point cloud. They are read after all vertices.
     size : (int, int), optional
         The numbers of vertices and faces, needed unless both are sequences.
+    face_properties : sequence of (str, str)
+        Types and names of what faces have after their corners, in PLY's own rows.
     """
     if size is None:
         vertices, faces = list(vertices), None if faces is None else list(faces)
@@ -220,16 +242,25 @@ def write_ply(
     lines += [f"element vertex {size[0]}", *(f"property {kind} {name}" for kind, name in properties)]
     if faces is not None:
         lines += [f"element face {size[1]}", "property list uchar int vertex_indices"]
+        lines += [f"property {kind} {name}" for kind, name in face_properties]
     lines += ["end_header", ""]
     with path.open("wb") as file:
         file.write("\n".join(lines).encode("ascii"))
         file.writelines(rows.tobytes() for rows in vertices)
-        file.writelines((f if f.dtype == _FACE else _ply_faces(f)).tobytes() for f in faces or ())
+        file.writelines((f if f.dtype.names else _ply_faces(f)).tobytes() for f in faces or ())
 
 
 def _ply_faces(corners: IntArray) -> npt.NDArray[Any]:
     rows = np.empty(len(corners), _FACE)
     rows["count"], rows["corners"] = 3, corners
+    return rows
+
+
+def _painted_faces(block: WorldBlock) -> npt.NDArray[Any]:
+    """Return the rows of the faces of a block with their colours."""
+    corners = block.faces()
+    rows = np.empty(len(corners), _PAINTED)
+    rows["count"], rows["corners"], rows["color"] = 3, corners, block.face_srgb()
     return rows
 
 
@@ -246,7 +277,7 @@ _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attrib
 
 def _write_stl(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
-    surfaces = Surfaces(job, ".stl")
+    surfaces = Surfaces(job, ".stl", shares=job.solid)
     with path.open("wb") as file:
         file.write(b"scenelang: y up".ljust(80, b" "))
         file.write(struct.pack("<I", surfaces.size()[1]))

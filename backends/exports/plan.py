@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
+from scenelang.backends.geometry.convex import clusters
 from scenelang.backends.geometry.solids import keeps_own_colors, own_mesh
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.pictures.appearance import Look, check_seen, look_of
@@ -23,6 +24,7 @@ from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.scene.modelling.computing import welded
 from scenelang.interpreter.scene.primitives import Primitive
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import Mesh, posed_points
@@ -244,6 +246,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 SEGMENTS = 64
+_FINEST = 5e-7  # of the largest coordinate, some steps of single precision
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -252,7 +255,8 @@ class ExportSurface:
 
     ``vertices`` and unit ``normals`` (V, 3); ``faces`` (F, 3), counter-clockwise seen from outside; ``colors`` (V, 3)
     linear sRGB if the surface has its own, which multiply the look's colour. ``joints`` (F, 3) are the points of the
-    closed surface that the corners are, None if equal places are equal points.
+    closed surface that the corners are, None if equal places are equal points. ``face_colors`` (F, 3) are those of a
+    surface whose faces share points (``shared``), where ``colors`` are means.
     """
 
     vertices: FloatArray
@@ -260,6 +264,7 @@ class ExportSurface:
     faces: IntArray
     colors: FloatArray | None = None
     joints: IntArray | None = None
+    face_colors: FloatArray | None = None
 
     def under(self, matrices: FloatArray) -> ExportSurface:
         """Return copies of the surface under the poses (K, 3, 4), concatenated."""
@@ -277,6 +282,77 @@ class ExportSurface:
         if doubtful.any():
             normals[doubtful] = _unit_normals(normals[doubtful])
         return vertices, normals, mirrored
+
+
+def points_of(surface: ExportSurface) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return the points of a surface, the faces between them, and the number that each face has in the surface.
+
+    Points of a computed solid that are at one place stay apart where the solid only touches itself.
+    """
+    if surface.joints is None:
+        return welded(surface.vertices, surface.faces)
+    _, first, place = np.unique(surface.joints, return_index=True, return_inverse=True)
+    faces = place.reshape(surface.faces.shape)
+    return surface.vertices[surface.faces.ravel()[first]], faces, np.arange(len(faces))
+
+
+def shared(surface: ExportSurface) -> ExportSurface:
+    """Return the surface with one vertex for each point, so that it is closed by its numbers alone.
+
+    Points that single precision may not tell apart are one, so that it stays closed where readers weld it by places.
+    The normal and the colour of a point are means of the faces around it, by the angles of their corners.
+    """
+    points, faces, kept = _contracted(*points_of(surface))
+    corners = points[faces]
+    ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    turn = np.cross(ahead, back)
+    angles = np.arctan2(np.linalg.norm(turn, axis=2), np.einsum("fci,fci->fc", ahead, back))[:, :, None]
+
+    def around(values: FloatArray) -> FloatArray:
+        """Return the weighted sum (V, 3) of values at corners, which are (F, 1, 3)."""
+        weighted = (values * angles).reshape(-1, 3)
+        sums = [np.bincount(faces.ravel(), weighted[:, axis], len(points)) for axis in range(3)]
+        return np.stack(sums, axis=1)
+
+    normals = _unit_normals(around(_unit_normals(turn[:, 0])[:, None]))
+    if surface.colors is None:
+        return ExportSurface(points, normals, faces, None, faces)
+    painted = surface.colors[surface.faces[kept, 0]]
+    weights = around(np.ones((len(faces), 1, 3)))
+    sums = around(painted[:, None])
+    colors = np.divide(sums, weights, out=np.ones_like(sums), where=weights > 0.0)
+    return ExportSurface(points, normals, faces, colors, faces, painted)
+
+
+def _contracted(points: FloatArray, faces: IntArray, kept: IntArray) -> tuple[FloatArray, IntArray, IntArray]:
+    """Contract the edges of a closed surface that are too short for single precision, and drop the faces that vanish.
+
+    Two faces that become each other's reverse vanish, too.
+    """
+    least = _FINEST * float(np.abs(points).max(initial=0.0))
+    edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    short = edges[np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1) < least]
+    if not len(short):
+        return points, faces, kept
+    ends, pairs = np.unique(short, return_inverse=True)
+    place = np.arange(len(points))
+    place[ends] = ends[clusters(len(ends), pairs.reshape(-1, 2).tolist())]
+    found = place[faces]
+    a, b, c = found.T
+    found, kept = (rows[(a != b) & (b != c) & (c != a)] for rows in (found, kept))
+    alone = _without_reverse(found)
+    used, found = np.unique(found[alone], return_inverse=True)
+    return points[used], found.reshape(-1, 3), kept[alone]
+
+
+def _without_reverse(faces: IntArray) -> npt.NDArray[np.bool_]:
+    """Return the mask of the faces (F, 3) that are not there as often the other way round."""
+    ordered = np.sort(faces, axis=1)
+    first = np.take_along_axis(faces, (faces.argmin(axis=1)[:, None] + (0, 1)) % 3, axis=1)
+    way = np.where(first[:, 1] == ordered[:, 1], 1.0, -1.0)
+    _, group, sizes = np.unique(ordered, axis=0, return_inverse=True, return_counts=True)
+    group = group.reshape(-1)
+    return np.asarray((sizes[group] == 1) | (np.bincount(group, way)[group] != 0.0), np.bool_)
 
 
 def surface_of(entity: Entity, segments: int = SEGMENTS) -> ExportSurface | None:

@@ -24,12 +24,10 @@ from scenelang.backends.exports.export import (
     WorldLeaf,
     mesh_backend,
 )
-from scenelang.backends.exports.plan import ExportSurface
+from scenelang.backends.exports.plan import ExportSurface, points_of
 from scenelang.backends.pictures.appearance import Look, to_srgb
-from scenelang.interpreter.scene.modelling.computing import welded
 
 FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 UNITS = ("millimeter", "centimeter", "meter", "inch", "foot", "micron")
 _TYPES = """<?xml version="1.0" encoding="UTF-8"?>
@@ -64,7 +62,7 @@ class _Model:
     """The document: colours, meshes, parts and what is built."""
 
     def __init__(self, job: Job) -> None:
-        self._job, self._surfaces = job, Surfaces(job, ".3mf")
+        self._job, self._surfaces = job, Surfaces(job, ".3mf", shares=job.solid)
         self._leaves = list(zip(self._surfaces.leaves.each(), self._surfaces.sides().tolist(), strict=True))
         self._colors: dict[str, int] = {}
         self._meshes: dict[tuple[int, bool], int] = {}
@@ -110,7 +108,7 @@ class _Model:
             yield f'<component objectid="{self._meshes[key]}" transform="{_spelled(pose)}"/>\n'
 
     def _mesh(self, word: str, look: Look, surface: ExportSurface, mirrored: bool) -> int:
-        vertices, faces, kept = _body(surface)
+        vertices, faces, kept = points_of(surface)
         colors = self._face_colors(look, surface, kept)
         if mirrored:
             vertices, faces = vertices * _MIRROR, faces[:, ::-1]
@@ -125,7 +123,10 @@ class _Model:
 
     def _face_colors(self, look: Look, surface: ExportSurface, kept: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
         """Return the number of the colour of each of the faces ``kept``."""
-        linear = np.array(look.color)[None] if surface.colors is None else surface.colors[surface.faces[kept, 0]]
+        own = surface.face_colors
+        if own is None and surface.colors is not None:
+            own = surface.colors[surface.faces[:, 0]]
+        linear = np.array(look.color)[None] if own is None else own[kept]
         srgb = np.rint(255.0 * to_srgb(np.clip(linear, 0.0, 1.0))).astype(np.int64)
         opacity = round(255 * look.opacity)
         distinct, inverse = np.unique(srgb, axis=0, return_inverse=True)
@@ -146,21 +147,6 @@ def _quoted(word: str) -> str:
     """Return a word as an attribute of XML, without the characters that XML does not have."""
     text = html.escape(_NO_CHARACTER.sub("", word), quote=False).replace('"', "&quot;")  # readers know no numbers
     return f'"{text}"'
-
-
-def _body(surface: ExportSurface) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return the points, the faces between them, and the number that each face has in the surface.
-
-    Points of a computed solid that are at one place stay apart where the solid only touches itself.
-    """
-    if surface.joints is None:
-        return welded(surface.vertices, surface.faces)
-    _, first, place = np.unique(surface.joints, return_index=True, return_inverse=True)
-    return (
-        surface.vertices[surface.faces.ravel()[first]],
-        place.reshape(surface.faces.shape),
-        np.arange(len(surface.faces)),
-    )
 
 
 def _spelled(pose: FloatArray) -> str:

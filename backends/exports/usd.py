@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +41,9 @@ from scenelang.backends.exports.plan import (
     Solid,
     distinct,
     merged,
+    points_of,
     segments_for,
+    shared,
     solid_of,
     unit_surface,
 )
@@ -90,10 +92,12 @@ class PrimNames:
 class Prims:
     """Creates prims in one layer.
 
-    Poses are affine, 12 floats, for column vectors; USD's matrices are their transposes.
+    Poses are affine, 12 floats, for column vectors; USD's matrices are their transposes. ``shares``: the faces of
+    meshes share points.
     """
 
-    def __init__(self, layer: Any) -> None:
+    def __init__(self, layer: Any, shares: bool = False) -> None:
+        self.shares = shares
         self.sdf, self.gf, self.vt = (require(f"pxr.{name}", INSTALL) for name in ("Sdf", "Gf", "Vt"))
         self.layer = layer
         self._solids: dict[Hashable, Any] = {}
@@ -239,6 +243,8 @@ class Prims:
     def mesh(self, parent: Any, name: str, surface: ExportSurface, look: Look) -> Any:
         """Add triangles with their normals and, if the surface has them, colours."""
         prim = self.prim(parent, name, "Mesh")
+        if self.shares:
+            return self._body(prim, surface, look)
         self._triangles(prim, surface)
         if surface.colors is None:
             self._paint(prim, np.array([look.color]), "constant", look)
@@ -246,7 +252,18 @@ class Prims:
             self._paint(prim, surface.colors, "vertex", look)
         return prim
 
-    def _triangles(self, prim: Any, surface: ExportSurface) -> None:
+    def _body(self, prim: Any, surface: ExportSurface, look: Look) -> Any:
+        """Add triangles that share points, with normals of their corners and colours of their own."""
+        body = shared(surface)
+        corners = surface.normals[surface.faces[points_of(surface)[2]]].reshape(-1, 3)
+        self._triangles(prim, replace(body, normals=corners), "faceVarying")
+        own = body.face_colors
+        self._paint(
+            prim, np.array([look.color]) if own is None else own, "constant" if own is None else "uniform", look
+        )
+        return prim
+
+    def _triangles(self, prim: Any, surface: ExportSurface, interpolation: str = "vertex") -> None:
         counts = self.vt.IntArray(len(surface.faces), 3)
         indices = self.vt.IntArray.FromNumpy(np.ascontiguousarray(surface.faces.reshape(-1), np.int32))
         low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
@@ -255,7 +272,7 @@ class Prims:
         self.attribute(prim, "faceVertexIndices", "IntArray", indices)
         self.attribute(prim, "points", "Point3fArray", self.points(surface.vertices))
         normals = self.attribute(prim, "normals", "Normal3fArray", self.points(surface.normals))
-        normals.SetInfo("interpolation", "vertex")
+        normals.SetInfo("interpolation", interpolation)
         self.attribute(prim, "extent", "Float3Array", self.points(np.stack([low, high])))
         self.attribute(prim, "doubleSided", "Bool", True)
 
@@ -355,7 +372,7 @@ def _package(layer: Any, path: Path) -> None:
 def _fill(layer: Any, job: Job) -> None:
     plan = job.plan
     whole = [item.entity for item in distinct(*plan.roots) if item.merged]
-    prims = Prims(layer)
+    prims = Prims(layer, job.solid)
     root = prims.prim(layer, PrimNames().fresh(plan.word), "Xform")
     root.SetInfo("kind", "component")
     root.SetInfo("apiSchemas", prims.sdf.TokenListOp.Create(prependedItems=["GeomModelAPI"]))

@@ -108,6 +108,72 @@ def test_solid_exports_are_one_watertight_body(thing: sl.Scene, tmp_path: Path, 
     assert mesh.volume == pytest.approx(sl.evaluate(BRACKET).measure().volume, rel=1e-3)
 
 
+@pytest.mark.parametrize("ending", ["obj", "ply", "glb", "3mf"])
+def test_bodies_are_closed_by_their_numbers_alone(thing: sl.Scene, tmp_path: Path, ending: str) -> None:
+    thing.export(tmp_path / f"a.{ending}", settings={"solid": True})
+    mesh = trimesh.load(tmp_path / f"a.{ending}", process=False, force="mesh")
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert mesh.volume == pytest.approx(sl.evaluate(BRACKET).measure().volume, rel=1e-3)
+
+
+def test_faces_of_a_ply_body_have_their_colours(thing: sl.Scene, tmp_path: Path) -> None:
+    thing.export(tmp_path / "a.ply", settings={"solid": True})
+    colors = trimesh.load(tmp_path / "a.ply", process=False).visual.face_colors
+    assert set(map(tuple, colors.tolist())) == {(255, 0, 0, 255), (0, 0, 255, 255), (0, 255, 0, 255)}
+
+
+@pytest.mark.parametrize("ending", ["obj", "glb"])
+def test_points_of_a_body_have_the_mean_colour_of_the_faces_around(tmp_path: Path, ending: str) -> None:
+    """At the corner of a half red, half blue cube, whatever its triangles are."""
+    scene = sl.evaluate(
+        '(bind "half" (lambda () (union (call "cube" :color [1 0 0])'
+        '  (transform (call "cube" :color [0 0 1]) (translate [1 0 0])))))'
+    )
+    scene.export(tmp_path / f"a.{ending}", settings={"solid": True})
+    mesh = trimesh.load(tmp_path / f"a.{ending}", process=False, force="mesh", skip_materials=True)
+    colors = np.array(mesh.visual.vertex_colors)[:, :3]
+    at = np.asarray(mesh.vertices)
+    assert (colors[at[:, 0] < 0] == [255, 0, 0]).all()
+    assert (colors[at[:, 0] > 1] == [0, 0, 255]).all()
+    middle = np.unique(colors[(at[:, 0] > 0) & (at[:, 0] < 1)], axis=0)
+    assert len(middle) == 1
+    assert middle[0, 0] == middle[0, 2]
+
+
+def test_bodies_stay_closed_where_readers_join_points_of_single_precision(tmp_path: Path) -> None:
+    """Two twisted halves meet in slivers, shorter than the steps of single precision."""
+    sl.load(ROOT / "examples" / "making" / "vase.scene").export(tmp_path / "a.stl", settings={"solid": True})
+    assert trimesh.load(tmp_path / "a.stl").is_watertight
+
+
+def test_faces_that_become_each_others_reverse_vanish() -> None:
+    """A cube with a pocket in an edge, whose rim is too short."""
+    from scenelang.backends.exports.plan import ExportSurface, shared
+
+    pocket = np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])  # a tetrahedron, 1 and 2 of which are one place
+    cube = trimesh.creation.box()
+    points = np.concatenate([np.array([[3.0, 0, 0], [5, 0, 0], [5 + 1e-9, 0, 0], [4, 1, 0]]), cube.vertices])
+    faces = np.concatenate([pocket, cube.faces + 4])
+    body = shared(ExportSurface(points, np.zeros_like(points), faces, joints=faces))
+    assert (len(body.vertices), len(body.faces)) == (8, 12)
+    assert trimesh.Trimesh(body.vertices, body.faces, process=False).is_watertight
+
+
+def test_a_body_in_usd_shares_points_and_keeps_colours_of_faces(thing: sl.Scene, tmp_path: Path) -> None:
+    usd = pytest.importorskip("pxr.UsdGeom")
+    thing.export(tmp_path / "a.usda", settings={"solid": True})
+    stage = pytest.importorskip("pxr.Usd").Stage.Open(str(tmp_path / "a.usda"))
+    (mesh,) = (usd.Mesh(prim) for prim in stage.Traverse() if prim.IsA(usd.Mesh))
+    faces = np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
+    assert trimesh.Trimesh(mesh.GetPointsAttr().Get(), faces, process=False).is_watertight
+    assert mesh.GetNormalsInterpolation() == "faceVarying"
+    assert len(mesh.GetNormalsAttr().Get()) == 3 * len(faces)
+    colors = mesh.GetDisplayColorPrimvar()
+    assert colors.GetInterpolation() == "uniform"
+    assert len(np.unique(np.array(colors.Get()), axis=0)) == 3
+
+
 def test_the_union_of_an_example_is_watertight_and_has_its_bounds(tmp_path: Path) -> None:
     scene = sl.load(ROOT / "examples" / "menger-sponge.scene", defines={"level": 2})
     scene.export(tmp_path / "a.stl", settings={"solid": True})
