@@ -46,7 +46,8 @@ class Option:
 
     ``default`` also determines the type (None: an optional integer; False: a flag). ``minimum`` and ``maximum`` are
     inclusive bounds of a number. ``choices`` lists the allowed strings; if it is empty, any string is allowed.
-    ``check`` performs further validation and raises SceneError("value").
+    ``check`` performs further validation and raises SceneError("value"). ``read`` converts what is given, of any type,
+    in place of all this, and raises SceneError("value") too.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Option:
     minimum: float | None = None
     maximum: float | None = None
     check: Callable[[Any], object] | None = None
+    read: Callable[[Any], object] | None = None
 
     def setting(self, owners: Sequence[str]) -> Setting:
         """Return the command-line setting for this option; ``owners`` are the names of the backends that define it."""
@@ -67,6 +69,8 @@ class Option:
 
     def validate(self, value: Any) -> Any:
         """Return ``value`` converted to the option's type; raises SceneError("value") if it is not allowed."""
+        if self.read is not None:
+            return self.read(value)
         expected = int if self.default is None else type(self.default)
         if expected is float and type(value) is int:
             value = float(value)

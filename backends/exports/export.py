@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import re
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -18,13 +19,17 @@ from scenelang.backends.exports.plan import (
     ExportItem,
     ExportPlan,
     ExportSurface,
+    Patch,
     chosen,
     distinct,
     merged,
     planned,
     segments_for,
     shared,
+    sides_within,
     solid_of,
+    too_fine,
+    vertex_count,
 )
 from scenelang.backends.files import atomic_write_all
 from scenelang.backends.minecraft.models import as_cubes
@@ -203,12 +208,57 @@ SIDES = Option(
     minimum=3,
     maximum=1024,
 )
+UNITS = {"micron": 0.001, "millimeter": 1.0, "centimeter": 10.0, "meter": 1000.0, "inch": 25.4, "foot": 304.8}
+_SUFFIXES = {"um": "micron", "mm": "millimeter", "cm": "centimeter", "m": "meter", "in": "inch", "ft": "foot"}
+_TOLERANCE = re.compile(r"\s*(\d+\.?\d*(?:e[+-]?\d+)?|\.\d+(?:e[+-]?\d+)?)\s*(px|[a-z]*)\s*(?:@\s*(\d{1,9}))?\s*", re.I)
+_PIXELS = 1_000  # along the longest side of the scene, where a tolerance in pixels does not say
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """Greatest distance of round surfaces from their triangles.
+
+    ``unit`` is a key of ``UNITS``, "px" for pixels of a picture that the scene fills with ``pixels`` along its longest
+    side, or "" for scene units.
+    """
+
+    amount: float
+    unit: str = ""
+    pixels: int = _PIXELS
+
+    def in_scene(self, scene: Scene, unit: str) -> float:
+        """Return the distance in scene units, each of which is a ``unit``."""
+        if self.unit == "px":
+            boxes = np.array([box for box in map(entity_box, scene.frames) if box is not None]).reshape(-1, 2, 3)
+            size = float((boxes[:, 1].max(axis=0) - boxes[:, 0].min(axis=0)).max()) if len(boxes) else 0.0
+            return self.amount * size / self.pixels
+        return self.amount * (UNITS[self.unit] / UNITS[unit] if self.unit else 1.0)
+
+
+def read_tolerance(value: Any) -> Tolerance:
+    """Read a number of scene units, or a text such as ``.1mm`` or ``1px@1080``; raises SceneError("value")."""
+    if type(value) in (int, float) and math.isfinite(value) and value >= 0.0:
+        return Tolerance(float(value))
+    found = _TOLERANCE.fullmatch(value) if type(value) is str else None
+    name = "" if found is None else found[2].lower()
+    unit = name if name in ("", "px") else _SUFFIXES.get(name)
+    if found is None or unit is None or (found[3] and (name != "px" or int(found[3]) < 1)):
+        units = ", ".join(_SUFFIXES)
+        raise SceneError(
+            "value",
+            f"`--tolerance` must be a number of at least 0, not {value!r}",
+            hint=f"in scene units, or with {units}, or in pixels: `.01`, `.1mm`, `1px@1080`",
+        )
+    return Tolerance(float(found[1]), unit, int(found[3] or _PIXELS))
+
+
 TOLERANCE = Option(
     "tolerance",
-    "greatest distance of round surfaces from their triangles, in scene units, for the largest copy of what is shared "
-    "(gltf, usd); 0 for --segments",
-    0.0,
-    minimum=0.0,
+    "greatest distance of round surfaces from their triangles: a number of scene units, a length such as .1mm (um, mm, "
+    "cm, m, in, ft), or pixels of a picture that the scene fills, such as 1px@1080 (1px: of 1,000 pixels). What is "
+    "shared (gltf, usd) or merged has it for the largest copy. 0 for --segments",
+    "0",
+    read=read_tolerance,
 )
 INSTANCING = Option(
     "instancing",
@@ -219,6 +269,8 @@ INSTANCING = Option(
 )
 WHOLE = Option("solid", "join everything to one watertight body", False)
 MAX_FILES = 10_000
+Node = TypeVar("Node", ExportItem, Entity)
+Links = Sequence[tuple[Node, Matrix]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -253,36 +305,45 @@ def mesh_backend(
     packages: tuple[str, ...] = (),
     install: str = "scenelang",
     attributes: tuple[str, ...] = LOOKS,
+    unit: str = "millimeter",
 ) -> Backend:
-    """Return an export backend that writes meshes with ``write``; adds ``--depth``, ``--parts`` and ``--solid``."""
+    """Return an export backend that writes meshes with ``write``; adds ``--depth``, ``--parts`` and ``--solid``.
+
+    ``unit`` is what a unit of the file is to those who read it, if there is no option for it.
+    """
 
     def run(scene: Scene, path: Path, given: BackendOptions) -> list[Path]:
-        return _export(made, write, scene, Path(path), given)
+        return _export(made, write, scene, Path(path), given, unit)
 
     accepts = Accepts(attributes=attributes, animated=animated)
     made = Backend(name, doc, Work.EXPORT, endings, run, (DEPTH, PARTS, WHOLE, *options), accepts, packages, install)
     return made
 
 
-def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
+def _export(
+    backend: Backend, write: Writer, scene: Scene, path: Path, options: BackendOptions, unit: str
+) -> list[Path]:
     """Write the files and return the main ones: one, or one for each part."""
     check_settings(options, [backend])
     depth, parts = backend.setting(options, "depth"), backend.setting(options, "parts")
     frame = options.frame if options.frame is not None or backend.accepts.animated else 0
-    tolerance = _setting(backend, options, "tolerance") or None
+    given = _setting(backend, options, "tolerance")
+    tolerance = None
+    if isinstance(given, Tolerance):
+        tolerance = given.in_scene(scene, _setting(backend, options, "unit") or unit) or None
     if backend.setting(options, "solid"):
         scene = as_cubes(chosen(scene, frame), options.limit, options.warn)
         scene, frame = _as_solids(scene, _setting(backend, options, "segments"), tolerance), None
     plan = planned(scene, frame, 1 if parts and depth is None else depth, options.limit, options.warn)
     fields = {name: name for name in ("fps", "segments", "unit", "instancing")} | {"instances": "instance-limit"}
-    given = {field: _setting(backend, options, name) for field, name in fields.items()}
+    others = {field: _setting(backend, options, name) for field, name in fields.items()}
     job = Job(
         plan,
         limit=options.limit,
         progress=options.progress or (lambda _: None),
         tolerance=tolerance,
         solid=bool(backend.setting(options, "solid")),
-        **{field: value for field, value in given.items() if value is not None},
+        **{field: value for field, value in others.items() if value is not None},
     )
     with atomic_write_all(path.parent) as folder:
         names = _write_parts(write, job, folder, path) if parts else [path.name]
@@ -300,12 +361,15 @@ def _setting(backend: Backend, options: BackendOptions, name: str) -> Any:
 def _as_solids(scene: Scene, segments: int | None, tolerance: float | None) -> Scene:
     """Return the scene with each frame as one computed solid."""
     sides = segments or SEGMENTS
-
-    def sides_of(entity: Entity) -> int:
-        return sides if tolerance is None else int(sides_within(entity, np.eye(3, 4)[None], tolerance)[0])
-
     roots = []
     for root in scene.frames:
+        largest = {} if tolerance is None else _largest(list(descendants(root)), [root], _children_of)
+
+        def sides_of(entity: Entity, largest: Mapping[int, float] = largest) -> int:
+            if tolerance is None:
+                return sides
+            return int(sides_within(entity, largest[id(entity)] * np.eye(3, 4)[None], tolerance)[0])
+
         expression = joined_solid(root, sides_of)
         if expression is None:
             raise SceneError("solid", f'the scene "{scene.word}" has nothing with a volume')
@@ -316,34 +380,54 @@ def _as_solids(scene: Scene, segments: int | None, tolerance: float | None) -> S
     return Scene(scene.word, roots, scene.animated)
 
 
-def sides_within(entity: Entity, worlds: FloatArray, tolerance: float) -> IntArray:
-    """Return the sides of full circles of a primitive for which its mesh is within ``tolerance`` under each of the
-    poses (K, 3, 4)."""
-    placed = None if entity.shape is None else entity.shape.placed()
-    if placed is None:
-        return np.full(len(worlds), SEGMENTS)
-    radii = np.linalg.norm(worlds[:, :, :3] @ placed.matrix[:, :3], 2, axis=(1, 2))
-    distinct_radii, place = np.unique(radii, return_inverse=True)
-    sides = [placed.form.segments_within(tolerance, radius) for radius in distinct_radii.tolist()]
-    return np.array(sides, np.int64)[place]
+def _children_of(entity: Entity) -> Links[Entity]:
+    return [(part.car, part.cdr) for part in entity.children]
 
 
-def item_sides(job: Job, roots: Sequence[ExportItem]) -> Callable[[ExportItem], int]:
-    """Return the sides of full circles of items that are shared: with a tolerance, those of the largest copy.
+def _largest(order: Sequence[Node], roots: Sequence[Node], parts: Callable[[Node], Links[Node]]) -> dict[int, float]:
+    """Return the scale of the largest copy of each node of a DAG, given in an order with children first.
 
-    Scales along the way from the root are multiplied, which is an upper bound where they stretch differently.
+    Scales along the way from a root are multiplied, which is an upper bound where they stretch differently.
     """
-    sides, tolerance = job.segments or SEGMENTS, job.tolerance
-    if tolerance is None:
-        return lambda _: sides
-    order = list(distinct(*roots))
     largest = dict.fromkeys(map(id, order), 0.0) | dict.fromkeys(map(id, roots), 1.0)
-    for item in reversed(order):
-        linear = np.array([place for _, place in item.parts]).reshape(-1, 3, 4)[:, :, :3]
-        norms = np.linalg.norm(linear, 2, axis=(1, 2)).tolist() if item.parts else []
-        for (child, _), norm in zip(item.parts, norms, strict=True):
-            largest[id(child)] = max(largest[id(child)], largest[id(item)] * norm)
-    return lambda item: int(sides_within(item.entity, largest[id(item)] * np.eye(3, 4)[None], tolerance)[0])
+    for node in reversed(order):
+        below = parts(node)
+        linear = np.array([place for _, place in below]).reshape(-1, 3, 4)[:, :, :3]
+        norms = np.linalg.norm(linear, 2, axis=(1, 2)).tolist() if below else []
+        for (child, _), norm in zip(below, norms, strict=True):
+            largest[id(child)] = max(largest[id(child)], largest[id(node)] * norm)
+    return largest
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fineness:
+    """How finely items that are shared are divided: with a tolerance, as their largest copies need."""
+
+    sides: int
+    tolerance: float | None
+    largest: Mapping[int, float]
+
+    def within(self, item: ExportItem) -> float | None:
+        """Return the tolerance in the frame of the item, None for a fixed number of sides."""
+        return None if self.tolerance is None else self.tolerance / max(self.largest[id(item)], 1e-300)
+
+    def of(self, item: ExportItem) -> int:
+        """Return the sides of full circles of a primitive."""
+        within = self.within(item)
+        return self.sides if within is None else int(sides_within(item.entity, np.eye(3, 4)[None], within)[0])
+
+
+def fineness(job: Job, roots: Sequence[ExportItem]) -> Fineness:
+    """Return how finely the items below and including ``roots`` are divided."""
+    largest = {} if job.tolerance is None else _largest(list(distinct(*roots)), roots, lambda item: item.parts)
+    return Fineness(job.segments or SEGMENTS, job.tolerance, largest)
+
+
+def merged_sides(job: Job, entities: Sequence[Entity], hint: str | None = None) -> int:
+    """Return the sides of full circles of the ``entities``, which are merged, where no tolerance decides."""
+    if job.tolerance is not None:
+        return SEGMENTS
+    return job.segments or segments_for(entities, "the merged meshes", hint)
 
 
 def _write_parts(write: Writer, job: Job, folder: Path, path: Path) -> list[str]:
@@ -443,6 +527,11 @@ class Leaves:
 
     def __len__(self) -> int:
         return len(self.index)
+
+    def by_item(self) -> Iterator[tuple[ExportItem, IntArray]]:
+        """Yield each item with the numbers of its instances."""
+        ends = np.cumsum(np.bincount(self.index, minlength=len(self.items)))
+        yield from zip(self.items, np.split(np.argsort(self.index, kind="stable"), ends[:-1]), strict=True)
 
     def path(self, number: int) -> tuple[str, ...]:
         """Return the words from the root to an instance, its own included."""
@@ -615,6 +704,16 @@ def _grouped(things: Sequence[Thing]) -> Iterator[tuple[Thing, IntArray]]:
         yield things[found[0]], np.array(found, np.int64)
 
 
+def _scales_of_merged(found: Leaves) -> dict[int, float]:
+    """Return the scale of the largest copy of each item that is merged."""
+    scales = {}
+    for item, rows in found.by_item():
+        if item.merged:
+            norms = np.linalg.norm(found.matrices[rows][:, :, :3], 2, axis=(1, 2))
+            scales[id(item)] = max(float(norms.max(initial=0.0)), 1e-300)
+    return scales
+
+
 class Surfaces:
     """The leaves of a job with one frame, and their surfaces, each computed once for a number of sides.
 
@@ -626,7 +725,9 @@ class Surfaces:
         unsupported_frames(job.plan.roots, ending)
         self.leaves = leaves_of(job.plan, min(job.limit, MAX_VERTICES))
         self._job, self.shares = job, shares
+        self._merged = _scales_of_merged(self.leaves) if job.tolerance is not None else {}
         self._sides = self._fitting(f"the {ending} file")
+        self._row_sides = self._sides_of_rows()
         self._shared: dict[Hashable, ExportSurface | None] = {}
         self._pieces: dict[tuple[int, int], Sequence[LeafPiece]] = {}
         self._patches: dict[tuple[int, int], Sequence[tuple[Look, ExportSurface]]] = {}
@@ -640,18 +741,28 @@ class Surfaces:
         if total > self._job.limit:
             message = f"the scene expands to {total:,} primitives, more than the limit of {self._job.limit:,}"
             raise LimitError("primitives", message, hint)
+        if self._job.tolerance is not None:
+            return SEGMENTS
         return self._job.segments or segments_for(entities, what, hint, counts)
 
     def sides(self) -> IntArray:
         """Return the number of sides of full circles in each leaf."""
+        return self._row_sides
+
+    def _sides_of_rows(self) -> IntArray:
         sides = np.full(len(self.leaves), self._sides)
-        tolerance, index = self._job.tolerance, self.leaves.index
+        tolerance = self._job.tolerance
         if tolerance is None:
             return sides
-        ends = np.cumsum(np.bincount(index, minlength=len(self.leaves.items)))
-        for item, rows in zip(self.leaves.items, np.split(np.argsort(index, kind="stable"), ends[:-1]), strict=True):
-            if not item.merged:
-                sides[rows] = sides_within(item.entity, self.leaves.matrices[rows], tolerance)
+        room = MAX_VERTICES
+        for item, rows in self.leaves.by_item():
+            if item.merged:
+                continue
+            sides[rows] = sides_within(item.entity, self.leaves.matrices[rows], tolerance)
+            for count, times in zip(*np.unique(sides[rows], return_counts=True), strict=True):
+                room -= int(times) * vertex_count(item.entity, int(count))
+        if room < 0:
+            raise too_fine(self._job.plan.word)
         return sides
 
     def size(self) -> tuple[int, int]:
@@ -684,7 +795,7 @@ class Surfaces:
     def _made(self, item: ExportItem, sides: int) -> Sequence[LeafPiece]:
         still = np.eye(3, 4)
         if item.merged:
-            return [LeafPiece(patch.look, patch.surface, still) for patch in merged(item.entity, sides)]
+            return [LeafPiece(patch.look, patch.surface, still) for patch in self._patches_of(item, sides)]
         look, solid = look_of(item.entity), solid_of(item.entity)
         if solid is None or look.opacity == 0.0:
             return []
@@ -694,6 +805,10 @@ class Surfaces:
             self._shared[key] = shared(made) if made is not None and self.shares else made
         surface = self._shared[key]
         return [] if surface is None else [LeafPiece(look, surface, np.array(solid.pose).reshape(3, 4))]
+
+    def _patches_of(self, item: ExportItem, sides: int) -> Sequence[Patch]:
+        tolerance = self._job.tolerance
+        return merged(item.entity, sides, None if tolerance is None else tolerance / self._merged[id(item)])
 
     def blocks(self) -> Iterator[WorldBlock]:
         """Yield all visible leaves with their triangles in the world, in order."""

@@ -22,10 +22,11 @@ from scenelang.backends.exports.export import (
     Job,
     Moving,
     facts_of,
-    item_sides,
+    fineness,
     leaf_counts,
     matched,
     merged_facts,
+    merged_sides,
     mesh_backend,
     variants,
 )
@@ -38,7 +39,6 @@ from scenelang.backends.exports.plan import (
     cut_below,
     distinct,
     merged,
-    segments_for,
     shared,
     solid_of,
 )
@@ -100,13 +100,13 @@ class GltfDocument:
         extras = None if solid.form is None else solid.form.gltf(solid.ratios)
         return self._add_mesh(word, [geometry | {"material": self._material(look)}], extras)
 
-    def merged_mesh(self, entity: Entity) -> int | None:
+    def merged_mesh(self, entity: Entity, tolerance: float | None = None) -> int | None:
         """Return the index of the merged mesh of everything below ``entity``, None if it is invisible."""
-        key = id(entity)
+        key = id(entity), tolerance
         if key not in self._mesh_numbers:
             patches = [
                 self._add_surface(patch.surface) | {"material": self._material(patch.look)}
-                for patch in merged(entity, self.segments)
+                for patch in merged(entity, self.segments, tolerance)
             ]
             self._mesh_numbers[key] = self._add_mesh(entity.word, patches) if patches else None
         return self._mesh_numbers[key]
@@ -336,12 +336,13 @@ _CHUNK = 1 << 16  # poses decomposed at a time
 class Nodes:
     """Adds nodes to ``document``, with caches for poses, primitives and what nodes of an item have in common.
 
-    ``sides`` are those of full circles of an item. From ``least`` copies of an item in another one on, they are
-    instances of one node for each mesh (``EXT_mesh_gpu_instancing``); 0 for never.
+    ``sides`` are those of full circles of an item, ``within`` the tolerance in its frame. From ``least`` copies of an
+    item in another one on, they are instances of one node for each mesh (``EXT_mesh_gpu_instancing``); 0 for never.
     """
 
     document: GltfDocument
     sides: Callable[[ExportItem], int] = field(default=lambda _: SEGMENTS)
+    within: Callable[[ExportItem], float | None] = field(default=lambda _: None)
     least: int = 0
     _poses: dict[Matrix, list[Node]] = field(default_factory=dict)
     _parts: dict[int, list[list[Node]]] = field(default_factory=dict)
@@ -500,7 +501,7 @@ class Nodes:
     def mesh(self, item: ExportItem) -> int | None:
         """Return the index of the item's mesh."""
         if item.merged:
-            return self.document.merged_mesh(item.entity)
+            return self.document.merged_mesh(item.entity, self.within(item))
         solid = self.solid(item)
         if solid is None:
             return None
@@ -622,8 +623,9 @@ def document_of(job: Job) -> GltfDocument:
     """Return the glTF document of a plan; raises LimitError if it would be too large."""
     plan = _within_limits(job)
     whole = [item.entity for item in distinct(*plan.roots) if item.merged]
-    document = GltfDocument(job.segments or segments_for(whole, "the merged meshes", _HINT), job.solid)
-    nodes = Nodes(document, item_sides(job, plan.roots), job.instancing or 0)
+    document = GltfDocument(merged_sides(job, whole, _HINT), job.solid)
+    fine = fineness(job, plan.roots)
+    nodes = Nodes(document, fine.of, fine.within, job.instancing or 0)
     if plan.animated:
         _add_frames(nodes, plan, job.fps)
     else:
@@ -669,4 +671,5 @@ GLTF = mesh_backend(
     write,
     animated=True,
     options=(INSTANCES, INSTANCING, SIDES, TOLERANCE, FPS),
+    unit="meter",
 )

@@ -475,18 +475,50 @@ class Patch:
     surface: ExportSurface
 
 
-def merged(entity: Entity, segments: int = SEGMENTS) -> tuple[Patch, ...]:
-    """Return all primitives below ``entity``, in its frame, as one patch per material, ignoring colour."""
+def merged(entity: Entity, segments: int = SEGMENTS, tolerance: float | None = None) -> tuple[Patch, ...]:
+    """Return all primitives below ``entity``, in its frame, as one patch per material, ignoring colour.
+
+    With a ``tolerance`` of that frame, every copy has the sides that it needs; raises LimitError if they are too many.
+    """
     frame = flatten_entity(entity, snap_blocks=False)
     found: dict[Look, list[ExportSurface]] = {}
+    room = MAX_VERTICES
     for number, primitive in enumerate(frame.primitives):
         look = look_of(primitive)
-        surface = None if look.opacity == 0.0 else surface_of(primitive, segments)
-        if surface is None:
+        if look.opacity == 0.0:
             continue
-        copies = surface.under(np.asarray(frame.matrices[frame.index == number]))
-        found.setdefault(replace(look, color=WHITE), []).append(_painted(copies, look))
+        matrices = np.asarray(frame.matrices[frame.index == number])
+        sides = np.full(len(matrices), segments)
+        if tolerance is not None:
+            sides = sides_within(primitive, matrices, tolerance)
+        for count in np.unique(sides).tolist():
+            surface = surface_of(primitive, count)
+            if surface is None:
+                continue
+            same = matrices[sides == count]
+            room -= len(same) * len(surface.vertices)
+            if room < 0:
+                raise too_fine(entity.word)
+            found.setdefault(replace(look, color=WHITE), []).append(_painted(surface.under(same), look))
     return tuple(Patch(look, joined(surfaces)) for look, surfaces in found.items())
+
+
+def sides_within(entity: Entity, worlds: FloatArray, tolerance: float) -> IntArray:
+    """Return the sides of full circles of a primitive for which its mesh is within ``tolerance`` under each of the
+    poses (K, 3, 4)."""
+    placed = None if entity.shape is None else entity.shape.placed()
+    if placed is None:
+        return np.full(len(worlds), SEGMENTS)
+    radii = np.linalg.norm(worlds[:, :, :3] @ placed.matrix[:, :3], 2, axis=(1, 2))
+    distinct_radii, place = np.unique(radii, return_inverse=True)
+    sides = [placed.form.segments_within(tolerance, radius) for radius in distinct_radii.tolist()]
+    return np.array(sides, np.int64)[place]
+
+
+def too_fine(what: str) -> LimitError:
+    """Return the error for a tolerance that needs too many vertices."""
+    message = f'"{what}" would have more than the limit of {MAX_VERTICES:,} vertices'
+    return LimitError("size", message, hint="give a larger --tolerance, or --segments")
 
 
 def _painted(surface: ExportSurface, look: Look) -> ExportSurface:

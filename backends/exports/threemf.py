@@ -19,6 +19,7 @@ from scenelang.backends.base import Option
 from scenelang.backends.exports.export import (
     SIDES,
     TOLERANCE,
+    UNITS,
     Job,
     Surfaces,
     WorldLeaf,
@@ -29,7 +30,6 @@ from scenelang.backends.pictures.appearance import Look, to_srgb
 
 FloatArray = npt.NDArray[np.float64]
 
-UNITS = ("millimeter", "centimeter", "meter", "inch", "foot", "micron")
 _TYPES = """<?xml version="1.0" encoding="UTF-8"?>
 <Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
 <Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
@@ -156,6 +156,6 @@ def _spelled(pose: FloatArray) -> str:
 
 THREE_MF = mesh_backend(
     "3mf", "3MF for printers and slicers: named parts with colours", (".3mf",), _write_3mf,
-    options=(SIDES, TOLERANCE, Option("unit", "what a scene unit is in print", "millimeter", UNITS)),
+    options=(SIDES, TOLERANCE, Option("unit", "what a scene unit is in print", "millimeter", tuple(UNITS))),
     attributes=("color", "opacity"),
 )  # fmt: skip

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -24,12 +24,14 @@ from scenelang.backends.exports.export import (
     INSTANCING,
     SIDES,
     TOLERANCE,
+    Fineness,
     Job,
     Moving,
     facts_of,
-    item_sides,
+    fineness,
     matched,
     merged_facts,
+    merged_sides,
     mesh_backend,
     variants,
 )
@@ -42,7 +44,6 @@ from scenelang.backends.exports.plan import (
     distinct,
     merged,
     points_of,
-    segments_for,
     shared,
     solid_of,
     unit_surface,
@@ -384,9 +385,9 @@ def _fill(layer: Any, job: Job) -> None:
         layer.pseudoRoot.SetInfo(name, value)
     prims.hint_extent(root, plan.roots)
     materials = Materials(prims, prims.prim(root, "Materials", "Scope"))
-    segments = job.segments or segments_for(whole, "the merged meshes")
+    segments = merged_sides(job, whole)
     least = INSTANCER_COPIES if job.instancing is None else job.instancing
-    tree = _Tree(prims, materials, root, segments, item_sides(job, plan.roots), least)
+    tree = _Tree(prims, materials, root, segments, fineness(job, plan.roots), least)
     tree.add_frames(matched(plan.roots)) if plan.animated else tree.add_root(plan)
 
 
@@ -394,7 +395,7 @@ def _fill(layer: Any, job: Job) -> None:
 class _Tree:
     """Adds the hierarchy below ``root``; ``repeated`` items become prototypes on first use.
 
-    ``segments`` are the sides of full circles of merged meshes, ``sides`` those of an item. From ``least`` copies of an
+    ``segments`` are the sides of full circles of merged meshes, ``fine`` those of an item. From ``least`` copies of an
     item in another one on, they are one PointInstancer; 0 for never.
     """
 
@@ -402,7 +403,7 @@ class _Tree:
     materials: Materials
     root: Any
     segments: int
-    sides: Callable[[ExportItem], int]
+    fine: Fineness
     least: int = 0
     repeated: set[int] = field(default_factory=set)
     room: int = MAX_PRIMS
@@ -526,7 +527,7 @@ class _Tree:
     def _geometry(self, item: ExportItem, prim: Any) -> None:
         """Add the shape or the meshes of a leaf."""
         if item.merged:
-            for number, patch in enumerate(merged(item.entity, self.segments), start=1):
+            for number, patch in enumerate(merged(item.entity, self.segments, self.fine.within(item)), start=1):
                 name = "geometry" if number == 1 else f"geometry_{number}"
                 mesh = self.prims.mesh(prim, name, patch.surface, patch.look)
                 self.materials.bind(mesh, patch.look, painted=True)
@@ -542,10 +543,10 @@ class _Tree:
         if look.opacity == 0.0:
             return None
         if solid.form is not None:
-            made = self.prims.shape(prim, name, solid, look, self.sides(item))
+            made = self.prims.shape(prim, name, solid, look, self.fine.of(item))
             self.materials.bind(made, look)
         else:
-            surface = solid.surface(self.sides(item))
+            surface = solid.surface(self.fine.of(item))
             if surface is None:
                 return None
             made = self.prims.mesh(prim, name, surface, look)
@@ -634,4 +635,5 @@ USD = mesh_backend(
     options=(INSTANCING, SIDES, TOLERANCE, FPS),
     packages=("pxr",),
     install=INSTALL,
+    unit="meter",
 )

@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 import scenelang as sl
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import LimitError, SceneError
 
 ROOT = Path(__file__).parents[2]
 BRACKET = """
@@ -223,6 +223,85 @@ def test_segments_and_tolerance_decide_on_triangles(tmp_path: Path) -> None:
     assert np.abs(np.linalg.norm(large.triangles_center, axis=1) - 1.0).max() < 0.004
     with pytest.raises(SceneError, match="must be 3 or more"):
         scene.export(tmp_path / "x.stl", settings={"segments": 2})
+
+
+def faces_of(scene: sl.Scene, path: Path, **settings: Any) -> int:
+    scene.export(path, settings=settings)
+    return len(trimesh.load(path, force="mesh", process=False).faces)
+
+
+BALL = '(bind "it" (lambda () (call "sphere" :radius 10)))'
+
+
+@pytest.mark.parametrize(
+    ("ending", "text", "same", "more"),
+    [
+        ("stl", ".1mm", 0.1, {}),
+        ("stl", "100 um", 0.1, {}),
+        ("stl", ".01 in", 0.254, {}),
+        ("3mf", "1mm", 0.1, {"unit": "centimeter"}),
+        ("3mf", ".1", 0.1, {"unit": "centimeter"}),
+        ("glb", "5cm", 0.05, {}),
+        ("stl", "2px", 20 * 2 / 1000, {}),
+        ("stl", "1PX@200", 0.1, {}),
+    ],
+)
+def test_a_tolerance_is_a_length_or_pixels(
+    tmp_path: Path, ending: str, text: str, same: float, more: dict[str, Any]
+) -> None:
+    scene = sl.evaluate(BALL)
+    given, wanted = (faces_of(scene, tmp_path / f"a.{ending}", tolerance=value, **more) for value in (text, same))
+    assert given == wanted
+    assert given != faces_of(scene, tmp_path / f"a.{ending}", tolerance=same * 3, **more)
+
+
+@pytest.mark.parametrize("value", ["-1", "1 px@0", "1mm@100", "3 furlongs", "px", "", "nan", -0.5, float("inf"), True])
+def test_other_tolerances_are_errors(tmp_path: Path, value: Any) -> None:
+    with pytest.raises(SceneError, match="`--tolerance` must be a number of at least 0") as caught:
+        sl.evaluate(BALL).export(tmp_path / "a.stl", settings={"tolerance": value})
+    assert "1px@1080" in caught.value.hint
+
+
+@pytest.mark.parametrize("ending", ["stl", "glb", "usdc"])
+def test_a_tolerance_reaches_merged_parts(tmp_path: Path, ending: str) -> None:
+    """A large and a small ball in one part, which is there at two scales."""
+    scene = sl.evaluate(
+        '(bind "pair" (lambda () (union (call "sphere") (transform (call "sphere" :radius .01) (translate [3 0 0])))))'
+        '(bind "it" (lambda () (union (call "pair") (transform (call "pair") (@ (translate [0 9 0]) (scale .1))))))'
+    )
+
+    def count(tolerance: float, depth: int | None) -> int:
+        path = tmp_path / f"a.{ending}"
+        scene.export(path, settings={"tolerance": tolerance, "depth": depth})
+        if ending == "usdc":
+            usd, geom = pytest.importorskip("pxr.Usd"), pytest.importorskip("pxr.UsdGeom")
+            stage = usd.Stage.Open(str(path))
+            prims = usd.PrimRange(stage.GetPseudoRoot(), usd.TraverseInstanceProxies())
+            return sum(len(geom.Mesh(prim).GetFaceVertexCountsAttr().Get()) for prim in prims if prim.IsA(geom.Mesh))
+        return len(trimesh.load(path, force="mesh", process=False).faces)
+
+    fine, coarse = count(0.0005, 1), count(0.02, 1)
+    assert coarse * 5 < fine
+    if ending == "glb":  # which shares meshes, merged or not
+        assert count(0.0005, None) == fine
+
+
+def test_a_tolerance_holds_for_the_largest_copy_in_a_body(tmp_path: Path) -> None:
+    scene = sl.evaluate(
+        '(bind "it" (lambda () (union (call "cube") (transform (call "sphere" :radius .01) (scale 100)))))'
+    )
+    scene.export(tmp_path / "a.stl", settings={"solid": True, "tolerance": 0.001})
+    mesh = trimesh.load(tmp_path / "a.stl")
+    assert np.linalg.norm(mesh.triangles_center, axis=1).min() > 1.0 - 0.001 - 1e-6
+
+
+def test_a_tolerance_that_needs_too_many_triangles_is_an_error(tmp_path: Path) -> None:
+    scene = sl.evaluate(
+        '(bind "it" (lambda () (for/union ((i (iota 1000))) (transform (call "sphere") (translate (vector i 0 0))))))'
+    )
+    for settings in ({"tolerance": 1e-9}, {"tolerance": 1e-9, "depth": 0}):
+        with pytest.raises(LimitError, match="24,000,000 vertices"):
+            scene.export(tmp_path / "a.stl", settings=settings)
 
 
 def measured(expression: str) -> float:
