@@ -45,26 +45,34 @@ def segment_count(name: str, value: int, least: int = 3) -> int:
 
 def positive(name: str, what: str, value: Any) -> float:
     """Return a number above 0."""
-    if not 0.0 < value < _LARGE:
+    if value >= _LARGE:
+        raise _too_large(name, what, value)
+    if not value > 0.0:
         raise SceneError("value", f"`{name}` expects a positive number for {what}, got {show(value, 40)}")
     return float(value)
 
 
 def finite(name: str, what: str, value: Any) -> float:
     """Return a number that is neither infinite nor nan."""
+    if math.isfinite(value) and abs(value) >= _LARGE:
+        raise _too_large(name, what, value)
     if not -_LARGE < value < _LARGE:
         raise SceneError("value", f"`{name}` expects a finite number for {what}, got {show(value, 40)}")
     return float(value)
 
 
+def _too_large(name: str, what: str, value: Any) -> SceneError:
+    return SceneError("value", f"`{name}` expects a number below {_LARGE:,.0f} for {what}, got {show(value, 40)}")
+
+
 def one_or_two(rt: Runtime, name: str, what: str, value: Any) -> tuple[float, float]:
     """Return one number or two as two."""
     if type(value) in (int, float):
-        return float(value), float(value)
+        return finite(name, what, value), float(value)
     numbers = to_numpy(rt, value, name)
     if numbers.shape != (2,):
         raise SceneError("value", f"`{name}` expects a number or two for {what}, got {show(value, 40)}")
-    return float(numbers[0]), float(numbers[1])
+    return finite(name, what, float(numbers[0])), finite(name, what, float(numbers[1]))
 
 
 def choice(name: str, what: str, value: Any, choices: dict[str, Any]) -> Any:
@@ -83,7 +91,8 @@ def points_of(rt: Runtime, name: str, value: Any, what: str, widths: Sequence[in
     if len(points) > MAX_POINTS:
         raise SceneError("value", f"`{name}` expects at most {MAX_POINTS:,} points, got {len(points):,}")
     if not (np.abs(points) < _LARGE).all():
-        raise SceneError("value", f"`{name}` expects finite points")
+        limit = f"coordinates below {_LARGE:,.0f}" if np.isfinite(points).all() else "finite points"
+        raise SceneError("value", f"`{name}` expects {limit}")
     rt.charge(len(points) >> 4)
     return points
 

@@ -75,9 +75,10 @@ def _leaves(rt: Runtime, name: str, value: Any, segments: int) -> list[Operand]:
 
 def solid_entity(
     rt: Runtime, name: str, parameters: Mapping[str, Any], operands: Sequence[Operand], look: Mapping[str, Any],
-    like: Any = None, word: str = "",
+    like: Any = None, word: str = "", caller: str = "",
 ) -> Entity:  # fmt: skip
-    """Return the entity of an operation; its word is ``word``, by default the operation's name.
+    """Return the entity of an operation of the builtin ``caller``; its word is ``word``, by default the operation's
+    name.
 
     ``look`` are the attributes that the program gives. The material is otherwise that of the first primitive in
     ``like``, and the colour that of the operands.
@@ -88,7 +89,7 @@ def solid_entity(
     if color is None and operands:
         color = _first_color(operands[0])
     word = word or name
-    expression = Expression(name, parameters, tuple(operands), None, word, color or (1.0, 1.0, 1.0), rt.site)
+    expression = Expression(name, parameters, tuple(operands), None, word, color or (1.0, 1.0, 1.0), rt.site, caller)
     check_size(expression)
     colors = expression.colors
     if "color" not in attributes and len(colors) == 1 and operands:
@@ -118,10 +119,12 @@ def _material_like(rt: Runtime, like: Any) -> dict[str, Any]:
 # --- booleans --------------------------------------------------------------------------------------------------------
 
 
-def _combined(rt: Runtime, name: str, values: Sequence[Any], segments: int, look: Mapping[str, Any]) -> Entity:
-    sides = segment_count(name, segments)
-    operands = [solid_operand(rt, name, value, sides) for value in values]
-    return solid_entity(rt, name, {}, operands, look, values[0])
+def _combined(
+    rt: Runtime, name: str, values: Sequence[Any], segments: int, look: Mapping[str, Any], caller: str = ""
+) -> Entity:  # fmt: skip
+    sides = segment_count(caller or name, segments)
+    operands = [solid_operand(rt, caller or name, value, sides) for value in values]
+    return solid_entity(rt, name, {}, operands, look, values[0], caller=caller)
 
 
 @define(
@@ -255,7 +258,8 @@ def cut_plane(
             '(translate [-1.3 0 0]))) (list (translate [-.4 0 0]) (translate [.4 0 0])))',
 )  # fmt: skip
 def split(rt: Runtime, solid: Any, tool: Any, segments: int = SEGMENTS, **look: Any) -> Any:
-    return make_list([_combined(rt, name, (solid, tool), segments, look) for name in ("intersection", "difference")])
+    sides = ("intersection", "difference")
+    return make_list([_combined(rt, name, (solid, tool), segments, look, "split") for name in sides])
 
 
 # --- profiles --------------------------------------------------------------------------------------------------------

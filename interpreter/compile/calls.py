@@ -245,6 +245,7 @@ def tail_apply(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span: S
 
     def node(f: Frame) -> Any:
         values = [argument(f) for argument in arguments]
+        rt.site = span
         try:
             if len(values) < 2 or type(values[0]) is not Closure or not (type(values[-1]) is Pair or values[-1] is NIL):
                 return call_builtin(rt, builtin, values)
@@ -540,13 +541,18 @@ def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span:
     if not keywords and (count < len(signature.required) or (count > len(parameters) and signature.rest is None)):
         error_hint = builtin_arity_error(builtin, count)
         return _raiser(arguments, error_hint.name, error_hint.message, error_hint.hint, span)
-    if keywords or count > 3:
+    if keywords or count > 3 or calls_others(builtin, count):
         slow = slow_call(rt, builtin, span)
         return lambda f: slow([argument(f) for argument in arguments])
     given = parameters_of(builtin, count)
     checked = [not builtin.checks_arguments and p.type.is_checked for p in given]
     checks = tuple([p.type.checker(rt) if is_checked else None for p, is_checked in zip(given, checked)])
     return _FIXED[count](rt, builtin, arguments, checks, span)
+
+
+def calls_others(builtin: Builtin, count: int) -> bool:
+    """Return whether a builtin calls functions that it is given, which take its call for their own."""
+    return any(parameter.type.name == "Function" for parameter in parameters_of(builtin, count))
 
 
 def parameters_of(builtin: Builtin, count: int) -> Sequence[BuiltinParameter]:

@@ -933,7 +933,7 @@ class FunctionWriter(Text):
         parameters = (*signature.required, *signature.optional)
         count = len(node.arguments)
         few = count < len(signature.required) or (count > len(parameters) and signature.rest is None)
-        if signature.keywords or few or count > _MIN_CHARGED:
+        if signature.keywords or few or count > _MIN_CHARGED or calls.calls_others(builtin, count):
             make = lambda nodes: calls.builtin_call(self.rt, builtin, nodes, node.span)
             return self.by_values(make, node.arguments)
         values = self.operands(node.arguments)

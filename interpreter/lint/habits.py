@@ -83,6 +83,17 @@ NAMES: Mapping[str, Term] = {
     "rotate_extrude": Term("OpenSCAD", hint="write `(lathe profile)`, which turns a profile around the y axis"),
     "revolve": Term("CadQuery", "lathe"), "subtract": Term("CSG", "difference"),
     "intersect": Term("CSG", "intersection"),
+    "fillet": Term("build123d", hint="write `(rounded solid radius)`, which rounds all outer edges, or for a profile "
+                   "`(offset-profile (offset-profile profile (- r)) r)`"),
+    "bevel": Term("Blender", hint="write `(rounded solid radius)`, which rounds all outer edges"),
+    "chamfer": Term("build123d", hint="the `minkowski` of a smaller solid and a double cone has bevelled "
+                    "edges; `(rounded solid radius)` rounds them"),
+    "offset": Term("OpenSCAD", hint="write `(offset-profile profile distance)`, or `(offset-solid solid distance)`"),
+    "thicken": Term("build123d", hint="write `(offset-solid solid distance)`, or `(shell solid thickness)` for walls"),
+    "solidify": Term("Blender", "shell"),
+    "cut": Term("CadQuery", hint="write `(difference solid tool)`, or for a plane `(cut-plane solid normal)`"),
+    "fuse": Term("build123d", "union-solid"),
+    "multmatrix": Term("OpenSCAD", "transform"),
     "polyhedron": Term("OpenSCAD", "mesh"), "linear-extrude": Term("OpenSCAD", "extrude"),
     "rotate-extrude": Term("OpenSCAD", "lathe"), "hollow": Term("CSG", "shell"),
     "nth": Term("Common Lisp", hint="an item is read by `(ref sequence index)`"),

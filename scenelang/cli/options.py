@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import wraps
 from pathlib import Path
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from scenelang.backends.neural.weights import Models
     from scenelang.grammar.datum import Source
     from scenelang.interpreter.runtime.runtime import ZEntry
+    from scenelang.interpreter.scene.entity import Entity
     from scenelang.interpreter.scene.entity import Scene as EntityScene
     from scenelang.scene import Scene
     from scenelang.session import Evaluated, Session
@@ -241,9 +242,16 @@ def scene_of(arguments: argparse.Namespace, fresh: bool = False) -> Scene:
     result, source, session = opened(arguments, session_of(own))
     if result.scene is None:
         raise ReportedError
-    with bounded(arguments):
-        compute_all(result.scene.frames)
+    compute_solids(arguments, result.scene.frames)
     return scene_from(result, source.name, session.options)
+
+
+def compute_solids(arguments: argparse.Namespace, roots: Sequence[Entity]) -> None:
+    """Compute the solids of frames within the limits of a command."""
+    from scenelang.sandbox.supervision import noting
+
+    with bounded(arguments):
+        compute_all(roots, noting())
 
 
 def bounded(arguments: argparse.Namespace) -> AbstractContextManager[object]:

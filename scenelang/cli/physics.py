@@ -12,6 +12,7 @@ from scenelang.cli.options import (
     add_camera,
     bounded,
     check_folder,
+    compute_solids,
     done,
     opened,
     print_result,
@@ -23,7 +24,6 @@ from scenelang.cli.options import (
 )
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError
 from scenelang.grammar.settings import amount
-from scenelang.interpreter.scene.modelling.solid import compute_all
 from scenelang.reports import table
 
 _FILMS = (".mp4", ".gif", ".apng", ".webp")
@@ -113,7 +113,7 @@ def run_settle(arguments: argparse.Namespace) -> int:
         return 1
     scene, scale = result.scene, checked_scale(arguments.metres_per_unit)
     with bounded(arguments):
-        compute_all(scene.frames)
+        compute_solids(arguments, scene.frames)
         found = settled(scene, arguments.seconds or SETTLE_SECONDS, scale, progress(arguments, "simulating"))
         edited = EditedProgram(source.text, ())
         if result.program is not None and (asked is None or asked.suffix.lower() == ".scene"):

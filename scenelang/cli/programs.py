@@ -19,6 +19,7 @@ from scenelang.cli.options import (
     add_output,
     bounded,
     check_folder,
+    compute_solids,
     done,
     evaluated,
     limits_of,
@@ -45,7 +46,6 @@ from scenelang.grammar.diagnostics import (
 )
 from scenelang.grammar.settings import line_range, part_of_one
 from scenelang.interpreter.scene.entity import count_words
-from scenelang.interpreter.scene.modelling.solid import compute_all
 from scenelang.reports import deliver, painted, print_json, say, table
 from scenelang.scene_relations import declarations_of
 from scenelang.session import linted
@@ -134,7 +134,7 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
     found, subject = result.diagnostics, result.subject
     try:
         with bounded(arguments):
-            compute_all(() if result.scene is None else result.scene.frames)
+            compute_solids(arguments, () if result.scene is None else result.scene.frames)
             found = (*found, *linted(result, *_lints(arguments, stated)))
     except SceneError as error:
         found, subject = (*found, error.diagnostic), error.subject
@@ -460,6 +460,9 @@ def run_import(arguments: argparse.Namespace) -> int:
             raise UsageError("backend", f"cannot write a program to `{output.name}`", "use .scene")
         check_folder(output)
     path = Path(arguments.file)
+    if path.suffix.lower() not in (".scad", *minecraft.ENDINGS):
+        known = ", ".join((".scad", *minecraft.ENDINGS))
+        raise SceneError("file", f"`{path.name}` is no file that can be imported; expected {known}")
     text, warnings = openscad.imported(path) if path.suffix.lower() == ".scad" else minecraft.imported(path)
     deliver(text, arguments.output)
     if output is not None:

@@ -131,6 +131,10 @@ class Link:
             self._noted = now
             self._status.put_place((("", span), *(((name, None),) if name is not None else ())))
 
+    def at(self, span: Span) -> None:
+        """Record the position of a step that may take long."""
+        self._status.put_place((("", span),))
+
     def checkpoint(self) -> WorkCheckpoint:
         """Fork a checkpoint of this process, which continues if the process is killed."""
         return WorkCheckpoint(self._status)
@@ -142,6 +146,12 @@ _LINK: list[Link] = []  # process-wide, like the process id
 def link() -> Link | None:
     """Return the link to this process's monitor, or None if it is not supervised."""
     return _LINK[-1] if _LINK else None
+
+
+def noting() -> Callable[[Span], None] | None:
+    """Return what tells the monitor a position, or None without one."""
+    watched = link()
+    return None if watched is None else watched.at
 
 
 @contextmanager

@@ -186,7 +186,7 @@ def test_areas_of_booleans_add_up(shift: float, radius: float, sides: int) -> No
         ("(offset-profile (circle 1) 1 :join :sharp)", "`:round`, `:miter`, `:square`"),
         ("(transform-profile (circle 1) :scale 0)", "without 0"),
         ("(transform-profile (circle 1) :move [1 2 3])", "a number or two"),
-        ("(profile-area (* (circle 1) 1e300))", "finite"),
+        ("(profile-area (* (circle 1) 1e300))", "coordinates below 1,000,000,000,000"),
         ("(svg-path \"M0 0\" :rule :odd)", "`:nonzero`, `:even-odd`"),
     ],
 )  # fmt: skip

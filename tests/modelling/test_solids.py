@@ -5,7 +5,10 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import os
 import re
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -298,6 +301,11 @@ def _cube_or_ball(scene: Scene, word: str, attributes: Any, file: Any) -> Any:
         ("(lathe [[0 0] [1 0] [1 1]] :angle 0)", "an :angle above 0 up to a full turn"),
         ("(mesh [[0 0 0] [1 0 0] [0 1 0]] [[0 1 9]])", "indices below 3"),
         ("(intersection (call \"cube\") (transform (call \"cube\") (translate [5 0 0])))", "`intersection` leaves nothing"),
+        ("(lathe [[-2 0] [-1 0] [-1 1]])", "on the left of the axis: no x is above 0"),
+        ("(extrude [[0 0] [1 0] [1 1]] 1e300)", "a number below 1,000,000,000,000 for the height, got 1e+300"),
+        ("(extrude [[0 0] [1e300 0] [1 1]] 1)", "coordinates below 1,000,000,000,000"),
+        ("(extrude [[0 0] [inf 0] [1 1]] 1)", "expects finite points"),
+        ("(extrude [[0 0] [1 0] [1 1]] 1 :taper 1e300)", "a number below 1,000,000,000,000 for :taper"),
     ],
 )  # fmt: skip
 def test_errors_say_what_is_wrong(expression: str, message: str) -> None:
@@ -313,6 +321,66 @@ def test_too_many_triangles_are_an_error(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(computing, "MAX_PAIRS", 100)
     with pytest.raises(LimitError, match="pairs of faces"):
         volume('(minkowski (call "cube" :scale 1.234) (call "sphere" :radius .1))')
+
+
+NOTHING = '(intersection (call "cube") (transform (call "cube") (translate [5 0 0])))'
+
+
+@pytest.mark.parametrize(
+    ("expression", "message", "at", "outer"),
+    [
+        (f'(difference {NOTHING} (call "sphere"))', "`intersection` leaves nothing", NOTHING, "difference"),
+        (f"(cut-plane (transform (hull {NOTHING}) (scale 2)) [0 1 0])", "`intersection` leaves", NOTHING, "cut-plane"),
+        ('(list-ref (split (call "cube") (call "cube" :scale 2)) 1)', "`split` leaves nothing outside of its tool",
+         '(split (call "cube") (call "cube" :scale 2))', None),
+        ('(list-ref (split (call "cube") (transform (call "cube") (translate [5 0 0]))) 0)',
+         "`split` leaves nothing inside of its tool",
+         '(split (call "cube") (transform (call "cube") (translate [5 0 0])))', None),
+        ('(union (apply intersection (for/list ((i 3)) (transform (call "cube") (translate (vector (* 5 i) 0 0))))))',
+         "`intersection` leaves nothing",
+         '(apply intersection (for/list ((i 3)) (transform (call "cube") (translate (vector (* 5 i) 0 0)))))', None),
+        ('(apply intersection (list (call "cube") (transform (call "cube") (translate [5 0 0]))))', "`intersection` leaves",
+         '(apply intersection (list (call "cube") (transform (call "cube") (translate [5 0 0]))))', None),
+    ],
+)  # fmt: skip
+def test_the_operation_that_leaves_nothing_is_named_at_its_place(
+    expression: str, message: str, at: str, outer: str | None
+) -> None:
+    with pytest.raises(SceneError) as caught:
+        entity_box(scene_of(expression).root)
+    error = caught.value
+    assert error.message.startswith(message)
+    assert error.span is not None
+    assert error.span.text == at
+    assert [note.message for note in error.notes] == ([f"so `{outer}` leaves nothing"] if outer else [])
+
+
+def test_a_large_twist_is_in_radians() -> None:
+    with pytest.raises(LimitError, match="10,185,916,359 cross-sections") as caught:
+        entity_box(scene_of("(extrude [[0 0] [1 0] [1 1]] 1 :twist 1e9)").root)
+    assert ":twist is in radians" in str(caught.value.hint)
+
+
+def test_too_many_triangles_have_a_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(computing, "MAX_TRIANGLES", 10)
+    expression = '(hull (call "cube" :scale 1.2345) (transform (call "cube" :scale 2.3456) (rotate 1 [1 2 3])))'
+    with pytest.raises(LimitError, match="more than the limit of 10") as caught:
+        entity_box(scene_of(expression).root)
+    assert caught.value.span is not None
+
+
+def test_what_takes_long_has_a_place(tmp_path: Path) -> None:
+    """The process is ended while Manifold computes, and says what it was computing."""
+    (tmp_path / "slow.scene").write_text(
+        '(define (piece i)\n  (rounded (difference (call "cube" :scale (+ 2 (* .01 i))) (call "sphere") :segments 24) .1 :segments 8))\n'
+        '(bind "it" (lambda ()\n  (for/union ((i 400)) (transform (piece i) (translate (vector (* 3 i) 0 0))))))\n'
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "scenelang", "check", "--run", "slow.scene", "--max-seconds", ".5"],
+        cwd=tmp_path, capture_output=True, text=True, timeout=60, env={**os.environ, "XDG_CACHE_HOME": str(tmp_path)},
+    )  # fmt: skip
+    assert "error[E507]" in done.stderr + done.stdout
+    assert "slow.scene:2:3" in done.stderr + done.stdout
 
 
 def test_an_empty_intersection_can_be_tested() -> None:

@@ -252,3 +252,9 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert "UTF-8" in capsys.readouterr().err
     assert main(["import", str(tmp_path / "none.scad")]) == 1
     assert "No such file" in capsys.readouterr().err
+
+
+def test_other_files_are_told_all_formats(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "x.step").touch()
+    assert main(["import", str(tmp_path / "x.step")]) == 1
+    assert "expected .scad, .schem, .litematic, .nbt" in capsys.readouterr().err

@@ -14,7 +14,8 @@ from collections.abc import Callable, Mapping, Sequence
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import LimitError, Note, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling import stored
 from scenelang.interpreter.scene.modelling.contours import section_of
@@ -84,7 +85,10 @@ class _Kept:
 _manifolds, _surfaces = _Kept(_KEPT_TRIANGLES), _Kept(_KEPT_TRIANGLES)
 
 
-def computed(expression: Expression) -> ComputedSolid:
+Announce = Callable[[Span], None]  # told where the program makes what is computed next
+
+
+def computed(expression: Expression, note: Announce | None = None) -> ComputedSolid:
     """Return the surface of an expression.
 
     Raises
@@ -94,29 +98,56 @@ def computed(expression: Expression) -> ComputedSolid:
     LimitError
         "size" if there would be too many triangles.
     """
-    found = surface_of(expression)
+    found = surface_of(expression, note)
     if found is None:
-        hint = "where this may happen, test it: `(> (volume x) 0)`"
-        raise SceneError("solid", f"`{expression.operation}` leaves nothing", hint, expression.site)
+        raise _nothing_left(expression)
     return found
 
 
-def surface_of(expression: Expression) -> ComputedSolid | None:
+def _nothing_left(expression: Expression) -> SceneError:
+    """Return the error for an expression without a surface, at the operation that leaves nothing of its operands."""
+    node = expression
+    while (inner := _empty_operand(node)) is not None:
+        node = inner
+    message = f"`{node.operation}` leaves nothing"
+    if node.caller:
+        message = (
+            f"`{node.caller}` leaves nothing {'inside' if node.operation == 'intersection' else 'outside'} of its tool"
+        )
+    notes: tuple[Note, ...] = ()
+    if node is not expression and expression.site is not None and expression.operation != PRIMITIVE:
+        notes = (Note(f"so `{expression.caller or expression.operation}` leaves nothing", expression.site),)
+    hint = "where this may happen, test it: `(> (volume x) 0)`"
+    return SceneError("solid", message, hint, node.site or expression.site, notes)
+
+
+def _empty_operand(node: Expression) -> Expression | None:
+    """Return the operand that makes the result of a node empty."""
+    inner = [operand.expression for operand in node.operands]
+    return next((each for each in inner[: _needed(node)] if manifold_of(each).manifold.is_empty()), None)
+
+
+def _needed(node: Expression) -> int:
+    """Return how many of the first operands a node has nothing without, or without all of them."""
+    return 1 if node.operation not in (*_OF_ANY, *_OF_ALL) else len(node.operands)
+
+
+def surface_of(expression: Expression, note: Announce | None = None) -> ComputedSolid | None:
     """Return the surface of an expression, from memory or disk if it is there, or None if nothing is left of it.
 
     Raises SceneError and LimitError as ``computed`` does.
     """
     found: ComputedSolid | None = _surfaces.get(expression.digest)
     if found is None:
-        found = stored.load(expression.digest) or _computed(expression)
+        found = stored.load(expression.digest) or _computed(expression, note)
         if found is not None:
             _surfaces.put(expression.digest, found, len(found.mesh.faces))
     return found
 
 
-def _computed(expression: Expression) -> ComputedSolid | None:
+def _computed(expression: Expression, note: Announce | None) -> ComputedSolid | None:
     started = time.perf_counter()
-    made = manifold_of(expression)
+    made = manifold_of(expression, note)
     if made.manifold.is_empty():
         return None
     found = _surface(made, time.perf_counter() - started)
@@ -130,22 +161,24 @@ def store(expression: Expression, solid: ComputedSolid) -> None:
         stored.save(expression.digest, solid)
 
 
-def manifold_of(expression: Expression) -> _Made:
+def manifold_of(expression: Expression, note: Announce | None = None) -> _Made:
     """Return the manifold of an expression, computing the nodes that are not kept, operands first."""
     local: dict[str, _Made] = {}
     for node in nodes_of(expression):
         made: _Made | None = _manifolds.get(node.digest)
         if made is None:
             operands = [local[operand.expression.digest] for operand in node.operands]
+            if note is not None and node.site is not None:
+                note(node.site)
             try:
                 _check_operands(node, operands)
                 made = _made(node, operands)
+                if made.manifold.num_tri() > MAX_TRIANGLES:
+                    raise too_large(node.operation, made.manifold.num_tri())
             except SceneError as error:
                 error.span = error.span or node.site
                 raise
             triangles = made.manifold.num_tri()
-            if triangles > MAX_TRIANGLES:
-                raise too_large(node.operation, triangles)
             _manifolds.put(node.digest, made, triangles)
         local[node.digest] = made
     return local[expression.digest]
@@ -164,11 +197,15 @@ def too_large(operation: str, triangles: int) -> LimitError:
     return LimitError("size", message, hint="use fewer :segments, or fewer operands")
 
 
+_OF_ANY = frozenset(("union-solid", "hull"))  # operations that are empty if all operands are
+_OF_ALL = frozenset(("intersection", "minkowski"))  # if one of them is; others if the first is
 # Operations to which an operand may be given twice without a change.
 _IDEMPOTENT = frozenset(("union-solid", "intersection", "hull"))
 
 
 def _made(node: Expression, operands: Sequence[_Made]) -> _Made:
+    import manifold3d
+
     pairs = list(zip(operands, node.operands, strict=True))
     if node.operation in _IDEMPOTENT:  # nested doublings would have 2^n surfaces without one more triangle
         pairs = list({(each.expression.digest, each.pose, each.color): (made, each) for made, each in pairs}.values())
@@ -176,6 +213,8 @@ def _made(node: Expression, operands: Sequence[_Made]) -> _Made:
     if node.operation == PRIMITIVE:
         assert node.shape is not None
         manifold = manifold_of_mesh(leaf_mesh(node.shape, int(node.parameters.get("segments", SEGMENTS))), node.word)
+    elif _is_nothing(node, placed):
+        return _Made(manifold3d.Manifold(), {})
     else:
         manifold = _operated(node, [made.manifold for made in placed])
     check_status(manifold, node.operation)
@@ -190,6 +229,12 @@ def _made(node: Expression, operands: Sequence[_Made]) -> _Made:
         for number in manifold.to_mesh64().run_original_id:
             sources.setdefault(number, FaceSource(node.color, first.word))
     return _Made(manifold, sources)
+
+
+def _is_nothing(node: Expression, placed: Sequence[_Made]) -> bool:
+    """Whether a node has nothing because operands are empty, of which Manifold would compute no numbers."""
+    empty = [made.manifold.is_empty() for made in placed[: _needed(node)]]
+    return bool(empty) and (all(empty) if node.operation in _OF_ANY else any(empty))
 
 
 def _operated(node: Expression, operands: Sequence[Manifold]) -> Manifold:
@@ -312,7 +357,17 @@ def check_status(manifold: Manifold, operation: str) -> None:
 
     status = manifold.status()
     if status != manifold3d.Error.NoError:
-        raise SceneError("solid", f"`{operation}` cannot be computed: {status.name}")
+        raise SceneError("solid", f"`{operation}` cannot be computed: {_REASONS.get(status.name, _OTHER_REASON)}")
+
+
+# What the words of Manifold mean.
+_REASONS = {
+    "NonFiniteVertex": "coordinates are not finite, or too large",
+    "NotManifold": "the surface is not closed",
+    "InvalidConstruction": "its numbers make no solid, or nothing of its profile has an area",
+    "ResultTooLarge": "it would have too many triangles",
+}
+_OTHER_REASON = "its operands make no solid"
 
 
 # --- operations ------------------------------------------------------------------------------------------------------
@@ -408,7 +463,11 @@ def _extrude(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
 
 
 def _lathe(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
-    made = section_of(parameters["profile"]).revolve(int(parameters["segments"]), float(parameters["angle"]))
+    section = section_of(parameters["profile"])
+    if not section.is_empty() and section.bounds()[2] <= 0.0:
+        hint = "profiles turn around the y axis, where x is the distance from it"
+        raise SceneError("solid", "the profile of `lathe` is on the left of the axis: no x is above 0", hint)
+    made = section.revolve(int(parameters["segments"]), float(parameters["angle"]))
     turn = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0]])  # Manifold revolves around z
     return made.transform(turn)
 

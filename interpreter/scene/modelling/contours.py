@@ -186,13 +186,17 @@ def _overlaps(low: FloatArray, high: FloatArray) -> int:
 # --- curves of outlines ----------------------------------------------------------------------------------------------
 
 
+class Unreadable(ValueError):
+    """What is wrong with an outline, in words for users."""
+
+
 class OutlinePen:
     """Records outlines drawn with the methods of fontTools' pens, and makes contours of them.
 
     Parameters
     ----------
     limit : int
-        Most pieces, which may be components; more raise ValueError.
+        Most pieces, which may be components; more raise Unreadable.
     glyphs : mapping, optional
         Where the components of a glyph are found by name.
     """
@@ -208,7 +212,7 @@ class OutlinePen:
     def _spend(self, count: int) -> None:
         self._room -= count
         if self._room < 0:
-            raise ValueError("the outline has too many points")
+            raise Unreadable("the outline has too many points")
 
     def _placed(self, point: Any) -> Point2:
         a, b, c, d, e, f = self._matrix
@@ -218,7 +222,7 @@ class OutlinePen:
     def _add(self, points: Sequence[Any]) -> None:
         self._spend(len(points))
         if self._first is None:
-            raise ValueError("a line before the first point")
+            raise Unreadable("a line before the first point")
         if not self._contours[-1]:
             self._contours[-1].append([self._first])
         self._contours[-1].append([self._placed(point) for point in points])
@@ -261,7 +265,7 @@ class OutlinePen:
     def addComponent(self, name: str, matrix: Any) -> None:
         self._spend(8)
         if self._depth == 16:
-            raise ValueError("the components of the glyph are nested too deeply")
+            raise Unreadable("the components of the glyph are nested too deeply")
         before, self._depth = self._matrix, self._depth + 1
         a, b, c, d, e, f = before
         u, v, w, z, s, t = (float(x) for x in matrix)
@@ -337,9 +341,11 @@ def svg_outline(data: str) -> OutlinePen:
     try:
         parse_path(re.sub(r"\s+", " ", data), _Upwards(pen))
         is_finite = math.isfinite(pen.size)
-    except Exception as error:  # the parser checks little
-        reason = str(error) or type(error).__name__
-        raise SceneError("value", f"`svg-path` cannot read `{data[:40]}`: {reason[:120]}") from None
+    except Unreadable as error:
+        raise SceneError("value", f"`svg-path` cannot read `{data[:40]}`: {error}") from None
+    except Exception:  # the parser checks little
+        message = f"`svg-path` cannot read `{data[:40]}`: a command has too few or malformed numbers"
+        raise SceneError("value", message) from None
     if not is_finite:
         raise SceneError("value", "`svg-path` expects finite numbers")
     return pen

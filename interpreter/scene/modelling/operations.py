@@ -47,6 +47,8 @@ class Expression:
         Linear sRGB of these faces.
     site
         Where the program makes it, which is not part of its identity.
+    caller
+        The builtin that it is part of, for messages, if that has another name.
     """
 
     operation: str
@@ -56,6 +58,7 @@ class Expression:
     word: str = ""
     color: Point = (1.0, 1.0, 1.0)
     site: Span | None = None
+    caller: str = ""
 
     @cached_property
     def digest(self) -> str:

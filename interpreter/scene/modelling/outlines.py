@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.scene.modelling.contours import Contours, OutlinePen, normalized
+from scenelang.interpreter.scene.modelling.contours import Contours, OutlinePen, Unreadable, normalized
 from scenelang.interpreter.scene.primitives.asset import located
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class _Characters(_Table):
         wanted = [(3, 10), (0, 6), (0, 4), (3, 1), (0, 3), (0, 2), (0, 1), (0, 0), (3, 0)]
         tables = [found[key] for key in wanted if key in found and self.u16(found[key]) in (4, 12)]
         if not tables:
-            raise ValueError("it has no table of Unicode characters")
+            raise Unreadable("it has no table of Unicode characters")
         self._at = tables[0]
 
     def glyph(self, code: int) -> int:
@@ -244,7 +244,7 @@ def _extractor() -> Any:
         def execute(self, charString: Any) -> None:
             self.work += 64 + len(charString.bytecode or charString.program or ())
             if self.work > _MAX_PROGRAM or self.subrLevel > 32:
-                raise ValueError("the program of the glyph is too long")
+                raise Unreadable("the program of the glyph is too long")
             super().execute(charString)
 
     return Limited
@@ -290,9 +290,11 @@ class Typeface:
             return read()
         except SceneError:
             raise
-        except Exception as error:
-            reason = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
-            raise SceneError("file", f"cannot read the font {self.name}: {reason}") from None
+        except Unreadable as error:
+            reason = str(error)
+        except Exception:  # in words of fontTools, which are about its own tables
+            reason = "it is damaged, or lacks what TrueType and OpenType fonts have"
+        raise SceneError("file", f"cannot read the font {self.name}: {reason}")
 
     def _open(self, data: bytes) -> None:
         from fontTools.ttLib import TTFont
@@ -302,7 +304,7 @@ class Typeface:
         reader: Any = self._font.reader
         self._em = float(self._font["head"].unitsPerEm)
         if not 16.0 <= self._em <= 16_384.0:
-            raise ValueError(f"{self._em:g} units per em")
+            raise Unreadable(f"it has {self._em:g} units per em, not 16 to 16,384")
         self._characters = _Characters(reader["cmap"])
         self._names = self._font.getGlyphOrder()
         self._advances = self._font["hmtx"].metrics

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from scenelang.grammar.datum import dataclass
+from scenelang.grammar.datum import Span, dataclass
 from scenelang.grammar.diagnostics import Note, SceneError
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import Entity, descendants
@@ -73,17 +73,18 @@ class SolidShape(Primitive):
         return self.computed.area
 
 
-def compute_all(roots: Iterable[Entity]) -> None:
+def compute_all(roots: Iterable[Entity], note: Callable[[Span], None] | None = None) -> None:
     """Compute the solids of frames now, so that errors and limits are met before a backend begins.
 
-    Those that the evaluation computed, which may not write files, are stored on disk now. Raises SceneError and
+    Those that the evaluation computed, which may not write files, are stored on disk now. ``note`` is told where the
+    program makes what is computed next. Raises SceneError and
     LimitError as ``computed`` does.
     """
     for entity in descendants(*roots):
         if isinstance(entity.shape, SolidShape):
-            from scenelang.interpreter.scene.modelling.computing import store
+            from scenelang.interpreter.scene.modelling.computing import computed, store
 
-            store(entity.shape.expression, entity.shape.computed)
+            store(entity.shape.expression, computed(entity.shape.expression, note))
 
 
 # --- entities as operands --------------------------------------------------------------------------------------------

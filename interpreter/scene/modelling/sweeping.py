@@ -41,11 +41,13 @@ class Swept:
 # --- rings -----------------------------------------------------------------------------------------------------------
 
 
-def check_corners(name: str, rings: int, corners: int) -> None:
+def check_corners(
+    name: str, rings: int, corners: int, hint: str = "use fewer :segments in the path or in the profile"
+) -> None:
     """Raise LimitError("size") if a surface would have too many corners."""
     if rings * corners > MAX_CORNERS:
         message = f"`{name}` of {rings:,} cross-sections with {corners:,} points has more than {MAX_CORNERS:,} corners"
-        raise LimitError("size", message, hint="use fewer :segments in the path or in the profile")
+        raise LimitError("size", message, hint)
 
 
 def _ring_faces(contours: Contours, rings: int, caps: tuple[IntArray, IntArray] | None) -> IntArray:
@@ -261,7 +263,7 @@ def twisted(profile: Contours, height: float, twist: float, taper: FloatArray, l
         hint = "outer contours must be counter-clockwise: `polygon` turns them"
         raise SceneError("solid", "`extrude` got a profile with nothing inside", hint)
     corners = np.concatenate(contours)
-    check_corners("extrude", layers + 1, len(corners))
+    check_corners("extrude", layers + 1, len(corners), "use fewer :slices; :twist is in radians: `(radians 90)`")
     share = np.linspace(0.0, 1.0, layers + 1)
     scaled = corners[None] * (1.0 + (taper - 1.0) * share[:, None, None])
     c, s = np.cos(twist * share)[:, None], np.sin(twist * share)[:, None]
