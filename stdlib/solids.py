@@ -22,7 +22,17 @@ from scenelang.interpreter.scene.primitives.base import MATERIALS, PHYSICS, colo
 from scenelang.interpreter.scene.primitives.mesh import flat_mesh, posed, sample_surface
 from scenelang.stdlib.operands import from_numpy, items, to_numpy
 from scenelang.stdlib.paths import path_of
-from scenelang.stdlib.profiles import LEFT, TEXT, finite, one_or_two, outline_of, positive, profile_of, segment_count
+from scenelang.stdlib.profiles import (
+    LEFT,
+    TEXT,
+    finite,
+    one_or_two,
+    outline_of,
+    positive,
+    profile_of,
+    profile_value,
+    segment_count,
+)
 from scenelang.stdlib.random import numpy_source
 
 if TYPE_CHECKING:
@@ -260,6 +270,41 @@ def cut_plane(
 def split(rt: Runtime, solid: Any, tool: Any, segments: int = SEGMENTS, **look: Any) -> Any:
     sides = ("intersection", "difference")
     return make_list([_combined(rt, name, (solid, tool), segments, look, "split") for name in sides])
+
+
+# --- profiles of solids ----------------------------------------------------------------------------------------------
+
+
+def _drawn(rt: Runtime, name: str, solid: Any, segments: int, height: float | None) -> Any:
+    """Return the outline of a solid from above, or what a plane at a height meets of it."""
+    from scenelang.interpreter.scene.modelling.computing import manifold_of
+    from scenelang.interpreter.scene.modelling.contours import contours_of
+
+    operand = solid_operand(rt, name, solid, segment_count(name, segments))
+    manifold = manifold_of(Expression("union-solid", {}, (operand,), None, name, site=rt.site)).manifold
+    rt.charge(64 + (manifold.num_tri() >> 3))
+    return profile_value(rt, contours_of(manifold.project() if height is None else manifold.slice(height)))
+
+
+@define(
+    "profile-section", "solid::Parts [z::Number] [:segments::Integer]", "List",
+    "Return the profile that a plane at height `z`, by default 0, cuts out of a solid; an empty one if it meets "
+    "nothing.",
+    ('(round (profile-area (profile-section (call "sphere") .6 :segments 1024)) 3)', "2.011"),
+    picture='(extrude (profile-section (transform (call "torus") (rotate .6 [1 0 0]))) .2 :color (color "gold"))',
+)  # fmt: skip
+def profile_section(rt: Runtime, solid: Any, z: Any = 0, segments: int = SEGMENTS) -> Any:
+    return _drawn(rt, "profile-section", solid, segments, finite("profile-section", "z", z))
+
+
+@define(
+    "profile-silhouette", "solid::Parts [:segments::Integer]", "List",
+    "Return the profile of a solid as it is seen along the z axis.",
+    ('(profile-area (profile-silhouette (transform (call "cube") (scale [2 3 1]))))', "6.0"),
+    picture='(extrude (profile-silhouette (transform (call "cube") (rotate 1 [1 1 0]))) .2 :color (color "gold"))',
+)  # fmt: skip
+def profile_silhouette(rt: Runtime, solid: Any, segments: int = SEGMENTS) -> Any:
+    return _drawn(rt, "profile-silhouette", solid, segments, None)
 
 
 # --- profiles --------------------------------------------------------------------------------------------------------

@@ -249,8 +249,19 @@ _COMPARED = {"<": "<", ">": ">", "<=": "<=", ">=": ">="}
 _TESTS = {"is_num": "number?", "is_string": "string?", "is_bool": "boolean?", "is_function": "procedure?"}
 _ABSENT_FUNCTIONS = {
     "search": "write a recursive function or a comprehension", "parent_module": None, "dxf_cross": None,
-    "dxf_dim": None, "rands": "write the numbers out as a list",
+    "dxf_dim": None,
 }  # fmt: skip
+
+
+_MAX_RANDOM = 1_000  # numbers of `rands` that are written out
+
+
+def random_numbers(low: float, high: float, count: int, seed: int) -> list[float]:
+    """Return what `rands` of OpenSCAD does: doubles of libstdc++ from a Mersenne Twister, two words each."""
+    from numpy.random import RandomState
+
+    words = RandomState(seed % 2**32)._bit_generator.random_raw(2 * max(0, count))
+    return [low + (high - low) * (a + b * 2.0**32) / 2.0**64 for a, b in words.reshape(-1, 2).tolist()]
 
 
 class Expressions:
@@ -286,7 +297,9 @@ class Expressions:
     def _variable(self, expr: VariableName) -> Snippet:
         name = expr.name
         if name == "$t":
-            unsupported(expr.span, "`$t`: animations are not converted", "see `frames` in docs/language.md")
+            self.c.facts.mark("moment")
+            self.c.warn(expr.span, "`$t` became a param, 0 unless it is given", "give it by `--define moment=.5`")
+            return Snippet("moment", NUM)
         if name.startswith("$"):
             if name in self.specials:
                 return self.special(name)
@@ -563,6 +576,13 @@ class Expressions:
         step = self.code(expr.step) if expr.step is not None else constant(1)
         if first.kind == INT and last.kind == INT and step.number == 1:
             is_literal = last.number is not None and _is_literal(last)
+            if (
+                expr.step is None
+                and first.number is not None
+                and last.number is not None
+                and first.number > last.number
+            ):
+                return Snippet(call(self.c.helper("rising"), first.text, last.text), list_of(INT))
             end = constant((last.number or 0) + 1).text if is_literal else _one_more(last.text)
             return Snippet(call("range", first.text, end), list_of(INT))
         kind = INT if first.kind == step.kind == INT else NUM
@@ -653,6 +673,8 @@ class Expressions:
         count = len(values)
         if name in _ABSENT_FUNCTIONS:
             unsupported(expr.span, f"the function `{name}`", _ABSENT_FUNCTIONS[name])
+        if name == "rands":
+            return self._random_numbers(expr, values)
         handler = _BUILTINS.get(name)
         if handler is None:
             near = suggest(name, [*_BUILTINS, *self._functions()])
@@ -661,6 +683,17 @@ class Expressions:
         if not least <= count <= most:
             failure(expr.span, f"`{name}` with {count} arguments")
         return make(self, values)
+
+    def _random_numbers(self, expr: ScadCall, values: list[Snippet]) -> Snippet:
+        """Convert `rands`: with a seed, and numbers that are known, to the same numbers as OpenSCAD's."""
+        if not 3 <= len(values) <= 4:
+            failure(expr.span, f"`rands` with {len(values)} arguments")
+        known = [each.number for each in values if each.number is not None]
+        if len(known) == 4 and known[2] <= _MAX_RANDOM and known[3] == int(known[3]):
+            found = random_numbers(known[0], known[1], int(known[2]), int(known[3]))
+            return self.list_code([constant(value) for value in found])
+        self.c.warn(expr.span, "`rands` draws other numbers than OpenSCAD; `--seed` changes them")
+        return Snippet(call(self.c.helper("random-numbers"), *(each.text for each in values[:3])), list_of(NUM))
 
     def _functions(self) -> list[str]:
         found: list[str] = []

@@ -32,7 +32,7 @@ degrees determinant difference dot empty? equal? exp expt extrude floor hull hyp
 list log log10 max max-of mesh min min-of minkowski none? norm not offset-profile ord polygon profile-
 difference profile-hull profile-intersection profile-minkowski profile-union radians range rectangle ref
 reflect remainder rgb rotate scale sign sin sqrt string-append tan text-outline transform transform-profile
-translate union union-solid number? string? boolean? procedure?
+profile-section profile-silhouette translate uniform union union-solid number? string? boolean? procedure?
 """
 _UPRIGHT = "(rotate (radians -90) [1 0 0])"
 
@@ -81,7 +81,7 @@ class _Program:
         place.specials["$children"] = constant(0)
         definitions, shapes = place.block(_shown(statements))
         shape = self._solid(place, shapes)
-        lines = [self._header(), *self._helpers()]
+        lines = [self._header(), *self._moment(), *self._helpers()]
         lines += ["".join(f"; {line}\n" for line in comments) + text for comments, text in definitions]
         body = place.commented(shape.moved("pose", _UPRIGHT))
         lines.append(f"(bind {string_text(self.word)}\n(lambda ()\n; z is up in OpenSCAD, and y here\n{body}))")
@@ -91,10 +91,15 @@ class _Program:
         builtins = {*build_library().builtins, *library_names()}
         words = set(re.findall(r"[^\s()\[\]]+", " ".join(HELPERS.values()))) | set(_WRITTEN.split())
         taken = {*(builtins & words), *FORMS, *HELPERS, *_RESERVED}
+        taken |= {"moment"} if self.converter.facts.holds("moment") else set()
         return NameScope(None, {}, {}, {}, taken, frozenset(builtins))
 
     def _header(self) -> str:
         return f"; Converted from {Path(self.source.name).name} (OpenSCAD) by `scenelang import`."
+
+    def _moment(self) -> Iterable[str]:
+        if self.converter.facts.holds("moment"):
+            yield '(param moment 0 "the moment of the animation, $t of OpenSCAD" :min 0 :max 1)'
 
     def _helpers(self) -> Iterable[str]:
         """Return the definitions of the helpers that the program uses, and of those that they use."""

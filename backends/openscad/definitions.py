@@ -111,11 +111,47 @@ _TEXT = """
     (list)
     (for/fold ((sum (first real))) ((operand (rest real))) (profile-minkowski sum operand))))
 
+;;; The profile that `draw` makes of a solid; nothing of an empty one.
+(define (if-solid object draw)
+  (if (empty? (primitives object))
+    (list)
+    (draw object)))
+
 ;;; What `make` makes of a profile; nothing of an empty one.
 (define (if-profile profile make)
   (if (null? profile)
     (union)
     (make profile)))
+
+;;; A profile grown by `distance`, or shrunk if it is negative, with the round corners of OpenSCAD: so many sides of a
+;;; full circle begin at the first edge of a corner, and the last one ends at the other edge.
+(define (round-offset profile distance sides)
+  (define least (/ pi (acos .75)))
+  (define count (max sides least))
+  (define way (if (< distance 0) -1 1))
+  (define (outwards p q)
+    (define along (- q p))
+    (* (/ distance (norm along)) [(ref along 1) (- (ref along 0))]))
+  (define (turned-by v angle)
+    (define c (cos angle))
+    (define s (sin angle))
+    [(- (* c (ref v 0)) (* s (ref v 1))) (+ (* s (ref v 0)) (* c (ref v 1)))])
+  (define pieces
+    (for*/append ((contour (profile-union profile)) (i (range 0 (length contour))))
+      (define size (length contour))
+      (define p (ref contour i))
+      (define q (ref contour (remainder (+ i 1) size)))
+      (define a (outwards (ref contour (remainder (+ i size -1) size)) p))
+      (define b (outwards p q))
+      (define angle (atan (cross-of a b) (dot a b)))
+      (define steps (max 1 (ceiling (- (/ (* count (abs angle)) tau) .5 1e-9))))
+      (define arc
+        (for/list ((step (range 0 steps))) (+ p (turned-by a (/ (* way step tau) count)))))
+      (cons (list p q (+ q b) (+ p b))
+            (if (> (* way angle) 1e-6)
+              (list (append (list p) arc (list (+ p b))))
+              (list)))))
+  (apply (if (> distance 0) profile-union profile-difference) profile (map polygon pieces)))
 
 ;;; A changed profile; an empty one stays empty.
 (define (map-profile profile change)
@@ -223,6 +259,14 @@ _TEXT = """
 (define (span first-one step last-one)
   (for/list ((i (range 0 (+ 1 (floor (+ 1e-9 (/ (- last-one first-one) step)))))))
     (+ first-one (* i step))))
+
+;;; The numbers that a range of OpenSCAD without a step has: from the smaller end to the larger.
+(define (rising first-one last-one)
+  (range (min first-one last-one) (+ 1 (max first-one last-one))))
+
+;;; So many random numbers between two.
+(define (random-numbers low high count)
+  (for/list ((i (range 0 count))) (uniform low high)))
 
 ;;; Whether OpenSCAD takes a value for true.
 (define (true? x)

@@ -48,6 +48,7 @@ from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import suggest
 
 MAX_SEGMENTS = 1024
+_FINE = 30  # sides of a full circle from which the rounding of OpenSCAD's offsets makes no difference
 
 # --- shapes ----------------------------------------------------------------------------------------------------------
 
@@ -317,8 +318,6 @@ class Objects(Expressions):
 
     def _unknown(self, instance: Instance) -> NoReturn:
         span, name = instance.span, instance.name
-        if name == "projection":
-            unsupported(span, "`projection`", "draw the outline as a profile")
         known = [*_MODULES, *_BOOLEANS, *_GROUPS, "for", "children"]
         scope: NameScope | None = self.scope
         while scope is not None:
@@ -586,7 +585,7 @@ def _runs(argument: Argument) -> bool:
         return False
     ends = (value.first, value.last)
     if all(isinstance(each, ConstantValue) and isinstance(each.value, float) for each in ends):
-        return value.step is None and value.first.value <= value.last.value  # type: ignore[union-attr, operator]
+        return value.step is None or value.first.value <= value.last.value  # type: ignore[union-attr, operator]
     return True  # `[0 : n - 1]`: taken to run, so that programs stay short
 
 
@@ -767,6 +766,26 @@ def _text(place: Objects, instance: Instance) -> Shape:
 # --- from profiles to solids -----------------------------------------------------------------------------------------
 
 
+def _projection(place: Objects, instance: Instance) -> Shape:
+    given = place.named(instance, ("cut",))
+    color, place.color = place.color, ""
+    shape = place.child(instance)
+    place.color = color
+    if shape.dimensions == 2:
+        unsupported(instance.span, "`projection` of a flat object")
+    if shape is NOTHING:
+        return NOTHING
+    cut = given.get("cut", constant(0))
+    if cut.text not in ("#t", "#f", "0", "1"):
+        unsupported(instance.span, "`cut` that is not written out")
+    name = "profile-section" if cut.text in ("#t", "1") else "profile-silhouette"
+    if shape.may_be_empty:
+        text = f"({place.c.helper('if-solid')} {place.place(shape)} {name})"
+    else:
+        text = call(name, place.place(shape))
+    return Shape(text, 2, shape.may_be_empty or name == "profile-section")
+
+
 def _profile(place: Objects, instance: Instance) -> tuple[Shape, str]:
     """Return the profile of an extrusion, and what its text stands for in the call."""
     color, place.color = place.color, ""
@@ -838,7 +857,7 @@ def _offset(place: Objects, instance: Instance) -> Shape:
     shape, profile = _profile(place, instance)
     if shape is NOTHING:
         return NOTHING
-    distance = given.get("delta", given.get("r", constant(1)))
+    name, distance = "offset-profile", given.get("delta", given.get("r", constant(1)))
     if "delta" in given:
         join = ":square" if given.get("chamfer", constant(0)).text == "#t" else ":miter :limit 1000"
         words = [profile, distance.text, f":join {join}"]
@@ -846,8 +865,11 @@ def _offset(place: Objects, instance: Instance) -> Shape:
         size = (
             constant(abs(distance.number)) if distance.number is not None else Snippet(call("abs", distance.text), NUM)
         )
-        words = [profile, distance.text, f":segments {place.fragments(size)}"]
-    text = call("offset-profile", *words)
+        sides = place.fragments(size)
+        words = [profile, distance.text, f":segments {sides}"]
+        if not sides.isdigit() or int(sides) < _FINE:  # the corners of OpenSCAD show
+            name, words = place.c.helper("round-offset"), [profile, distance.text, sides]
+    text = call(name, *words)
     if shape.may_be_empty:
         text = call(place.c.helper("map-profile"), place.place(shape), f"(lambda (profile) {text})")
     grows = distance.number is not None and distance.number > 0
@@ -988,7 +1010,7 @@ def _look(place: Objects, color: Snippet, alpha: Snippet | None, span: Span) -> 
 _MODULES: dict[str, Handler] = {
     "cube": _cube, "sphere": _sphere, "cylinder": _cylinder, "polyhedron": _polyhedron, "square": _square,
     "circle": _circle, "polygon": _polygon, "text": _text, "linear_extrude": _linear_extrude,
-    "rotate_extrude": _rotate_extrude, "offset": _offset, "color": _color, "translate": _moving(_translate),
-    "rotate": _moving(_rotate), "scale": _moving(_scale), "mirror": _moving(_mirror),
+    "rotate_extrude": _rotate_extrude, "projection": _projection, "offset": _offset, "color": _color,
+    "translate": _moving(_translate), "rotate": _moving(_rotate), "scale": _moving(_scale), "mirror": _moving(_mirror),
     "multmatrix": _moving(_multmatrix), "resize": _moving(_resize),
 }  # fmt: skip

@@ -13,7 +13,7 @@ import pytest
 import trimesh
 
 import scenelang as sl
-from scenelang.backends.openscad.arithmetic import ANY, INT, NUM, UNKNOWN, joined, list_of, vector
+from scenelang.backends.openscad.arithmetic import ANY, INT, NUM, UNKNOWN, joined, list_of, random_numbers, vector
 from scenelang.backends.openscad.converting import converted, imported
 from scenelang.backends.openscad.geometry import fragments_of
 from scenelang.backends.openscad.syntax import MAX_NESTING
@@ -194,15 +194,15 @@ def test_the_table_of_the_documentation(program: str, expected: str) -> None:
         ("include <a.scad>", "openscad-unsupported", "`include <a.scad>`: files are not read", (1, 1)),
         ('import("a.stl");', "openscad-unsupported", "`import`: no files are read", (1, 1)),
         ('surface("a.dat");', "openscad-unsupported", "`surface`: no height maps are read", (1, 1)),
-        ("cube($t);", "openscad-unsupported", "`$t`: animations are not converted", (1, 6)),
-        ("projection() cube(1);", "openscad-unsupported", "`projection`", (1, 1)),
+        ("projection() square(1);", "openscad-unsupported", "`projection` of a flat object", (1, 1)),
+        ("c = true; projection(cut = c) cube(1);", "openscad-unsupported", "`cut` that is not written out", (1, 11)),
         (
             "linear_extrude(1, twist=90, scale=[1, 2]) square(1);",
             "openscad-unsupported",
             "`twist` with a `scale` of two numbers",
             (1, 1),
         ),
-        ("cube(rands(0, 1, 1)[0]);", "openscad-unsupported", "the function `rands`", (1, 6)),
+        ("cube(rands(0, 1)[0]);", "openscad-syntax", "`rands` with 2 arguments", (1, 6)),
         ("union() { cube(1); square(1); }", "openscad-unsupported", "flat and solid objects together", (1, 1)),
         ("union() { !cube(1); }", "openscad-unsupported", "`!` inside of other objects", (1, 11)),
         ("x = 3;", "empty-scene", "`<text>` makes no objects", (1, 1)),
@@ -258,3 +258,55 @@ def test_other_files_are_told_all_formats(tmp_path: Path, capsys: pytest.Capture
     (tmp_path / "x.step").touch()
     assert main(["import", str(tmp_path / "x.step")]) == 1
     assert "expected .scad, .schem, .litematic, .nbt" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("program", "wanted"),
+    [
+        ("offset(3) square(20);", 1995.4272),
+        ("offset(1) square(10);", 426.0),
+        ("offset(r = 2, $fn = 10) square(20);", 1713.5232),
+        ("offset(r = 5, $fn = 7) square(20);", 2610.79815),
+        ("offset(r = 2, $fn = 3) square(20);", 1704.0),
+        ("offset(-3) difference() { circle(20, $fn = 5); square(4, center = true); }", 1625.8072),
+        ("offset(two, $fs = two / 2) polygon([[0, 0], [20, 0], [11, 13]]);", None),
+        ("projection() rotate([30, 20, 0]) cube([10, 5, 3]);", 179.746770),
+        ("projection(cut = true) translate([0, 0, -1]) rotate([30, 20, 0]) difference() {"
+         "cube([10, 5, 30], center = true); cylinder(r = 1, h = 50, center = true, $fn = 32); }", 172.814165),
+    ],
+)  # fmt: skip
+def test_flat_objects_have_the_areas_that_openscad_gives(program: str, wanted: float | None) -> None:
+    if wanted is None:  # the number of sides is found out by the program
+        wanted = volume_of("linear_extrude(3) offset(2, $fs = 1) polygon([[0, 0], [20, 0], [11, 13]]);")
+    assert volume_of(f"two = 2; linear_extrude(3) {program}") == pytest.approx(wanted, rel=5e-6)
+
+
+def test_ranges_without_a_step_rise() -> None:
+    """As OpenSCAD has it: [3 : 1] is 1, 2, 3, and [0 : -1] is -1, 0."""
+    assert volume_of("difference() { cube(10); for (i = [0 : -1]) translate([i, i, i]) cube(3); }") == pytest.approx(
+        973
+    )
+    assert volume_of("v = [for (i = [3 : 1]) i]; cube([v[0], v[1], v[2]]);") == pytest.approx(6)
+    assert volume_of("cube(1); for (i = [0 : 1 : -1]) translate([5, 0, 0]) cube(3);") == pytest.approx(1)
+
+
+def test_random_numbers_with_a_seed_are_openscads() -> None:
+    assert random_numbers(0, 10, 5, 42) == pytest.approx([7.96543, 1.83435, 7.79691, 5.9685, 4.45833], rel=1e-5)
+    assert random_numbers(-1, 1, 3, 1) == pytest.approx([0.99437, 0.865115, -0.743751], rel=1e-5)
+    assert volume_of("cube([rands(0, 10, 5, 42)[0], 1, 1]);") == pytest.approx(7.96543, rel=1e-5)
+
+
+def test_random_numbers_without_a_seed_are_the_programs() -> None:
+    text, warnings = converted("n = 3; v = rands(1, 2, n); cube([v[0], v[1], v[2]]);")
+    assert [warning.message for warning in warnings] == [
+        "`rands` draws other numbers than OpenSCAD; `--seed` changes them"
+    ]
+    assert 1 < volume(text) < 8
+    assert sl.evaluate(text, seed=1).measure().volume != volume(text)
+
+
+def test_the_moment_of_an_animation_is_a_param() -> None:
+    text, warnings = converted("translate([10 * $t, 0, 0]) cube([1, 1, 1 + $t]);")
+    assert "became a param" in warnings[0].message
+    assert volume(text) == pytest.approx(1)
+    assert sl.evaluate(text, defines={"moment": 0.5}).measure().volume == pytest.approx(1.5)
