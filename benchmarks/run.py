@@ -47,6 +47,7 @@ from scenelang.backends.minecraft.build_files import game_version, write_schemat
 from scenelang.backends.minecraft.export import read as read_build
 from scenelang.backends.minecraft.voxels import voxelised
 from scenelang.backends.pictures.film import PictureOptions, render
+from scenelang.editing import Editing
 from scenelang.grammar.datum import Source
 from scenelang.grammar.formatter import format_text
 from scenelang.grammar.reader import read
@@ -60,7 +61,7 @@ from scenelang.interpreter.transpile.translate import translate
 from scenelang.repl.evaluation import ReplEvaluation
 from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import Worker
-from scenelang.session import Editing, Session, run_with_room
+from scenelang.session import Session, run_with_room
 from scenelang.viewer import workspace
 
 ROUNDS = 5
