@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import os
 import re
 import subprocess
 import sys
@@ -369,20 +368,6 @@ def test_too_many_triangles_have_a_place(monkeypatch: pytest.MonkeyPatch) -> Non
     assert caught.value.span is not None
 
 
-def test_what_takes_long_has_a_place(tmp_path: Path) -> None:
-    """The process is ended while Manifold computes, and says what it was computing."""
-    (tmp_path / "slow.scene").write_text(
-        '(define (piece i)\n  (rounded (difference (call "cube" :scale (+ 2 (* .01 i))) (call "sphere") :segments 24) .1 :segments 8))\n'
-        '(bind "it" (lambda ()\n  (for/union ((i 400)) (transform (piece i) (translate (vector (* 3 i) 0 0))))))\n'
-    )
-    done = subprocess.run(
-        [sys.executable, "-m", "scenelang", "check", "--run", "slow.scene", "--max-seconds", ".5"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=60, env={**os.environ, "XDG_CACHE_HOME": str(tmp_path)},
-    )  # fmt: skip
-    assert "error[E507]" in done.stderr + done.stdout
-    assert "slow.scene:2:3" in done.stderr + done.stdout
-
-
 def test_an_empty_intersection_can_be_tested() -> None:
     apart = '(intersection (call "cube") (transform (call "cube") (translate [5 0 0])))'
     scene = scene_of(f'(if (> (volume {apart}) 0) {apart} (call "sphere"))')
@@ -515,9 +500,6 @@ def test_long_chains_are_neither_slow_nor_recursive(tmp_path: Path) -> None:
 
 
 def test_commands_end_long_computations(tmp_path: Path) -> None:
-    import subprocess
-    import sys
-
     many = """
     (for/union ((i (iota 480)))
       (transform (call "sphere" :radius .3) (translate [(sin i) (cos i) (sin (* 3 i))])))"""
@@ -528,11 +510,13 @@ def test_commands_end_long_computations(tmp_path: Path) -> None:
         ["render", "a.scene", "-o", "a.png"],
         ["export", "b.scene", "--solid", "-o", "a.stl"],
     ):
-        words = [sys.executable, "-m", "scenelang", *command, "--max-seconds", "1"]
+        words = [sys.executable, "-m", "scenelang", *command, "--max-seconds", ".3"]
         started = time.monotonic()
         done = subprocess.run(words, capture_output=True, text=True, timeout=60, cwd=tmp_path)
         assert done.returncode == 1, command
-        assert "E507" in done.stderr + done.stdout, command
+        told = done.stderr + done.stdout
+        assert "E507" in told, command
+        assert "b.scene" in command or "--> a.scene:" in told, command
         assert time.monotonic() - started < 20
     assert {path.name for path in tmp_path.iterdir()} == {"a.scene", "b.scene"}
 
