@@ -392,7 +392,7 @@ def _largest(order: Sequence[Node], roots: Sequence[Node], parts: Callable[[Node
     largest = dict.fromkeys(map(id, order), 0.0) | dict.fromkeys(map(id, roots), 1.0)
     for node in reversed(order):
         below = parts(node)
-        linear = np.array([place for _, place in below]).reshape(-1, 3, 4)[:, :, :3]
+        linear = pose.stacked([place for _, place in below]).reshape(-1, 3, 4)[:, :, :3]
         norms = np.linalg.norm(linear, 2, axis=(1, 2)).tolist() if below else []
         for (child, _), norm in zip(below, norms, strict=True):
             largest[id(child)] = max(largest[id(child)], largest[id(node)] * norm)
@@ -507,7 +507,7 @@ def unsupported_frames(roots: Sequence[ExportItem], ending: str) -> None:
 
 
 _BLOCK = 1 << 18  # vertices computed at a time
-Thing = TypeVar("Thing")
+_SIDES = 2048  # more than a full circle has sides
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -641,26 +641,32 @@ class WorldBlock:
 
     Attributes
     ----------
-    pieces, leaf : (P,)
-        What each is, and the number of its leaf.
+    kinds, kind, leaf : (K,), (P,), (P,)
+        Distinct pieces, which of them each is, and the number of its leaf.
     mirrored : (P,)
         Whether its faces are reversed.
     first : (P + 1,)
         Its first vertex in ``vertices`` and ``normals`` (V, 3).
     """
 
-    pieces: Sequence[LeafPiece]
+    kinds: Sequence[LeafPiece]
+    kind: IntArray
     leaf: IntArray
     mirrored: npt.NDArray[np.bool_]
     first: IntArray
     vertices: FloatArray
     normals: FloatArray
 
+    @property
+    def pieces(self) -> Sequence[LeafPiece]:
+        """What each piece is."""
+        return [self.kinds[kind] for kind in self.kind.tolist()]
+
     def faces(self) -> IntArray:
         """Return the faces (F, 3) of all pieces, which index the vertices of the block."""
-        start = _starts([len(piece.surface.faces) for piece in self.pieces])
+        start = _starts(_face_counts(self.kinds)[self.kind])
         out = np.empty((start[-1], 3), np.int64)
-        for surface, rows in _by_surface(self.pieces):
+        for surface, rows in _by_surface(self.kinds, self.kind):
             faces = np.where(self.mirrored[rows][:, None, None], surface.faces[:, ::-1], surface.faces)
             out[_spans(start[rows], len(surface.faces))] = faces + self.first[rows][:, None, None]
         return out
@@ -668,17 +674,26 @@ class WorldBlock:
     def srgb(self) -> npt.NDArray[np.uint8]:
         """Return the colour of every vertex (V, 4) as 8-bit sRGB, with the opacity."""
         out = np.empty((self.first[-1], 4), np.uint8)
-        for piece, rows in _grouped(self.pieces):
+        for number, rows in _grouped(self.kind):
+            piece = self.kinds[number]
             out[_spans(self.first[rows], len(piece.surface.vertices))] = piece.srgb()
         return out
 
     def face_srgb(self) -> npt.NDArray[np.uint8]:
         """Return the colour of every face (F, 4) of pieces whose faces share points, as ``srgb``."""
-        sizes = [len(piece.surface.faces) for piece in self.pieces]
-        return np.concatenate([np.broadcast_to(p.face_srgb(), (n, 4)) for p, n in zip(self.pieces, sizes, strict=True)])
+        sizes = _face_counts(self.kinds)
+        return np.concatenate([np.broadcast_to(self.kinds[k].face_srgb(), (sizes[k], 4)) for k in self.kind.tolist()])
 
 
-def _starts(sizes: Sequence[int]) -> IntArray:
+def _vertex_counts(kinds: Sequence[LeafPiece]) -> IntArray:
+    return np.array([len(piece.surface.vertices) for piece in kinds], np.int64)
+
+
+def _face_counts(kinds: Sequence[LeafPiece]) -> IntArray:
+    return np.array([len(piece.surface.faces) for piece in kinds], np.int64)
+
+
+def _starts(sizes: Sequence[int] | IntArray) -> IntArray:
     """Return where each of consecutive spans of ``sizes`` starts, and where the last one ends."""
     start = np.zeros(len(sizes) + 1, np.int64)
     np.cumsum(sizes, out=start[1:])
@@ -690,18 +705,19 @@ def _spans(start: IntArray, size: int) -> IntArray:
     return start[:, None] + np.arange(size)
 
 
-def _by_surface(pieces: Sequence[LeafPiece]) -> Iterator[tuple[ExportSurface, IntArray]]:
-    """Yield each distinct surface of the pieces with their rows."""
-    return _grouped([piece.surface for piece in pieces])
+def _by_surface(kinds: Sequence[LeafPiece], kind: IntArray) -> Iterator[tuple[ExportSurface, IntArray]]:
+    """Yield each distinct surface of pieces with their rows."""
+    numbers: dict[int, int] = {}
+    surfaces = [numbers.setdefault(id(piece.surface), number) for number, piece in enumerate(kinds)]
+    for number, rows in _grouped(np.array(surfaces, np.int64)[kind]):
+        yield kinds[number].surface, rows
 
 
-def _grouped(things: Sequence[Thing]) -> Iterator[tuple[Thing, IntArray]]:
-    """Yield each distinct thing with its rows."""
-    rows: dict[int, list[int]] = {}
-    for row, thing in enumerate(things):
-        rows.setdefault(id(thing), []).append(row)
-    for found in rows.values():
-        yield things[found[0]], np.array(found, np.int64)
+def _grouped(numbers: IntArray) -> Iterator[tuple[int, IntArray]]:
+    """Yield each distinct number with its rows, in order."""
+    order = np.argsort(numbers, kind="stable")
+    distinct_numbers, first = np.unique(numbers[order], return_index=True)
+    yield from zip(distinct_numbers.tolist(), np.split(order, first[1:]), strict=True)
 
 
 def _scales_of_merged(found: Leaves) -> dict[int, float]:
@@ -812,34 +828,31 @@ class Surfaces:
 
     def blocks(self) -> Iterator[WorldBlock]:
         """Yield all visible leaves with their triangles in the world, in order."""
-        index, sides = self.leaves.index.tolist(), self.sides().tolist()
-        pieces: list[LeafPiece] = []
-        leaf: list[int] = []
-        room = _BLOCK
-        for row, key in enumerate(zip(index, sides, strict=True)):
-            for piece in self.pieces(self.leaves.items[key[0]], key[1]):
-                pieces.append(piece)
-                leaf.append(row)
-                room -= len(piece.surface.vertices)
-            if room < 0:
-                yield self._block(pieces, leaf)
-                pieces, leaf, room = [], [], _BLOCK
-        if pieces:
-            yield self._block(pieces, leaf)
+        key, which = np.unique(self.leaves.index * _SIDES + self.sides(), return_inverse=True)
+        made = [self.pieces(self.leaves.items[k // _SIDES], k % _SIDES) for k in key.tolist()]
+        kinds = [piece for pieces in made for piece in pieces]
+        first = _starts([len(pieces) for pieces in made])
+        sizes = np.diff(_starts(_vertex_counts(kinds))[first])
+        which = which.reshape(-1)
+        full = np.cumsum(sizes[which]) // _BLOCK
+        for rows in np.split(np.arange(len(which)), np.flatnonzero(np.diff(full)) + 1):
+            counts = np.diff(first)[which[rows]]
+            if counts.any():
+                kind = np.repeat(first[which[rows]] - _starts(counts)[:-1], counts) + np.arange(counts.sum())
+                yield self._block(kinds, kind, np.repeat(rows, counts))
 
-    def _block(self, pieces: Sequence[LeafPiece], leaf: Sequence[int]) -> WorldBlock:
-        first = _starts([len(piece.surface.vertices) for piece in pieces])
-        leaf_rows = np.array(leaf, np.int64)
-        own = np.array([piece.pose for piece in pieces])
-        world = self.leaves.matrices[leaf_rows]
+    def _block(self, kinds: Sequence[LeafPiece], kind: IntArray, leaf: IntArray) -> WorldBlock:
+        first = _starts(_vertex_counts(kinds)[kind])
+        own = np.array([piece.pose for piece in kinds])[kind]
+        world = self.leaves.matrices[leaf]
         poses = world[:, :, :3] @ own
         poses[:, :, 3] += world[:, :, 3]
         vertices, normals = np.empty((first[-1], 3)), np.empty((first[-1], 3))
-        mirrored = np.zeros(len(pieces), np.bool_)
-        for surface, rows in _by_surface(pieces):
+        mirrored = np.zeros(len(kind), np.bool_)
+        for surface, rows in _by_surface(kinds, kind):
             spans = _spans(first[rows], len(surface.vertices))
             vertices[spans], normals[spans], mirrored[rows] = surface.copies(poses[rows])
-        return WorldBlock(pieces, leaf_rows, mirrored, first, vertices, normals)
+        return WorldBlock(kinds, kind, leaf, mirrored, first, vertices, normals)
 
 
 def _in_leaf(piece: LeafPiece) -> ExportSurface:

@@ -356,7 +356,7 @@ class Nodes:
         """Decompose all poses below ``items`` at once, which is much faster than one by one."""
         order = [item for item in distinct(*items) if item.parts and id(item) not in self._parts]
         children = [child for item in order for child, _ in item.parts]
-        poses = np.array([place for item in order for _, place in item.parts]).reshape(-1, 3, 4)
+        poses = pose.stacked([place for item in order for _, place in item.parts]).reshape(-1, 3, 4)
         fields: list[list[Node]] = []
         for start in range(0, len(children), _CHUNK):
             rows = slice(start, start + _CHUNK)

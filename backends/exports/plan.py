@@ -131,14 +131,17 @@ class _Items:
         return id(entity), (left if left < self._heights[id(entity)] else math.inf)
 
     def _missing(self, entity: Entity, left: float) -> list[tuple[Entity, float]]:
-        found = {self._key(part.car, left): part.car for part in entity.children}
-        return [(child, left) for key, child in found.items() if key not in self._made]
+        return [(child, left) for child in _distinct_children(entity) if self._key(child, left) not in self._made]
 
     def _item(self, entity: Entity, left: float) -> ExportItem:
         if left <= 0 and entity.children:
             return ExportItem(entity, merged=True)
-        parts = tuple((self._made[self._key(part.car, left - 1)], part.cdr) for part in entity.children)
-        return ExportItem(entity, parts)
+        made = {id(child): self._made[self._key(child, left - 1)] for child in _distinct_children(entity)}
+        return ExportItem(entity, tuple([(made[id(part.car)], part.cdr) for part in entity.children]))
+
+
+def _distinct_children(entity: Entity) -> Iterable[Entity]:
+    return {id(part.car): part.car for part in entity.children}.values()
 
 
 def _heights(roots: Iterable[Entity]) -> dict[int, int]:

@@ -14,6 +14,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
+from scenelang.interpreter.scene.pose import stacked
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -116,7 +117,7 @@ def graph_of(root: Entity, opaque: Set[int]) -> Graph:
     np.cumsum([len(entity.children) for entity in nodes], out=start[1:])
     parts = [part for entity in nodes for part in entity.children]
     child = np.fromiter((number[id(part.car)] for part in parts), np.int64, len(parts))
-    pose = np.ascontiguousarray(np.array([part.cdr for part in parts], np.float64).reshape(len(parts), 12).T)
+    pose = np.ascontiguousarray(stacked([part.cdr for part in parts]).T)
     leaves = [0] * len(nodes)
     unhandled = [0] * len(nodes)
     leaf_offset = np.zeros(len(parts), np.int64)
