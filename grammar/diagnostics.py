@@ -674,8 +674,7 @@ _SCENES = {
     "pose": "Build the matrix with `translate`, `rotate`, `scale`, `reflect` and `@` from finite numbers.",
     "attribute": "Pass a value of the type named in the message.",
     "declaration": "Move the thing as the hint says, or correct the declaration.",
-    "declaration-subject": "Name a word or handle of the entity that states the declaration, and a relation that it can "
-    "have.",
+    "declaration-subject": "Name a word or handle that occurs in the entity that states the declaration.",
     "solid": "Use closed solids as operands: cubes, spheres and other primitives, closed mesh files, or other solids.",
     "embedding": "Pass an attribute by keyword, such as `:height 3`, or a text, a handle or `(embedding ...)`.",
     "frames": "Return `(frames list)` directly from the root, with at least one frame.",

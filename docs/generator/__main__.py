@@ -9,15 +9,17 @@ from pathlib import Path
 from generator.architecture import architecture_svg
 from generator.cli_page import cli_page
 from generator.diagnostics_page import diagnostics_page
-from generator.library_page import PICTURES, forms_page, picture_program, stdlib_page
+from generator.library_page import PICTURES, forms_page, picture_program, relations_page, stdlib_page
 from generator.pictures import drawn, save
 from generator.tutorial import steps
+from scenelang.interpreter.scene.declarations import RELATIONS, example_of
 from scenelang.stdlib.reference import records
 
 DOCS = Path(__file__).parents[1]
 PAGES = {
     "reference/stdlib.md": stdlib_page,
     "reference/forms.md": forms_page,
+    "reference/relations.md": relations_page,
     "reference/diagnostics.md": diagnostics_page,
     "reference/cli.md": cli_page,
     "architecture.svg": architecture_svg,
@@ -36,6 +38,11 @@ def main(folder: Path = DOCS) -> int:
     for record in records():
         if record.picture is not None:
             save(drawn(picture_program(record), SMALL, CAMERA), folder / "reference" / PICTURES / f"{record.name}.png")
+    for relation in RELATIONS.values():
+        save(
+            drawn(example_of(relation), SMALL, CAMERA),
+            folder / "reference" / PICTURES / f"relation-{relation.name}.png",
+        )
     for step in steps(DOCS / "tutorial.md"):
         save(drawn(step.program, TUTORIAL, step.camera, step.frame), folder / step.picture)
     return 0

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from generator.markdown import NOTICE, anchor, block, formatted, table, valued
 from scenelang.interpreter.expand.forms import ABSENT, FORM_EXAMPLES, FORMS
+from scenelang.interpreter.scene.declarations import RELATIONS, example_of
 from scenelang.interpreter.scene.primitives import all_primitives
 from scenelang.primer import attribute_doc, attribute_names
 from scenelang.stdlib.reference import TOPICS, ReferenceRecord, records
@@ -81,6 +82,26 @@ def _drawn(record: ReferenceRecord) -> Iterator[str]:
 def picture_program(record: ReferenceRecord) -> str:
     """The whole program whose picture shows what a name does."""
     return formatted(f'(bind "{record.name}" (lambda () {record.picture}))')
+
+
+def relations_page() -> str:
+    """Every relation that `assert-that` states, Markdown."""
+    lines = [
+        "# Relations",
+        "",
+        NOTICE,
+        "",
+        "What [`assert-that`](forms.md#assert-that) and `check --that` can state ([declarations](../relations.md)).",
+        "Every example holds in the picture above it.",
+        "",
+        " · ".join(f"[{name}](#{anchor(name)})" for name in RELATIONS),
+        "",
+    ]
+    for relation in RELATIONS.values():
+        lines += [f"## {relation.name}", "", f"`{relation.usage}`", "", relation.doc, ""]
+        lines += [f"![{relation.name}]({PICTURES}/relation-{relation.name}.png)", ""]
+        lines += block("scene", formatted(example_of(relation)))
+    return _page(lines)
 
 
 def forms_page() -> str:

@@ -184,6 +184,64 @@ _RELATIONS = (
 )
 RELATIONS: Mapping[str, Relation] = MappingProxyType({relation.name: relation for relation in _RELATIONS})
 
+# A scene in which the example of each relation holds, of the words below.
+SCENES: Mapping[str, str] = MappingProxyType({
+    "on": '(call "table") (transform (call "cup") (translate [-.3 1 0]))',
+    "inside": '(call "mug") (transform (call "pencil") (@ (translate [.03 .1 0]) (rotate -.1 [0 0 1])))',
+    "touching": '(call "wall") (transform (call "shelf") (translate [0 .8 .2]))',
+    "clear-of": "(for/union ((x '(-1 -.3 .4))) (transform (call \"chair\") (translate (vector x 0 0))))",
+    "distance": '(call "table") (transform (call "chair") (translate [0 0 .9]))',
+    "angle": '(call "wall") (transform (call "door") (@ (translate [1 0 .5]) (rotate (/ pi 2) [0 1 0])))',
+    "facing": '(call "table") (transform (call "chair") (@ (translate [-1.5 0 .3]) (rotate (/ pi 2) [0 1 0])))',
+    "above": '(call "lamp") (transform (call "cup") (translate [0 .8 0]))',
+    "below": '(transform (call "lamp") (translate [0 .5 0])) (call "cup")',
+    "left-of": '(call "lamp") (transform (call "cup") (translate [-.6 0 0]))',
+    "right-of": '(call "lamp") (transform (call "cup") (translate [.6 0 0]))',
+    "in-front-of": '(call "lamp") (transform (call "cup") (translate [0 0 .6]))',
+    "behind": '(call "lamp") (transform (call "cup") (translate [0 0 -.6]))',
+    "between": '(call "candle") (transform (call "cup") (translate [-.6 0 0]))\n'
+    '(transform (call "plate") (translate [.6 0 0]))',
+    "aligned": "(for/union ((x '(-1 -.4 .7))) (transform (call \"pawn\") (translate (vector x 0 0))))",
+    "evenly-spaced": "(for/union ((x '(-1 0 1))) (transform (call \"pawn\") (translate (vector x 0 0))))",
+    "symmetric": '(call "table")\n(for/union ((x \'(-1.3 1.3))) (transform (call "chair") (translate (vector x 0 0))))',
+    "supported": '(call "table") (transform (call "plate") (translate [0 1 0]))\n'
+    '(transform (call "cup") (translate [0 1.04 0]))',
+    "size": '(call "tower")',
+    "count": "(for*/union ((x '(-1 0 1)) (z '(-.5 .5))) (transform (call \"chair\") (translate (vector x 0 z))))",
+})  # fmt: skip
+
+_WORDS = {
+    "table": '(union (transform (call "cube" :scale [2 .1 1]) (translate [0 .95 0])) (for*/union ((x \'(-.9 .9)) (z '
+    '\'(-.4 .4))) (transform (call "cube" :scale [.1 .9 .1]) (translate (vector x .45 z)))))',
+    "cup": '(call "cylinder" :radius .1 :p0 [0 0 0] :p1 [0 .22 0] :color (color "steelblue"))',
+    "mug": '(lathe (polygon \'([0 0] [.2 0] [.2 .5] [.17 .5] [.17 .03] [0 .03])) :color (color "steelblue"))',
+    "pencil": '(call "cylinder" :radius .015 :p0 [0 0 0] :p1 [0 .7 0] :color (color "gold"))',
+    "wall": '(transform (call "cube" :scale [2 1.6 .1]) (translate [0 .8 -.05]))',
+    "shelf": '(call "cube" :scale [1.2 .06 .4] :color (color "peru"))',
+    "door": '(transform (call "cube" :scale [.9 1.4 .06] :color (color "peru")) (translate [0 .7 0]))',
+    "chair": '(union (transform (call "cube" :scale [.4 .4 .4] :color (color "peru")) (translate [0 .2 0])) (transform '
+    '(call "cube" :scale [.4 .5 .06] :color (color "peru")) (translate [0 .65 -.17])))',
+    "lamp": '(union (call "cylinder" :radius .15 :p0 [0 0 0] :p1 [0 .05 0]) (call "cylinder" :radius .03 :p0 [0 0 0] '
+    ':p1 [0 .5 0]) (call "cone" :radius .2 :p0 [0 .4 0] :p1 [0 .7 0] :color (color "gold")))',
+    "candle": '(call "cylinder" :radius .06 :p0 [0 0 0] :p1 [0 .5 0] :color (color "ivory"))',
+    "plate": '(call "cylinder" :radius .25 :p0 [0 0 0] :p1 [0 .04 0])',
+    "pawn": '(union (call "cone" :radius .2 :p0 [0 0 0] :p1 [0 .6 0]) (transform (call "sphere" :radius .13) '
+    "(translate [0 .6 0])))",
+    "tower": '(union (transform (call "cube" :scale [1 2.4 1]) (translate [0 1.2 0])) (call "cone" :radius .8 '
+    ':p0 [0 2.4 0] :p1 [0 3.4 0] :color (color "tomato")))',
+}
+
+
+def example_of(relation: Relation) -> str:
+    """Return a program that states the example of a relation, which holds."""
+    scene = SCENES[relation.name]
+    words = [word for word in _WORDS if f'(call "{word}")' in scene]
+    bound = [f'(bind "{word}" (lambda () {_WORDS[word]}))' for word in words]
+    return "\n".join(
+        [*bound, f'(bind "scene" (lambda () (assert-that {relation.example}) (union {scene})))\n(scene "scene")']
+    )
+
+
 FLAGS = frozenset({"any", "all", "negated"})
 OPTIONS = ("any", "all", "within", "min", "max", "share", "axis", "along", "across", "about", "message", "negated")
 _MOST = 1e100
