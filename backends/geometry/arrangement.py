@@ -55,11 +55,11 @@ class Thing:
 @dataclass(frozen=True, slots=True)
 class Separation:
     """How far two things are apart: the signed distance, negative where they overlap, the pair of bodies that decides,
-    and the direction in which the first one would move away."""
+    and, where they overlap, the direction in which the first one would move away."""
 
     distance: float
     bodies: tuple[int, int]
-    away: Vector
+    away: Vector | None = None
 
 
 class Arrangement:
@@ -98,6 +98,11 @@ class Arrangement:
         start = int(np.searchsorted(self.bodies.row, first[instance]))
         end = int(np.searchsorted(self.bodies.row, last[instance], side="right"))
         return Thing(instance, self.ancestry.entity(instance), start, end)
+
+    def rows(self, thing: Thing | None) -> tuple[int, int] | None:
+        """Return the first and last primitive of a thing in the flattened frame."""
+        first, last = self._ranges
+        return None if thing is None else (int(first[thing.instance]), int(last[thing.instance]))
 
     @cached_property
     def _rows_by_word(self) -> dict[str, IntArray]:
@@ -312,7 +317,7 @@ class Arrangement:
         pairs = np.concatenate([pairs[:_NEAREST], pairs[rest]])
         best = int(np.argmin(gaps))
         if gaps[best] > 0.0:
-            return Separation(float(gaps[best]), _two(pairs[best]), self._away(pairs[best], moved))
+            return Separation(float(gaps[best]), _two(pairs[best]))
         return self._deepest(pairs[gaps <= 0.0], moved)
 
     def _deepest(self, pairs: IntArray, shift: FloatArray) -> Separation:
@@ -329,8 +334,11 @@ class Arrangement:
         worst = int(np.argmax(depth))
         return Separation(-max(float(depth[worst]), 0.0), _two(pairs[worst]), _three(along[worst]))
 
-    def _away(self, pair: IntArray, shift: FloatArray) -> Vector:
-        """Return the direction in which the first of two separate bodies is seen from the second."""
+    def away(self, found: Separation) -> Vector:
+        """Return the direction in which the first of two things would move away from the second."""
+        if found.away is not None:
+            return found.away
+        pair, shift = np.array(found.bodies), np.zeros(3)
         if self._both_convex(pair[None])[0]:
             return _three(-depths(self._posed(pair[None], shift))[1][0])
         low, high = self.bodies.boxes

@@ -54,6 +54,10 @@ class Violation:
         Where the program makes them.
     move
         Translation of the subject that makes it hold, None if it is not known.
+    turn
+        Angle in radians about the vertical axis that makes it hold if the subject is turned by it, None if unknown.
+    rows, other_rows
+        First and last primitive of the two things in the flattened frame; None where there is none.
     """
 
     declaration: Declaration
@@ -65,6 +69,9 @@ class Violation:
     place: Span | None = None
     other_place: Span | None = None
     move: Vector | None = None
+    turn: float | None = None
+    rows: tuple[int, int] | None = None
+    other_rows: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +83,7 @@ class _Failure:
     subject: Thing | None = None
     other: Thing | None = None
     move: Vector | None = None
+    turn: float | None = None
 
 
 @dataclass(slots=True)
@@ -133,10 +141,12 @@ class _Context:
 # --- checking --------------------------------------------------------------------------------------------------------
 
 
-def violations(scene: Scene, extra: Sequence[Declaration] = ()) -> list[Violation]:
+def violations(
+    scene: Scene, extra: Sequence[Declaration] = (), only: Callable[[Declaration], bool] = lambda _: True
+) -> list[Violation]:
     """Return the declarations of a scene that do not hold, and those of ``extra`` about the whole scene.
 
-    Each is tested in every frame, for every instance of the entity that states it.
+    Each that ``only`` accepts is tested in every frame, for every instance of the entity that states it.
 
     Raises
     ------
@@ -146,14 +156,16 @@ def violations(scene: Scene, extra: Sequence[Declaration] = ()) -> list[Violatio
         If too many pairs of things are compared.
     """
     found: list[Violation] = []
-    for each in _tested(scene, extra):
+    for each in _tested(scene, extra, only):
         if isinstance(each, SceneError):
             raise each
         found.append(each)
     return found
 
 
-def _tested(scene: Scene, extra: Sequence[Declaration]) -> Iterator[Violation | SceneError]:
+def _tested(
+    scene: Scene, extra: Sequence[Declaration], only: Callable[[Declaration], bool] = lambda _: True
+) -> Iterator[Violation | SceneError]:
     """Yield the violations of all declarations, and an error once for each that cannot be tested."""
     stating = {id(e) for e in descendants(*scene.frames) if e.declarations}
     about_scene = (*scene.declarations, *extra)
@@ -164,7 +176,7 @@ def _tested(scene: Scene, extra: Sequence[Declaration]) -> Iterator[Violation | 
     for number in range(len(scene.frames)):
         here = Arrangement(scene, number)
         for within, declaration in _stated(here, stating, about_scene):
-            if id(declaration) in wrong or count >= _MAX_VIOLATIONS:
+            if id(declaration) in wrong or not only(declaration) or count >= _MAX_VIOLATIONS:
                 continue
             context = _Context(here, within, declaration, work)
             try:
@@ -221,6 +233,9 @@ def _violation(context: _Context, frame: int, failure: _Failure) -> Violation:
         _place(subject),
         _place(other),
         failure.move,
+        failure.turn,
+        context.here.rows(subject),
+        context.here.rows(other),
     )
 
 
@@ -407,7 +422,7 @@ def _touching(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     found = context.here.separation(a, b)
     if found is None or abs(found.distance) <= reach:
         return None
-    move = _scaled(found.away, -found.distance)
+    move = _scaled(context.here.away(found), -found.distance)
     if found.distance > 0.0:
         return _Failure(f"{_two_words(a, b)} are {found.distance:.3g} apart", found.distance, a, b, move)
     return _Failure(f"{_two_words(a, b)} overlap by {-found.distance:.3g}", -found.distance, a, b, move)
@@ -423,7 +438,7 @@ def _clear_of(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     if found is None or found.distance >= least - room:
         return None
     lacking = least - found.distance
-    move = _apart(context.here, a, b, least, _scaled(found.away, lacking))
+    move = _apart(context.here, a, b, least, _scaled(context.here.away(found), lacking))
     if found.distance < 0.0:
         return _Failure(f"{_two_words(a, b)} overlap by {-found.distance:.3g}", lacking, a, b, move)
     return _Failure(f"{_two_words(a, b)} are only {found.distance:.3g} apart", lacking, a, b, move)
@@ -449,7 +464,9 @@ def _distance(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     off = _off(context, distance)
     if off == 0.0:
         return None
-    return _Failure(f"{_two_words(a, b)} are {distance:.3g} apart", abs(off), a, b, _scaled(found.away, -off))
+    return _Failure(
+        f"{_two_words(a, b)} are {distance:.3g} apart", abs(off), a, b, _scaled(context.here.away(found), -off)
+    )
 
 
 def _off(context: _Context, value: float) -> float:
@@ -490,7 +507,8 @@ def _facing(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     degrees = abs(math.degrees(turn))
     if degrees <= float(context.option("within", _FACING)):
         return None
-    return _Failure(f'"{a.entity.word}" faces {degrees:.3g} degrees away from "{b.entity.word}"', degrees, a, b)
+    message = f'"{a.entity.word}" faces {degrees:.3g} degrees away from "{b.entity.word}"'
+    return _Failure(message, degrees, a, b, turn=turn)
 
 
 def _direction(name: str) -> _Test:

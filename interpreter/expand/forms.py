@@ -402,8 +402,7 @@ keyword_parameter: bare_keyword | "(" bare_keyword expr ")" | "&keys" bare_param
 bare_keyword: KEYWORD | ANNOTATED_KEYWORD
 rest: "." bare_parameter
 
-relation: "(" NAME relation_operand+ ")"
-relation_operand: relation | expr | ":any" | ":all"
+relation: "(" NAME expr+ ")"
 
 target: binder | "(" target* ")" | "(" target+ "." target ")"
 bindings: "(" binding* ")"

@@ -165,6 +165,7 @@ GROUPS: dict[str, dict[str, Command]] = {
         "measure": Command(PROGRAM, "programs", "print volume, surface, centre of mass and inertia"),
         "simulate": Command(PROGRAM, "physics", "show how the scene moves under gravity, as a film or a 4D scene"),
         "settle": Command(PROGRAM, "physics", "let the scene come to rest, and write it with the new poses"),
+        "repair": Command(PROGRAM, "physics", "edit the program so that findings and failed declarations are resolved"),
         "flatten": Command(PROGRAM, "programs", "list the primitives with their world matrices"),
     },
     "Export": {

@@ -1,4 +1,4 @@
-"""Commands for rigid bodies: simulate, settle. `check --physics` is with the other checks."""
+"""Commands for scenes that stand: simulate, settle, repair. `check --physics` is with the other checks."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from scenelang.cli.options import (
 )
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError
 from scenelang.grammar.settings import amount
-from scenelang.reports import table
+from scenelang.reports import say, table
 
 _FILMS = (".mp4", ".gif", ".apng", ".webp")
 
@@ -147,3 +147,50 @@ def _told(arguments: argparse.Namespace, found: Any, edited: Any, output: Path, 
     if not arguments.json:
         done(arguments, output)
     return code
+
+
+def add_repair(parser: argparse.ArgumentParser) -> None:
+    parser.description = "Edit a program so that findings of `check --geometry` and failed declarations are resolved."
+    parser.add_argument(
+        "-o", "--output", metavar="OUT", help="program to write, which may be FILE (default: print a diff)"
+    )
+    parser.add_argument(
+        "--that", metavar="DECLARATION", action="append", help="a declaration, or a file of them, besides the program's"
+    )
+    parser.add_argument("--only-declarations", action="store_true", help="leave findings of the geometry lint alone")
+    parser.add_argument(
+        "--seconds", type=reader(amount), metavar="S", default=30.0, help="time for the search (default 30)"
+    )
+
+
+def run_repair(arguments: argparse.Namespace) -> int:
+    from scenelang.repairing import repaired
+    from scenelang.scene_relations import declarations_of
+
+    result, source, session = opened(arguments)
+    if result.scene is None:
+        return 1
+    if result.program is None or not source.name.endswith((".scene", "<stdin>")):
+        raise UsageError("value", f"`repair` edits programs in the Scene Language, not `{source.name}`")
+    stated = [each for text in arguments.that or () for each in declarations_of(session, text)]
+    with bounded(arguments):
+        compute_solids(arguments, result.scene.frames)
+        found = repaired(
+            session, source, stated, seconds=arguments.seconds, geometry=not arguments.only_declarations,
+            progress=progress(arguments, "repairing"),
+        )  # fmt: skip
+    if arguments.output and (found.changed or arguments.output != arguments.file):
+        write_text(Path(arguments.output), found.text)
+    left = [Diagnostic("declaration", f"not repaired: {message}", None) for message in found.left]
+    if arguments.json:
+        print_result(arguments, found.data() | {"program": found.text, "ok": not left}, "")
+        return 1 if left else 0
+    rows = [(f"line {edit.line}", edit.resolves) for edit in found.edits]
+    print(found.diff(source.name) + (table(rows, (False, False)) if rows else "nothing to repair" if not left else ""))
+    report(arguments, left)
+    if found.changed and not arguments.quiet:
+        edits = "1 edit" if len(found.edits) == 1 else f"{len(found.edits)} edits"
+        say(f"{edits}; things move by {found.displacement:.3g} on average")
+    if arguments.output:
+        done(arguments, Path(arguments.output))
+    return 1 if left else 0

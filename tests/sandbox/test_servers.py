@@ -135,7 +135,7 @@ def test_macros_in_an_editor_are_tried_first(monkeypatch: pytest.MonkeyPatch) ->
     text = "(define-macro (m) 1)\n(m)\n"
     assert editing.check(Source("a.scene", text)).diagnostics == ()
     monkeypatch.setattr(Editing, "_check", hold)
-    monkeypatch.setattr("scenelang.session._TRIAL_LIMITS", Limits(seconds=0.5))
+    monkeypatch.setattr("scenelang.editing._TRIAL_LIMITS", Limits(seconds=0.5))
     source = Source("a.scene", text + "; changed\n")
     analysis = editing.check(source)
     (problem,) = analysis.diagnostics

@@ -1,0 +1,705 @@
+"""Repair of programs without a language model: edits of literals that resolve findings and failed declarations.
+
+A program is changed, not its scene: a literal moves everything that is made from it, so loops and symmetries are kept.
+For each finding, the motion of all primitives with each numeric literal is measured by finite differences; the literals
+of a vector are solved for the motion that resolves the finding (least squares), and the candidates are tested in the
+order of how little they move. What no literal can do is done by placing a part with ``translate`` or ``align``, or by
+removing a part that is there twice. The search follows "Procedural Scene Programs for Open-Universe Scene Generation:
+LLM-Free Error Correction via Program Search" (arXiv 2510.16147), with derivatives in place of sampled proposals.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums
+from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.grammar.reader import read
+from scenelang.interpreter.runtime.values import IDENTITY
+from scenelang.interpreter.scene.flatten import flatten_entity
+
+if TYPE_CHECKING:
+    from scenelang.backends.base import Progress
+    from scenelang.backends.geometry.arrangement import Vector
+    from scenelang.backends.geometry.lint import Finding
+    from scenelang.backends.geometry.solids import FloatArray
+    from scenelang.interpreter.scene.declarations import Declaration
+    from scenelang.interpreter.scene.entity import Entity, Scene
+    from scenelang.session import Session
+
+SECONDS = 30.0
+MAX_EDITS = 20
+_MAX_LITERALS = 400
+_MAX_PARTS = 60
+_MAX_TESTS = 10  # candidates that are tested for one finding
+_MAX_FRAMES = 6
+_STEP = 1e-4  # of a literal, to measure what it moves
+_STILL = 1e-9  # of the scene's size: less is rounding
+_OFF = 0.3  # of a motion: how far the motion of a candidate may be from it
+_TIDY = 5e-3  # of the scene's size: what one more changed literal costs
+_STRUCTURAL = 0.02  # of the scene's size: what a new form in the program costs
+_CORRECTIONS = 4
+_NO_LITERALS = frozenset({"color", "quote", "import", "format", "embedding"})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Goal:
+    """A finding or failed declaration to resolve.
+
+    ``key`` is equal for equal findings of other versions. ``rows`` and ``others`` are the primitives of the two things
+    in the layout; ``moves`` are translations of the first thing, each of which would do, ``turn`` an angle about the
+    vertical axis.
+    """
+
+    key: tuple[str, ...]
+    message: str
+    amount: float
+    rows: tuple[int, int]
+    others: tuple[int, int] | None
+    moves: tuple[Vector, ...]
+    turn: float | None = None
+    declaration: Declaration | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """One change of the program: the line, the text before and after, and the finding that it resolves."""
+
+    line: int
+    old: str
+    new: str
+    resolves: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Repair:
+    """A repaired program.
+
+    Attributes
+    ----------
+    text
+        The program after all edits; unchanged if nothing was found, or nothing could be repaired.
+    edits
+        The changes, in order.
+    before, left
+        Messages of the findings before, and of those that remain.
+    displacement
+        Mean distance by which the primitives moved, in scene units; 0 if their number changed.
+    """
+
+    original: str
+    text: str
+    edits: tuple[Edit, ...]
+    before: tuple[str, ...]
+    left: tuple[str, ...]
+    displacement: float
+
+    @property
+    def changed(self) -> bool:
+        return self.text != self.original
+
+    def diff(self, name: str = "program.scene") -> str:
+        """Return a unified diff; empty if nothing changed."""
+        old, new = (text.splitlines(keepends=True) for text in (self.original, self.text))
+        return "".join(difflib.unified_diff(old, new, name, name))
+
+    def data(self) -> dict[str, Any]:
+        """Return the repair as JSON data."""
+        edits = [{"line": e.line, "old": e.old, "new": e.new, "resolves": e.resolves} for e in self.edits]
+        return {"edits": edits, "before": list(self.before), "left": list(self.left), "displacement": self.displacement}
+
+
+def repaired(
+    session: Session,
+    source: Source,
+    extra: Sequence[Declaration] = (),
+    *,
+    seconds: float = SECONDS,
+    geometry: bool = True,
+    progress: Progress | None = None,
+) -> Repair:
+    """Repair a program.
+
+    Parameters
+    ----------
+    extra
+        Declarations about the scene, besides those of the program.
+    seconds
+        Time after which no further edit is searched.
+    geometry
+        Whether to resolve the findings of the geometry lint too.
+    progress
+        Called with a fraction from 0 to 1; an exception raised by it ends the search.
+
+    Raises
+    ------
+    SceneError
+        If the program is wrong, or a declaration cannot be tested.
+    """
+    search = _Search(session, source.name, tuple(extra), geometry, time.monotonic() + seconds)
+    start = search.version(source.text)
+    if start is None:
+        raise SceneError("value", "the program has no scene")
+    now, edits = start, list[Edit]()
+    hopeless: set[tuple[str, ...]] = set()
+    while len(edits) < MAX_EDITS and search.has_time():
+        goal = next((goal for goal in now.goals if goal.key not in hopeless), None)
+        if goal is None:
+            break
+        if progress is not None:
+            progress(1.0 - len(now.goals) / max(len(start.goals), 1))
+        better = search.step(now, goal)
+        if better is None:
+            hopeless.add(goal.key)
+        else:
+            now = better
+            edits += [replace(edit, resolves=goal.message) for edit in better.edits]
+    moved = _displacement(start.corners, now.corners)
+    return Repair(
+        source.text, now.text, tuple(edits), _messages(start), _messages(now), 0.0 if moved is None else moved
+    )
+
+
+def _messages(version: _Version) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(goal.message for goal in version.goals))
+
+
+def _displacement(before: FloatArray, after: FloatArray) -> float | None:
+    """Return the mean distance of two layouts, None if they have different numbers of primitives."""
+    if before.shape != after.shape:
+        return None
+    return float(np.linalg.norm(after - before, axis=1).mean()) if len(before) else 0.0
+
+
+# --- versions of the program -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class _Version:
+    """A version of the program: its scene, two corners (2N, 3) of the box of each primitive, and the edits that led to
+    it."""
+
+    text: str
+    scene: Scene
+    corners: FloatArray
+    find: Callable[[Scene], list[Goal]]
+    edits: tuple[Edit, ...] = ()
+
+    @cached_property
+    def goals(self) -> list[Goal]:
+        return self.find(self.scene)
+
+    @cached_property
+    def counts(self) -> Counter[tuple[str, ...]]:
+        return Counter(goal.key for goal in self.goals)
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the box of all corners, or 1."""
+        spread = np.ptp(self.corners, axis=0) if len(self.corners) else np.zeros(3)
+        return float(np.linalg.norm(spread)) or 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Literal:
+    """A number in the text, and the group of numbers that it is changed with: those of one vector."""
+
+    span: Span
+    value: float
+    group: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Candidate:
+    """Changed pieces of the text, what they are expected to cost, and the numbers of the literals that they change."""
+
+    changes: tuple[tuple[Span, str], ...]
+    cost: float
+    literals: tuple[int, ...] = ()
+
+
+@dataclass(eq=False)
+class _Search:
+    session: Session
+    name: str
+    extra: tuple[Declaration, ...]
+    geometry: bool
+    deadline: float
+    motions: dict[str, list[FloatArray | None]] = field(default_factory=dict)
+
+    def has_time(self) -> bool:
+        return time.monotonic() < self.deadline
+
+    def version(self, text: str, edits: tuple[Edit, ...] = ()) -> _Version | None:
+        """Evaluate a version; None if it is wrong or has no geometry."""
+        result = self.session.evaluate(Source(self.name, text))
+        if result.scene is None:
+            if not edits:
+                result.require()
+            return None
+        return _Version(text, result.scene, _layout(result.scene), self.goals, edits)
+
+    def goals(self, scene: Scene) -> list[Goal]:
+        """Return all findings of a version, failed declarations first."""
+        from scenelang.backends.geometry.relations import violations
+
+        offsets = _offsets(scene)
+        found = []
+        for violation in violations(scene, self.extra):
+            if violation.frame not in offsets:
+                continue
+            at = offsets[violation.frame]
+            rows = _shifted(violation.rows, at) or (0, -1)
+            moves = () if violation.move is None else _alternatives(violation.move, violation.declaration.relation)
+            key = ("declaration", str(violation.declaration), violation.subject or "", str(violation.rows))
+            message = f"{violation.declaration} does not hold: {violation.message}"
+            others = _shifted(violation.other_rows, at)
+            turn, declaration = violation.turn, violation.declaration
+            found.append(Goal(key, message, violation.amount, rows, others, moves, turn, declaration))
+        found.sort(key=lambda goal: -goal.amount)
+        return [*found, *(_lint_goals(scene, offsets) if self.geometry else ())]
+
+    # --- one step ----------------------------------------------------------------------------------------------
+
+    def step(self, now: _Version, goal: Goal) -> _Version | None:
+        """Return a version in which a goal is resolved and nothing new is found; None if none is found."""
+        for candidates in (self._by_literals, self._by_amount_or_turn, self._by_form):
+            ordered = sorted(candidates(now, goal), key=lambda each: each.cost)
+            for candidate in ordered[:_MAX_TESTS]:
+                if not self.has_time():
+                    return None
+                found = self._tested(now, goal, candidate)
+                if found is not None:
+                    return found
+        return None
+
+    def _tested(self, now: _Version, goal: Goal, candidate: _Candidate) -> _Version | None:
+        """Return the version that a candidate makes if it is better; it is corrected where the motion is not linear."""
+        for _ in range(_CORRECTIONS):
+            found = self._applied(now, candidate)
+            try:
+                if found is None or _is_better(now, found, goal):
+                    return found
+                left = next((each for each in found.goals if each.key == goal.key), None)
+            except LimitError:
+                return None
+            if left is None or not candidate.literals or left.amount > 0.7 * goal.amount:
+                return None
+            candidate = self._corrected(now, found, left, candidate)
+        return None
+
+    def _corrected(self, now: _Version, found: _Version, left: Goal, candidate: _Candidate) -> _Candidate:
+        """Return a candidate whose literals also resolve what it leaves of a goal."""
+        literals, motions = literals_of(Source(self.name, found.text)), self._motions(now)
+        every = [
+            c for move in left.moves for c in self._solved(found, left, literals, motions, candidate.literals, move)
+        ]
+        if not every:
+            return replace(candidate, literals=())
+        best = min(every, key=lambda each: each.cost)
+        return _Candidate(
+            tuple((span, new) for (span, _), (_, new) in zip(candidate.changes, best.changes)), best.cost, best.literals
+        )
+
+    def _applied(self, now: _Version, candidate: _Candidate) -> _Version | None:
+        text, edits = now.text, []
+        for span, new in sorted(candidate.changes, key=lambda change: -change[0].start):
+            if _is_same_number(span.text, new):
+                continue
+            line, _ = span.source.position(span.start)
+            edits.append(Edit(line, span.text, new, ""))
+            text = text[: span.start] + new + text[span.end :]
+        return self.version(text, tuple(reversed(edits)))
+
+    # --- literals ----------------------------------------------------------------------------------------------
+
+    def _motions(self, now: _Version) -> list[FloatArray | None]:
+        """Return how all corners move with each literal, (N, 3) per unit; None if it moves nothing, or makes another
+        number of primitives."""
+        if now.text not in self.motions:
+            self.motions.clear()
+            self.motions[now.text] = [self._motion(now, each) for each in literals_of(Source(self.name, now.text))]
+        return self.motions[now.text]
+
+    def _motion(self, now: _Version, literal: _Literal) -> FloatArray | None:
+        if not self.has_time():
+            return None
+        step = _STEP * max(1.0, abs(literal.value))
+        text = now.text[: literal.span.start] + _number(literal.value + step, 12) + now.text[literal.span.end :]
+        result = self.session.evaluate(Source(self.name, text))
+        if result.scene is None:
+            return None
+        corners = _layout(result.scene)
+        if corners.shape != now.corners.shape:
+            return None
+        motion: FloatArray = (corners - now.corners) / step
+        return motion if np.abs(motion).max(initial=0.0) > _STILL * now.size / step else None
+
+    def _by_literals(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
+        """Yield changes of the literals of one vector that move the two things of a goal to or from each other."""
+        if not goal.moves or goal.rows[1] < goal.rows[0]:
+            return
+        literals, motions = literals_of(Source(self.name, now.text)), self._motions(now)
+        groups: dict[int, list[int]] = {}
+        for number, literal in enumerate(literals):
+            if motions[number] is not None:
+                groups.setdefault(literal.group, []).append(number)
+        for numbers in groups.values():
+            for chosen in [[number] for number in numbers] + ([numbers] if len(numbers) > 1 else []):
+                for move in goal.moves:
+                    yield from self._solved(now, goal, literals, motions, chosen, move)
+
+    def _solved(
+        self, now: _Version, goal: Goal, literals: Sequence[_Literal], motions: Sequence[FloatArray | None],
+        chosen: Sequence[int], move: Vector,
+    ) -> Iterator[_Candidate]:  # fmt: skip
+        """Yield the change of the chosen literals that is nearest to a translation of the goal's thing."""
+        every = [motion for number in chosen if (motion := motions[number]) is not None]
+        own = np.stack([_mean(motion, goal.rows) for motion in every], axis=1)
+        relative = own - np.stack([_mean(motion, goal.others) for motion in every], axis=1)
+        if float(np.abs(relative).max()) < 1e-9:
+            return
+        steps = np.linalg.lstsq(relative, np.array(move), rcond=1e-6)[0]
+        length = float(np.linalg.norm(move))
+        off = float(np.linalg.norm(relative @ steps - move))
+        if off > _OFF * length or not np.isfinite(steps).all():
+            return
+        whole = np.tensordot(steps, np.stack(every), 1)
+        cost = _cost(whole, goal) + off + _TIDY * now.size * len(chosen)
+        digits = _digits(now.size)
+        for places, extra in ((digits - 2, 0.0), (digits, 1e-9 * now.size), (9, 2e-9 * now.size)):
+            values = [literals[n].value + step for n, step in zip(chosen, steps.tolist())]
+            changes = tuple((literals[n].span, _number(v, places)) for n, v in zip(chosen, values))
+            yield _Candidate(changes, cost + extra, tuple(chosen))
+
+    def _by_amount_or_turn(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
+        """Yield changes of one literal by which the amount of a failed declaration becomes 0, and turns of a part."""
+        if goal.declaration is None or goal.moves:
+            return
+        if goal.turn is not None:
+            yield from self._turned(now, goal)
+        for literal in literals_of(Source(self.name, now.text))[:_MAX_LITERALS]:
+            if not self.has_time():
+                return
+            found = self._root_of(now, goal, literal)
+            if found is not None:
+                yield found
+
+    def _root_of(self, now: _Version, goal: Goal, literal: _Literal) -> _Candidate | None:
+        whole = isinstance(literal.value, int) and abs(literal.value) < 1000
+        step = 1.0 if whole and goal.key[1].startswith("(count") else 1e-3 * max(1.0, abs(literal.value))
+        value, before = float(literal.value), goal.amount
+        for _ in range(4):
+            there = self._amount(now, goal, literal, value + step)
+            if there is None or abs(there - before) < 1e-9:
+                return None
+            value -= before * step / (there - before)
+            value = round(value) if step == 1.0 else value
+            amount = self._amount(now, goal, literal, value)
+            if amount is None:
+                return None
+            if amount == 0.0:
+                candidate = _Candidate(((literal.span, _number(value, _digits(now.size))),), 0.0)
+                found = self._applied(now, candidate)
+                moved = None if found is None else _displacement(now.corners, found.corners)
+                return _Candidate(candidate.changes, _TIDY * now.size if moved is None else moved)
+            before = amount
+        return None
+
+    def _turned(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
+        """Yield turns of the operands of ``union`` that place something, about their own vertical axis."""
+        for group in unions_of(Source(self.name, now.text)):
+            for part in group:
+                if _head(part) != "transform" or len(part.items) != 3 or not self.has_time():
+                    continue
+                moved = self._moved_by(now, goal, part)
+                if moved is None:
+                    continue
+                call, pose = part.items[1].span.text, part.items[2].span.text
+                turn = goal.turn if np.linalg.det(moved[0]) > 0.0 else -(goal.turn or 0.0)
+                for places in (2, 4):
+                    new = f"(transform {call} (@ {pose} (rotate {_number(turn or 0.0, places)} [0 1 0])))"
+                    yield _Candidate(((part.span, new),), _STRUCTURAL * now.size)
+
+    def _amount(self, now: _Version, goal: Goal, literal: _Literal, value: float) -> float | None:
+        """Return how far the goal's declaration is from holding with another value of a literal; 0 if it holds."""
+        text = now.text[: literal.span.start] + _number(value, 12) + now.text[literal.span.end :]
+        found = self.session.evaluate(Source(self.name, text)).scene
+        if found is None:
+            return None
+        from scenelang.backends.geometry.relations import violations
+
+        try:
+            every = violations(found, self.extra, lambda declaration: str(declaration) == str(goal.declaration))
+        except SceneError:
+            return None
+        return sum(violation.amount for violation in every)
+
+    # --- forms -------------------------------------------------------------------------------------------------
+
+    def _by_form(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
+        """Yield new placements of the operands of ``union``: moved, aligned with another, or removed."""
+        if goal.rows[1] < goal.rows[0]:
+            return
+        groups = unions_of(Source(self.name, now.text))
+        parts = [part for group in groups for part in group][:_MAX_PARTS]
+        if goal.key[0] == "twin":
+            yield from (_Candidate(((part.span, ""),), 0.0) for part in parts if self._is_double(now, part))
+            return
+        for part in parts:
+            moved = self._moved_by(now, goal, part) if self.has_time() else None
+            for move in goal.moves if moved is not None else ():
+                assert moved is not None
+                offset = np.linalg.lstsq(moved[0], np.array(move), rcond=1e-6)[0]
+                cost = _cost(moved[1] @ offset, goal) + _STRUCTURAL * now.size
+                for places in (_digits(now.size) - 2, _digits(now.size)):
+                    numbers = " ".join(_number(x, places) for x in offset)
+                    new = f"(transform {part.span.text} (translate [{numbers}]))"
+                    yield _Candidate(((part.span, new),), cost + 1e-9 * places)
+
+    def _moved_by(self, now: _Version, goal: Goal, part: Datum) -> tuple[FloatArray, FloatArray] | None:
+        """Return how the goal's thing (3, 3) and all corners (N, 3, 3) move with a translation of a part, per unit.
+
+        None if the thing does not move.
+        """
+        found, whole = np.zeros((3, 3)), np.zeros((len(now.corners), 3, 3))
+        step = _STEP * now.size
+        for axis in range(3):
+            offset = " ".join(_number(step if k == axis else 0.0, 12) for k in range(3))
+            text = f"(transform {part.span.text} (translate [{offset}]))"
+            changed = self.session.evaluate(
+                Source(self.name, now.text[: part.span.start] + text + now.text[part.span.end :])
+            ).scene
+            if changed is None:
+                return None
+            corners = _layout(changed)
+            if corners.shape != now.corners.shape:
+                return None
+            motion = (corners - now.corners) / step
+            found[:, axis] = _mean(motion, goal.rows) - _mean(motion, goal.others)
+            whole[:, :, axis] = motion
+            if axis == 0 and not np.abs(motion).max() > 1e-6:
+                return None
+        return (found, whole) if np.abs(found).max() > 1e-6 else None
+
+    def _is_double(self, now: _Version, part: Datum) -> bool:
+        """Return whether all that a part makes is there without it too."""
+        text = now.text[: part.span.start] + now.text[part.span.end :]
+        changed = self.session.evaluate(Source(self.name, text)).scene
+        if changed is None:
+            return False
+        kept, every = _places(_layout(changed), now.size), _places(now.corners, now.size)
+        return len(kept) > 0 and kept == every and len(_layout(changed)) < len(now.corners)
+
+
+def _cost(motion: FloatArray, goal: Goal) -> float:
+    """Return what a motion (N, 3) of all corners costs: its mean length, twice for what is in no finding, and how much
+    it bends the thing."""
+    rows = slice(goal.rows[0], goal.rows[1] + 1)
+    bent = float(np.linalg.norm(motion[rows] - motion[rows].mean(axis=0), axis=1).max())
+    moved = np.linalg.norm(motion, axis=1)
+    return float(2.0 * moved.sum() - moved[rows].sum()) / len(moved) + bent
+
+
+def _is_better(now: _Version, found: _Version, goal: Goal) -> bool:
+    """Return whether a version resolves one goal at least, and makes no finding that was not there."""
+    fewer = now.counts - found.counts
+    return (
+        fewer[goal.key] > 0 and not found.counts - now.counts and sum(found.counts.values()) < sum(now.counts.values())
+    )
+
+
+# --- layouts ---------------------------------------------------------------------------------------------------------
+
+
+def _alternatives(move: Vector, relation: str) -> tuple[Vector, ...]:
+    """Return a translation and, for what only keeps a distance, those along the ground and one axis that do as much."""
+    if relation not in ("distance", "clear-of", "touching"):
+        return (move,)
+    found = [move]
+    for axes in ((0, 2), (0,), (2,)):
+        along = np.array([x if axis in axes else 0.0 for axis, x in enumerate(move)])
+        square = float(along @ along)
+        if square > 0.1 * sum(x * x for x in move):
+            x, y, z = (along * float(np.dot(move, move)) / square).tolist()
+            found.append((x, y, z))
+    return tuple(dict.fromkeys(found))
+
+
+def _sampled(scene: Scene) -> list[int]:
+    count = len(scene.frames)
+    return sorted({round(i * (count - 1) / max(_MAX_FRAMES - 1, 1)) for i in range(_MAX_FRAMES)}) if count > 1 else [0]
+
+
+def _layout(scene: Scene) -> FloatArray:
+    """Return two corners (2N, 3) of the boxes of the primitives of some frames, one frame after the other."""
+    return np.concatenate([_corners_in(scene.frames[number]) for number in _sampled(scene)])
+
+
+def _corners_in(root: Entity) -> FloatArray:
+    frame = flatten_entity(root)
+    local = np.array([_corners(entity) for entity in frame.primitives]).reshape(-1, 2, 3)
+    matrices = np.asarray(frame.matrices).reshape(-1, 3, 4)
+    if not len(matrices):
+        return np.zeros((0, 3))
+    found = np.einsum("nij,nkj->nki", matrices[:, :, :3], local[frame.index]) + matrices[:, None, :, 3]
+    return np.asarray(found.reshape(-1, 3), np.float64)
+
+
+def _corners(entity: Entity) -> tuple[float, ...]:
+    assert entity.shape is not None
+    return tuple(entity.shape.box_under(IDENTITY))
+
+
+def _offsets(scene: Scene) -> dict[int, int]:
+    """Return for each frame of the layout the position of its first primitive."""
+    found, at = {}, 0
+    for number in _sampled(scene):
+        found[number] = at
+        at += len(flatten_entity(scene.frames[number]))
+    return found
+
+
+def _shifted(rows: tuple[int, int] | None, at: int) -> tuple[int, int] | None:
+    """Return the rows of the layout for the first and last primitive of a frame that begins at ``at``."""
+    return None if rows is None else (2 * (rows[0] + at), 2 * (rows[1] + at) + 1)
+
+
+def _mean(motion: FloatArray, rows: tuple[int, int] | None) -> FloatArray:
+    if rows is None or rows[1] < rows[0]:
+        return np.zeros(3)
+    return np.asarray(motion[rows[0] : rows[1] + 1].mean(axis=0), np.float64)
+
+
+def _places(corners: FloatArray, size: float) -> set[tuple[float, ...]]:
+    return set(map(tuple, np.round(corners / (1e-6 * size)).tolist()))
+
+
+# --- findings of the geometry lint -----------------------------------------------------------------------------------
+
+
+def _lint_goals(scene: Scene, offsets: dict[int, int]) -> list[Goal]:
+    from scenelang.backends.geometry.convex import bodies_of, clusters
+    from scenelang.backends.geometry.lint import findings
+
+    found = []
+    for number, at in offsets.items():
+        bodies = bodies_of(scene.frames[number])
+        if not len(bodies):
+            continue
+        cluster = clusters(len(bodies), bodies.contacts[0].tolist())
+        for each in findings(bodies, scene.frames[number]):
+            rows = bodies.row[cluster == cluster[each.body]] if each.kind == "hovering" else bodies.row[[each.body]]
+            others = None if each.other is None else _shifted((int(bodies.row[each.other]),) * 2, at)
+            words = "/".join(bodies.words(each.body)), "" if each.other is None else "/".join(bodies.words(each.other))
+            message = f'{each.kind} "{words[0]}"' + (f' and "{words[1]}"' if words[1] else "")
+            own = _shifted((int(rows.min()), int(rows.max())), at)
+            assert own is not None
+            found.append(Goal((each.kind, *words), message, each.amount, own, others, _moves(bodies, each)))
+    return found
+
+
+def _moves(bodies: Any, finding: Finding) -> tuple[Vector, ...]:
+    """Return the translations that would resolve a finding: its own, or those that separate the two boxes."""
+    if finding.move is not None:
+        return (finding.move,)
+    if finding.other is None or finding.kind == "twin":
+        return ()
+    low, high = bodies.boxes
+    i, j = finding.body, finding.other
+    moves = []
+    for axis in range(3):
+        for length in (high[j, axis] - low[i, axis], low[j, axis] - high[i, axis]):
+            if finding.kind == "fighting":
+                length = math.copysign(4.0 * bodies.touch, length)
+            moves.append(tuple(float(length) if k == axis else 0.0 for k in range(3)))
+    return tuple(sorted(moves, key=lambda move: sum(map(abs, move))))  # type: ignore[arg-type]
+
+
+# --- text ------------------------------------------------------------------------------------------------------------
+
+
+def literals_of(source: Source) -> list[_Literal]:
+    """Return the numbers of a program that may place things, at most 400, each with those of the same vector."""
+    found: list[_Literal] = []
+    stack: list[tuple[Datum, Datum | None]] = [(form, None) for form in reversed(read(source).forms)]
+    while stack and len(found) < _MAX_LITERALS:
+        datum, parent = stack.pop()
+        if isinstance(datum, Atom):
+            if type(datum.value) in (int, float) and math.isfinite(datum.value):
+                found.append(_Literal(datum.span, datum.value, id(parent) if _is_vector(parent) else id(datum)))
+            continue
+        stack.extend((child, datum) for child in reversed(list(_placing(datum))))
+    return found
+
+
+def _is_vector(datum: Datum | None) -> bool:
+    return isinstance(datum, ArrayDatum) or (
+        isinstance(datum, ListDatum) and _head(datum) in ("vector", "quote", "list")
+    )
+
+
+def _head(datum: Datum) -> str | None:
+    first = datum.items[0] if isinstance(datum, ListDatum) and datum.items else None
+    return str(first.value) if isinstance(first, Atom) and isinstance(first.value, Symbol) else None
+
+
+def _placing(datum: Datum) -> Iterator[Datum]:
+    """Yield the parts of a form that may place things: not colours, bounds of params and seeds."""
+    head = _head(datum)
+    if head in _NO_LITERALS - {"quote"}:
+        return
+    skip = False
+    for child in subdatums(datum):
+        if skip:
+            skip = False
+            continue
+        if isinstance(child, Atom) and isinstance(child.value, Keyword):
+            skip = str(child.value) in ("color", "opacity", "min", "max", "segments", "seed", "roughness", "metallic")
+        yield child
+
+
+def unions_of(source: Source) -> list[list[ListDatum]]:
+    """Return the operands of each ``union`` of a program that are forms, and the bodies of loops that make parts."""
+    found: list[list[ListDatum]] = []
+    stack: list[Datum] = list(read(source).forms)
+    while stack:
+        datum = stack.pop()
+        if isinstance(datum, Atom):
+            continue
+        if _head(datum) == "union" and isinstance(datum, ListDatum):
+            found.append([item for item in datum.items[1:] if isinstance(item, ListDatum)])
+        if _head(datum) in ("for/union", "for*/union") and isinstance(datum, ListDatum):
+            found.append([item for item in datum.items[2:] if isinstance(item, ListDatum)])
+        stack.extend(subdatums(datum))
+    return found
+
+
+def _digits(size: float) -> int:
+    """Return the number of decimals that shows a ten-thousandth of a size."""
+    return max(2, math.ceil(4.0 - math.log10(max(size, 1e-12))))
+
+
+def _is_same_number(old: str, new: str) -> bool:
+    try:
+        return float(old) == float(new)
+    except ValueError:
+        return False
+
+
+def _number(value: float, places: int) -> str:
+    text = f"{round(value, places) + 0.0:.12g}"
+    if "e" in text:
+        return text
+    return (
+        text.replace("-0.", "-.", 1) if text.startswith("-0.") else text.removeprefix("0") if text[:2] == "0." else text
+    )
