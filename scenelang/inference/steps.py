@@ -54,6 +54,7 @@ if TYPE_CHECKING:
 _FENCE = re.compile(r"^[ \t]*+(?:```|~~~)[ \t]*+([\w+-]*+)[^\n]*+\n(.*?)(?:^[ \t]*(?:```|~~~)[ \t]*$|\Z)", re.M | re.S)
 _MAX_COMPARED = 200_000  # primitives; larger films are not checked for motion
 _MAX_REPORTED = 12  # diagnostics sent to the model
+_REPAIR_SECONDS = 5.0
 _MAX_ANSWER_LENGTH = 500_000  # characters; more than the longest answers of models
 _MAX_LINE_LENGTH = 500  # characters per line sent to the model
 _EVALUATING = Lock()  # evaluation sets process-wide limits, so answers are evaluated one at a time
@@ -111,11 +112,40 @@ class AnswerReader:
         with _EVALUATING:
             restored = self.brief.restored(answer)
             problem = trial(lambda: self._read(restored))  # run in a forked process first, which can be killed
-            return self._read(restored) if problem is None else Verdict("", None, (problem,))
+            verdict = self._read(restored) if problem is None else Verdict("", None, (problem,))
+        return self.with_layout(verdict) if any(d.name == "declaration" for d in verdict.diagnostics) else verdict
 
     def _read(self, answer: str) -> Verdict:
         with limited(self.options.limits):
             return self._judged(answer)
+
+    def with_layout(self, verdict: Verdict) -> Verdict:
+        """Return the verdict of the program whose literals are edited so that findings and declarations are resolved.
+
+        This needs no model, and saves a turn with it. Edits of a person's program and lists of primitives stay as they
+        are, and so does a program with other errors, which the model has to repair anyway.
+        """
+        from scenelang.repairing import repaired
+
+        unresolved = [d for d in verdict.diagnostics if d.is_error and d.name != "declaration"]
+        failed = any(d.name == "declaration" for d in verdict.diagnostics)
+        is_own = not self.brief.task.is_edit and self.brief.task.notation is not Notation.LIST
+        if verdict.scene is None or unresolved or not is_own or not (verdict.findings or failed):
+            return verdict
+        session = Session(self.options)
+        try:
+            with _EVALUATING:
+                found = repaired(session, Source(self.name, verdict.program), seconds=_REPAIR_SECONDS)
+        except SceneError:
+            return verdict
+        if not found.changed:
+            return verdict
+        result = session.evaluate(Source(self.name, found.text))
+        if result.scene is None:
+            return verdict
+        left = linted(result, check_declarations)
+        code = found.text if self.brief.task.notation is Notation.LANGUAGE else verdict.code
+        return Verdict(found.text, result.scene, (*result.diagnostics, *left), geometry_findings(result.scene), code)
 
     def _judged(self, answer: str) -> Verdict:
         session = Session(self.options)
@@ -380,6 +410,7 @@ def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Sam
     valid program results."""
     best, answer = yield from _with_repairs(brief, reader, speaker, plan, Purpose.DRAFT, (brief.first,))
     for _ in range(plan.critiques):
+        best = reader.with_layout(best)
         shown = views(best.scene) if best.is_usable and best.scene is not None else []
         if not shown:
             break

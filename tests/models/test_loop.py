@@ -12,6 +12,7 @@ from PIL import Image
 
 from models.conftest import WRONG, Place, answers, cubes, pictures, python, recorded, system, texts
 from models.server import Said
+from scenelang.session import Session
 
 pytestmark = pytest.mark.usefixtures("untried")
 
@@ -101,7 +102,8 @@ def test_without_repairs_one_answer_decides(place: Place) -> None:
 
 
 @pytest.mark.usefixtures("small_pictures")
-def test_pictures_go_back_and_an_improvement_is_taken(place: Place) -> None:
+def test_pictures_go_back_and_an_improvement_is_taken(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenelang.inference.steps._REPAIR_SECONDS", 0.0)  # leaves the finding to the model
     better = cubes(3)
     server = place.serve(answers(FLOATING, better, "NO CHANGES"))
     place.generate("three cubes", "--critique", "5", "-o", "out.scene")
@@ -123,6 +125,14 @@ def test_pictures_go_back_and_an_improvement_is_taken(place: Place) -> None:
     assert roles(last) == ["user", "assistant", "user"]
     assert "The checker noticed" not in texts(last["messages"][2])
     assert count(place)["cube"] == 3
+
+
+@pytest.mark.usefixtures("small_pictures")
+def test_findings_are_repaired_before_the_model_sees_them(place: Place) -> None:
+    server = place.serve(answers(FLOATING, "NO CHANGES"))
+    place.generate("cubes", "--critique", "1", "-o", "out.scene")
+    assert "The checker noticed" not in texts(server.requests[1]["messages"][-1])
+    assert [d.code for d in Session().check_geometry(Session().source(str(place.work / "out.scene")))] == []
 
 
 @pytest.mark.usefixtures("small_pictures")
