@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenelang.grammar.datum import Source
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.settings import typed
 
 if TYPE_CHECKING:
@@ -34,6 +34,17 @@ def declarations_of(session: Session, asked: str) -> tuple[Declaration, ...]:
 def declaration_source(text: str) -> Source:
     """Return the source of a declaration such as ``(on "cup" "table")``."""
     return Source("<declaration>", text if text.lstrip().startswith("(assert-that") else f"(assert-that {text})")
+
+
+def declaration_problem(text: str) -> Diagnostic | None:
+    """Return the first mistake in a declaration, None if it is well formed."""
+    from scenelang.session import Session
+
+    try:
+        Session().declarations(declaration_source(text))
+    except SceneError as error:
+        return error.diagnostic
+    return None
 
 
 @typed

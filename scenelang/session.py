@@ -588,7 +588,12 @@ class Session:
             return [*result.diagnostics, *linted(result, check_geometry)]
 
     def declarations(self, source: Source) -> tuple[Declaration, ...]:
-        """Return the declarations that the top level of a file states; raises SceneError with its first mistake."""
+        """Return the declarations that the top level of a file states; raises SceneError with its first mistake.
+
+        Options of the program that they are about, such as values of its params, have no meaning for the file.
+        """
+        if self.options.defines or self.options.root or self.options.z_entries:
+            return Session(replace(self.options, defines={}, root=None, z_entries={})).declarations(source)
         with limited(self.options.limits):
             checked = self.check(source)
             wrong = next((d for d in checked.diagnostics if d.is_error and d.name != "root"), None)

@@ -202,6 +202,9 @@ class Maker:
             draw = replace(draw, split=split_of_scene(self.spec, stage.digest))
         if self.spec.filters.geometry and check_geometry(stage.scene.graph):
             return None, "with findings of the geometry"
+        why = self._unsound(stage.scene)
+        if why:
+            return None, why
         frames = self._frames(stage)
         views = [self._view(stage, draw, view, frames) for view in views_of(self.spec, draw)]
         if self.spec.filters.visible or self._predicates:
@@ -220,6 +223,15 @@ class Maker:
                 shown.update(writer.seen)
         first = views[0].shots[frames[0]].camera
         return Sample(draw, tuple(items), _placed(first), shown), ""
+
+    def _unsound(self, scene: Scene) -> str:
+        """Return why a scene does not pass the filters of declarations and stability; empty if it does."""
+        stated = self.spec.filters.that
+        if stated and scene.violations(*stated):
+            return "with a declaration that does not hold"
+        if self.spec.filters.stable and any(body.kind != "rests" for body in scene.physics().bodies):
+            return "with bodies that move"
+        return ""
 
     def _filtered(self, stage: _Stage, draw: Draw, views: Sequence[LabelledView], frames: Sequence[int]) -> str:
         least = self.spec.filters.visible
@@ -376,10 +388,22 @@ class _ItemWriter:
         if "graph" in wanted:
             handles = lambda rows: self.view.some_handles(self.frame, rows)
             graph = labels.graph_data(self.things.truth, handles, spec.labels.words)
+            graph["relations"] = self._relations(graph["nodes"])
             files["graph.json"] = _json(graph)
         if "program" in wanted:
             files["program.scene"] = self.stage.text.encode("utf-8", "surrogatepass")
         return EncodedFiles({"json": _json(record), **files})
+
+    def _relations(self, nodes: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+        """Return what is on, inside of, touching or overlapping what, by positions in the nodes of the graph."""
+        place = {node["handle"]: number for number, node in enumerate(nodes)}
+        words = sorted({node["word"] for node in nodes})
+        found = self.stage.scene.relations(words, self.frame)
+        return [
+            {"relation": r.relation, "subject": place[r.subject], "other": place[r.other], "distance": r.distance}
+            for r in found
+            if r.subject in place and r.other in place
+        ]
 
     def _record(self, wanted: set[str]) -> dict[str, Any]:
         draw, spec = self.draw, self.maker.spec

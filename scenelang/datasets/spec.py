@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from scenelang.backends.base import require
 from scenelang.backends.files import program_files, read_regular
 from scenelang.datasets.toml_places import TomlTable, parsed, shown
 from scenelang.grammar.datum import Source
@@ -25,6 +26,7 @@ from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.reader import read
 from scenelang.interpreter.loading import entry_points_of
 from scenelang.interpreter.runtime.limits import Limits, ProcessorLimits
+from scenelang.scene_relations import declaration_problem
 from scenelang.session import IMPORT_FORM
 
 CODE = "dataset"
@@ -281,10 +283,13 @@ class SplitPlan:
 
 @dataclass(frozen=True, slots=True)
 class FilterPlan:
-    """Filters: least visible share of the picture by word, no findings of the geometric check, predicates by name."""
+    """Filters: least visible share of the picture by word, no findings of the geometric check, nothing that moves under
+    gravity, declarations that hold, predicates by name."""
 
     visible: Mapping[str, float]
     geometry: bool = False
+    stable: bool = False
+    that: tuple[str, ...] = ()
     predicates: tuple[str, ...] = ()
     attempts: int = 20
 
@@ -751,7 +756,15 @@ def _filters(table: TomlTable) -> FilterPlan:
                 f"installed: {', '.join(sorted(known))}" if known else f"no package has the entry point {PREDICATES}"
             )
             table.fail("predicates", f"`predicates`: unknown `{name[:60]}`", listed)
-    plan = FilterPlan(visible, table.flag("geometry", False), predicates, table.number("attempts", 20, 1, 10_000))
+    geometry, stable = table.flag("geometry", False), table.flag("stable", False)
+    that = table.texts("that")
+    for number, text in enumerate(that):
+        problem = declaration_problem(text)
+        if problem is not None:
+            table.fail("that", f"`that`: declaration {number + 1}: {problem.message}", problem.hint)
+    if stable:
+        require("mujoco", "'scenelang[physics]'")
+    plan = FilterPlan(visible, geometry, stable, that, predicates, table.number("attempts", 20, 1, 10_000))
     table.finish()
     return plan
 

@@ -257,6 +257,35 @@ def test_geometry_is_a_filter(tmp_path: Path) -> None:
     assert {Maker(spec).make(index).draw.params["apart"] for index in range(12)} == {1}
 
 
+PILE = """
+(param apart 0)
+(bind "box" (lambda () (call "cube" :color [1 0 0])))
+(bind "ball" (lambda () (call "sphere" :radius .2 :color [0 1 0])))
+(bind "pile" (lambda () (union (transform (call "box") (translate [0 .5 0])) (transform (call "ball") (translate [apart 1.2 0])))))
+(scene "pile")
+"""
+
+
+@pytest.mark.parametrize("rule", ['that = [\'(on "ball" "box")\']', "stable = true"])
+def test_declarations_and_stability_are_filters(tmp_path: Path, rule: str) -> None:
+    if rule.startswith("stable"):
+        pytest.importorskip("mujoco")
+    (tmp_path / "a.scene").write_text(PILE)
+    text = (
+        "programs = 'a.scene'\n[params]\napart = [0, 2]\n[pictures]\nsize = 8\n[labels]\nwrite = ['graph']\n[filters]\n"
+    )
+    spec = spec_of(text + rule, "s", tmp_path)
+    samples = [Maker(spec).make(index) for index in range(6)]
+    assert {sample.draw.params["apart"] for sample in samples} == {0}
+    graph = json.loads(samples[0].items[0].files["graph.json"])
+    words = [node["word"] for node in graph["nodes"]]
+    assert [(words[r["subject"]], r["relation"], words[r["other"]]) for r in graph["relations"]] == [
+        ("ball", "on", "box")
+    ]
+    with pytest.raises(SceneError, match="declaration 1"):
+        spec_of(text + 'that = [\'(onn "ball" "box")\']', "s", tmp_path)
+
+
 def test_predicates_of_packages_filter(read: Read, monkeypatch: pytest.MonkeyPatch) -> None:
     from scenelang.datasets import making
     from scenelang.datasets import spec as spec_module

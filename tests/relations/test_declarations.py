@@ -289,4 +289,5 @@ def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     ):
         assert text in told
     assert main(["check", str(program), "--that", '(on "cup")']) == 1
+    assert main(["check", str(program), "--root", "room", "--that", '(count "cup" 1)']) == 0
     assert main(["check", str(program), "--that", "missing.scene"]) == 1
