@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from scenelang.api import list_backends as list_backends
     from scenelang.api import load as load
     from scenelang.api import parse as parse
+    from scenelang.api import repair as repair
     from scenelang.api import transpile as transpile
     from scenelang.backends.neural.distillation.training import DistillationSettings as DistillationSettings
     from scenelang.backends.neural.inversion import InversionSettings as InversionSettings
@@ -72,6 +73,7 @@ if TYPE_CHECKING:
     from scenelang.neural import distill as distill
     from scenelang.neural import imagine as imagine
     from scenelang.neural import imagine_layout as imagine_layout
+    from scenelang.repairing import Repair as Repair
     from scenelang.scene import Camera as Camera
     from scenelang.scene import Film as Film
     from scenelang.scene import Image as Image
@@ -91,7 +93,8 @@ if not os.path.isdir(os.path.join(os.path.dirname(__file__), "grammar")):
 _HOMES = {
     "check": "api", "check_installation": "api", "diff": "api", "evaluate": "api", "expand": "api",
     "explain": "api", "format": "api", "grammar_text": "api", "import_build": "api", "lift": "api",
-    "list_backends": "api", "load": "api", "parse": "api", "transpile": "api",
+    "list_backends": "api", "load": "api", "parse": "api", "repair": "api",
+    "transpile": "api",
     "DistillationSettings": "backends.neural.distillation.training",
     "InversionSettings": "backends.neural.inversion", "Granularity": "backends.neural.prompts",
     "DatasetProgress": "datasets.running", "DatasetReport": "datasets.running", "dataset": "datasets.running",
@@ -109,8 +112,8 @@ _HOMES = {
     "PictureSubject": "inversion", "RunFolder": "inversion", "invert": "inversion", "learn_style": "inversion",
     "DistillationModels": "neural", "ImagineSettings": "neural", "distill": "neural", "imagine": "neural",
     "imagine_layout": "neural", "Camera": "scene", "Film": "scene", "Image": "scene", "Maps": "scene",
-    "Primitives": "scene", "Scene": "scene", "Checked": "session", "Evaluated": "session", "Options": "session",
-    "Session": "session",
+    "Primitives": "scene", "Repair": "repairing", "Scene": "scene", "Checked": "session", "Evaluated": "session",
+    "Options": "session", "Session": "session",
 }  # fmt: skip
 __all__ = sorted(_HOMES)
 

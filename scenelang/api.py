@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from scenelang.backends.base import Backend
     from scenelang.doctor import Check
     from scenelang.interpreter.transpile.translate import Translation
+    from scenelang.repairing import Repair
     from scenelang.scene_changes import Changes
 
 
@@ -194,6 +195,48 @@ def format(text: str) -> str:
     from scenelang.formatting import formatted
 
     return formatted(text)
+
+
+@typed
+def repair(text: str, *declarations: str, name: str = "<text>", geometry: bool = True, seconds: float = 30.0) -> Repair:
+    """Edit a program so that findings of the geometry lint and failed declarations are resolved, without a model.
+
+    Parameters
+    ----------
+    text : str
+        Program in the Scene Language.
+    declarations : str
+        Declarations about the scene besides those of the program, such as ``(on "cup" "table")``.
+    name : str
+        File name for diagnostics.
+    geometry : bool
+        Whether to resolve the findings of the lint too, and not only declarations.
+    seconds : float
+        Time after which no further edit is searched.
+
+    Returns
+    -------
+    Repair
+        The repaired text, its edits, what remains, and how far things moved on average, in scene units.
+
+    Raises
+    ------
+    SceneError
+        If the program is wrong, or a declaration cannot be tested.
+
+    Examples
+    --------
+    >>> box = '(bind "box" (lambda () (call "cube")))'
+    >>> pile = '(bind "pile" (lambda () (union (call "box") (transform (call "cube") (translate [0 1.5 0])))))'
+    >>> repair(box + pile + '(scene "pile")', '(count "box" 1)', '(on "cube" "box" :any)').edits[0].new
+    '1'
+    """
+    from scenelang.repairing import repaired
+    from scenelang.scene_relations import declarations_of
+
+    session = Session()
+    stated = [each for declaration in declarations for each in declarations_of(session, declaration)]
+    return repaired(session, Source(name, text), stated, seconds=seconds, geometry=geometry)
 
 
 @typed

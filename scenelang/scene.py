@@ -949,9 +949,8 @@ def _crop(image: Image, bbox: Sequence[float], margin: float) -> Image:
     """Crop a square around a pixel box (x, y, width, height), clipped to the image."""
     x, y, width, height = bbox
     half = max(width, height) * (0.5 + margin)
-    columns, rows = image.size
-    x0, x1 = max(0, int(x + width / 2 - half)), min(columns, int(np.ceil(x + width / 2 + half)))
-    y0, y1 = max(0, int(y + height / 2 - half)), min(rows, int(np.ceil(y + height / 2 + half)))
+    x0, x1 = max(0, int(x + width / 2 - half)), min(image.size[0], int(np.ceil(x + width / 2 + half)))
+    y0, y1 = max(0, int(y + height / 2 - half)), min(image.size[1], int(np.ceil(y + height / 2 + half)))
     intrinsics = image.camera.intrinsics.copy()
     intrinsics[:2, 2] -= (x0, y0)
     camera = replace(image.camera, width=x1 - x0, height=y1 - y0, intrinsics=intrinsics)
