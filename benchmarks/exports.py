@@ -48,7 +48,7 @@ SCENES = {
 }
 
 # Those of `make bench`; trimesh takes half a minute to minutes for each scene that it joins.
-_ENDINGS = {"boxes": (".glb", ".obj", ".ply"), "bolts": (".glb",)}
+_ENDINGS = {"boxes": (".glb", ".ply"), "bolts": (".glb",)}
 
 
 def scene_of(name: str) -> Scene:
