@@ -30,19 +30,17 @@ from scenelang.backends.openscad.arithmetic import (
     vector_code,
 )
 from scenelang.backends.openscad.syntax import (
-    Argument,
     Branch,
     ConstantValue,
     FunctionDefinition,
     Instance,
-    Items,
     ModuleDefinition,
-    Range,
     Statement,
-    VariableName,
     assigned,
     failure,
+    runs,
     unsupported,
+    uses_children,
 )
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import suggest
@@ -183,7 +181,7 @@ class Objects(Expressions):
         name = self.scope.fresh(definition.name, "part" if is_module else "of")
         inner = NameScope(self.scope)
         names = tuple(inner.fresh(each.name, "value") for each in definition.parameters)
-        takes_children = is_module and _uses_children(definition.body)
+        takes_children = is_module and uses_children(definition.body)
         function = Definition(definition, name, names, self.scope, takes_children)
         (self.scope.modules if is_module else self.scope.functions)[definition.name] = function
         return function
@@ -347,7 +345,7 @@ class Objects(Expressions):
         if shape is NOTHING:
             return NOTHING
         body = "\n".join((*(_with_comments(*each) for each in definitions), self_place.place(shape)))
-        may_be_empty = shape.may_be_empty or not all(_runs(each) for each in instance.arguments)
+        may_be_empty = shape.may_be_empty or not all(runs(each) for each in instance.arguments)
         if instance.name == "intersection_for":
             operation = "profile-intersection" if shape.dimensions == 2 else "intersection"
             return Shape(call("apply", operation, f"({name}/list ({clauses})\n{body})"), shape.dimensions, True)
@@ -558,35 +556,6 @@ def fragments_of(radius: float, angle: float, length: float) -> int:
     if radius < 1e-6 or angle <= 0 or length <= 0:
         return 5
     return min(MAX_SEGMENTS, math.ceil(max(min(360.0 / angle, radius * math.tau / length), 5)))
-
-
-def _uses_children(tree: object) -> bool:
-    """Return whether a module's body mentions its children."""
-    stack = [tree]
-    while stack:
-        each = stack.pop()
-        if isinstance(each, tuple):
-            stack += each
-        elif (isinstance(each, Instance) and each.name == "children") or (
-            isinstance(each, VariableName) and each.name == "$children"
-        ):
-            return True
-        elif hasattr(each, "__match_args__") and not isinstance(each, Span):
-            stack += [getattr(each, name) for name in each.__match_args__ if name not in ("span", "comments")]
-    return False
-
-
-def _runs(argument: Argument) -> bool:
-    """Return whether a loop runs at least once for certain."""
-    value = argument.value
-    if isinstance(value, Items):
-        return any(isinstance(each, ConstantValue | Items) for each in value.items)
-    if not isinstance(value, Range):
-        return False
-    ends = (value.first, value.last)
-    if all(isinstance(each, ConstantValue) and isinstance(each.value, float) for each in ends):
-        return value.step is None or value.first.value <= value.last.value  # type: ignore[union-attr, operator]
-    return True  # `[0 : n - 1]`: taken to run, so that programs stay short
 
 
 def _with_comments(comments: Sequence[str], text: str) -> str:

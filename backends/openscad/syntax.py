@@ -734,3 +734,35 @@ def assigned(statements: Sequence[Statement]) -> dict[str, ScadAssignment]:
             comments = each.comments if before is None else (*before.comments, *each.comments)
             found[each.name] = ScadAssignment(each.span, each.name, each.value, comments)
     return found
+
+
+# --- what statements do ----------------------------------------------------------------------------------------------
+
+
+def uses_children(tree: object) -> bool:
+    """Return whether a module's body mentions its children."""
+    stack = [tree]
+    while stack:
+        each = stack.pop()
+        if isinstance(each, tuple):
+            stack += each
+        elif (isinstance(each, Instance) and each.name == "children") or (
+            isinstance(each, VariableName) and each.name == "$children"
+        ):
+            return True
+        elif hasattr(each, "__match_args__") and not isinstance(each, Span):
+            stack += [getattr(each, name) for name in each.__match_args__ if name not in ("span", "comments")]
+    return False
+
+
+def runs(argument: Argument) -> bool:
+    """Return whether a loop runs at least once for certain."""
+    value = argument.value
+    if isinstance(value, Items):
+        return any(isinstance(each, ConstantValue | Items) for each in value.items)
+    if not isinstance(value, Range):
+        return False
+    ends = (value.first, value.last)
+    if all(isinstance(each, ConstantValue) and isinstance(each.value, float) for each in ends):
+        return value.step is None or value.first.value <= value.last.value  # type: ignore[union-attr, operator]
+    return True  # `[0 : n - 1]`: taken to run, so that programs stay short
