@@ -299,9 +299,10 @@ def _pairwise(test: _Test, every_object: bool = False) -> Callable[[_Context], l
         stated = context.stated
         subjects, objects = (context.things(name) for name in stated.things[:2])
         universal = every_object or bool(stated.options.get("all"))
+        boxes = _boxes(context, objects)
         failures = []
         for a in subjects:
-            failure = _against(context, test, a, objects, universal)
+            failure = _against(context, test, a, _nearest(context, a, objects, boxes), universal)
             if failure is None and stated.options.get("any"):
                 return []
             if failure is not None:
@@ -317,7 +318,7 @@ def _against(context: _Context, test: _Test, a: Thing, objects: Sequence[Thing],
     """Return why a subject fails: against the nearest object, or with ``universal`` the worst of all."""
     worst: _Failure | None = None
     best: _Failure | None = None
-    others = [b for b in _nearest(context, a, objects) if b.instance != a.instance]
+    others = [b for b in objects if b.instance != a.instance]
     for b in others:
         context.work.spend()
         failure = test(context, a, b)
@@ -331,13 +332,20 @@ def _against(context: _Context, test: _Test, a: Thing, objects: Sequence[Thing],
     return worst if universal else best
 
 
-def _nearest(context: _Context, a: Thing, objects: Sequence[Thing]) -> list[Thing]:
+def _boxes(context: _Context, things: Sequence[Thing]) -> tuple[FloatArray, FloatArray]:
+    """Return the low and the high corners (N, 3) of the boxes of things."""
+    low, high = zip(*(context.here.box(thing) for thing in things))
+    return np.array(low), np.array(high)
+
+
+def _nearest(
+    context: _Context, a: Thing, objects: Sequence[Thing], boxes: tuple[FloatArray, FloatArray]
+) -> Sequence[Thing]:
     """Return the objects, those with the nearest boxes first."""
     low, high = context.here.box(a)
-    lows = np.array([context.here.box(b)[0] for b in objects])
-    highs = np.array([context.here.box(b)[1] for b in objects])
-    apart = np.maximum(np.maximum(lows - high, low - highs), 0.0)
-    return [objects[i] for i in np.argsort(np.linalg.norm(apart, axis=1), kind="stable").tolist()]
+    apart = np.maximum(np.maximum(boxes[0] - high, low - boxes[1]), 0.0)
+    order = np.argsort((apart * apart).sum(axis=1), kind="stable")
+    return [objects[i] for i in order.tolist()]
 
 
 def _on(context: _Context, a: Thing, b: Thing) -> _Failure | None:
