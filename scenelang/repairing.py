@@ -71,7 +71,7 @@ class Goal:
 
 
 @dataclass(frozen=True, slots=True)
-class Edit:
+class ProgramEdit:
     """One change of the program: the line, the text before and after, and the finding that it resolves."""
 
     line: int
@@ -98,7 +98,7 @@ class Repair:
 
     original: str
     text: str
-    edits: tuple[Edit, ...]
+    edits: tuple[ProgramEdit, ...]
     before: tuple[str, ...]
     left: tuple[str, ...]
     displacement: float
@@ -149,7 +149,7 @@ def repaired(
     start = search.version(source.text)
     if start is None:
         raise SceneError("value", "the program has no scene")
-    now, edits = start, list[Edit]()
+    now, edits = start, list[ProgramEdit]()
     hopeless: set[tuple[str, ...]] = set()
     while len(edits) < MAX_EDITS and search.has_time():
         goal = next((goal for goal in now.goals if goal.key not in hopeless), None)
@@ -192,7 +192,7 @@ class _Version:
     scene: Scene
     corners: FloatArray
     find: Callable[[Scene], list[Goal]]
-    edits: tuple[Edit, ...] = ()
+    edits: tuple[ProgramEdit, ...] = ()
 
     @cached_property
     def goals(self) -> list[Goal]:
@@ -239,7 +239,7 @@ class _Search:
     def has_time(self) -> bool:
         return time.monotonic() < self.deadline
 
-    def version(self, text: str, edits: tuple[Edit, ...] = ()) -> _Version | None:
+    def version(self, text: str, edits: tuple[ProgramEdit, ...] = ()) -> _Version | None:
         """Evaluate a version; None if it is wrong or has no geometry."""
         result = self.session.evaluate(Source(self.name, text))
         if result.scene is None:
@@ -316,7 +316,7 @@ class _Search:
             if _is_same_number(span.text, new):
                 continue
             line, _ = span.source.position(span.start)
-            edits.append(Edit(line, span.text, new, ""))
+            edits.append(ProgramEdit(line, span.text, new, ""))
             text = text[: span.start] + new + text[span.end :]
         return self.version(text, tuple(reversed(edits)))
 
