@@ -1,26 +1,41 @@
-"""Primitives of one frame as convex bodies in world coordinates, and their contacts."""
+"""Primitives of one frame as bodies in world coordinates, and their contacts.
+
+Bodies are compared as convex solids first. Where one of a pair is not convex, such as a mug, a ring or a bowl, what
+their hulls say is checked on their surfaces, by Manifold.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.distance import IntArray, Pairs, boxes, distances, neighbours
-from scenelang.backends.geometry.solids import FloatArray, PosedForms, composed, posed_forms
+from scenelang.backends.geometry.distance import IntArray, Pairs, boxes, depths, distances, neighbours
+from scenelang.backends.geometry.solids import FloatArray, PosedForms, composed, own_mesh, posed_forms
 from scenelang.backends.pictures.appearance import look_of
+from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import Entity, descendants, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.scene.modelling.computing import manifold_of_mesh
 from scenelang.interpreter.scene.primitives import Placed
 from scenelang.interpreter.scene.primitives.cube import placed_block
 
-MAX_PAIRS = 300_000
+if TYPE_CHECKING:
+    from manifold3d import Manifold
+
+MAX_PAIRS = 1_000_000
+MAX_EXACT = 3_000  # pairs of a frame that are compared by their surfaces; others by their hulls
+MAX_TRIANGLES = 20_000  # of a surface that is compared
 _TOUCH = 1e-3  # contact tolerance relative to the scene's diagonal
+_TOUCH_OF_BODIES = 0.03  # the same relative to the larger bodies, for small things on wide ground
 _BATCH = 20_000
+_SIDES = 64  # of round surfaces
+_TRACE = 1e-6  # of the smaller volume: what two surfaces share less is a contact
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +56,7 @@ class Bodies:
     plain: frozenset[str]  # the bound words whose entities each consist of one solid
     exact: npt.NDArray[np.bool_]  # (N,) whether a body is the solid itself, and not its box or its convex hull
     row: IntArray  # (N,) position among all primitives of the frame, in depth-first order
+    worlds: FloatArray  # (N, 3, 4) poses of the primitives in the world
 
     def __len__(self) -> int:
         return len(self.solids)
@@ -55,10 +71,12 @@ class Bodies:
         low, high = self.boxes
         return float(np.linalg.norm(high.max(axis=0) - low.min(axis=0))) if len(self) else 0.0
 
-    @property
+    @cached_property
     def touch(self) -> float:
         """Contact tolerance, in scene units."""
-        return _TOUCH * self.size
+        low, high = self.boxes
+        usual = float(np.quantile(np.linalg.norm(high - low, axis=1), 0.75)) if len(self) else 0.0
+        return min(_TOUCH * self.size, _TOUCH_OF_BODIES * usual)
 
     def pairs(self, numbers: IntArray) -> Pairs:
         a, b = numbers[:, 0], numbers[:, 1]
@@ -75,7 +93,124 @@ class Bodies:
         near, complete = neighbours(*self.boxes, self.touch, MAX_PAIRS)
         gaps = self.gaps(near)
         close = gaps <= self.touch
+        near, gaps = near[close], gaps[close]
+        for row in self._doubtful(near):
+            a, b = (self.surface(i) for i in near[row].tolist())
+            if a is not None and b is not None:
+                gaps[row] = a.min_gap(b, 2.0 * self.touch)
+        close = gaps <= self.touch
         return near[close], gaps[close], complete
+
+    def _doubtful(self, pairs: IntArray) -> Sequence[int]:
+        """Return the rows of pairs (M, 2) whose hulls may touch where they do not."""
+        hollow = self.hollow
+        found: list[int] = np.flatnonzero(hollow[pairs].any(axis=1)).tolist() if len(pairs) else []
+        return found[:MAX_EXACT]
+
+    @cached_property
+    def hollow(self) -> npt.NDArray[np.bool_]:
+        """Which bodies (N,) are not convex; placeholders of words count as their boxes."""
+        solid = [entity.shape is not None and not entity.shape.is_semantic for entity in self.entities]
+        return np.asarray(~self.exact & np.array(solid, bool)[self.entity], bool)
+
+    @cached_property
+    def _surfaces(self) -> dict[int, Manifold | None]:
+        return {}
+
+    def surface(self, i: int) -> Manifold | None:
+        """Return the surface of a body in the world, None if it is open or too large."""
+        number = int(self.entity[i])
+        if number not in self._surfaces:
+            self._surfaces[number] = self._own_surface(i)
+        own = self._surfaces[number]
+        is_form = not self.hollow[i] or self._is_form(i)
+        return None if own is None else own.transform((self.solids.matrices if is_form else self.worlds)[i])
+
+    def _is_form(self, i: int) -> bool:
+        shape = self.entities[self.entity[i]].shape
+        return shape is None or shape.placed() is not None
+
+    def _own_surface(self, i: int) -> Manifold | None:
+        entity = self.entities[self.entity[i]]
+        form, ratios = self.solids.form(i)
+        try:
+            mesh = form.mesh(_SIDES, ratios) if not self.hollow[i] or self._is_form(i) else own_mesh(entity.shape)
+            return None if mesh is None or len(mesh.faces) > MAX_TRIANGLES else manifold_of_mesh(mesh, entity.word)
+        except SceneError:
+            return None
+
+    def overlaps(self, pairs: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return how deep pairs (M, 2) of touching bodies are in each other, and the directions (M, 3) along which the
+        second of each leaves the first. What is inside a hollow, and touches, is 0 deep and rests on it."""
+        batches = [pairs[i : i + _BATCH] for i in range(0, len(pairs), _BATCH)]
+        found = [depths(self.pairs(batch), self.touch) for batch in batches]
+        depth = np.concatenate([np.zeros(0), *(each[0] for each in found)])
+        along = np.concatenate([np.zeros((0, 3)), *(each[1] for each in found)])
+        for row in self._doubtful(pairs):
+            if depth[row] <= self.touch:
+                continue
+            first, second = pairs[row].tolist()
+            box = self._common(first, second)
+            if box is None:
+                continue
+            low, high = box[0]
+            extents = np.maximum(high - low, 0.0)
+            axis = int(np.argmin(extents)) if box[1] > 0.0 else 1
+            # The mean thickness: what two gears share at many teeth is thin.
+            depth[row] = box[1] / float(np.delete(extents, axis).prod()) if box[1] > 0.0 else 0.0
+            side = self._middles[second, axis] - self._middles[first, axis]
+            along[row] = np.eye(3)[axis] * (1.0 if side >= 0.0 else -1.0)
+        return depth, along
+
+    @cached_property
+    def _middles(self) -> FloatArray:
+        low, high = self.boxes
+        return (low + high) / 2.0
+
+    def _common(self, i: int, j: int) -> tuple[tuple[FloatArray, FloatArray], float] | None:
+        """Return the box of what two bodies share, and its volume, 0 if they only touch; None if a surface is
+        unknown."""
+        a, b = self.surface(i), self.surface(j)
+        if a is None or b is None:
+            return None
+        both = a ^ b
+        volume = float(both.volume())
+        if both.is_empty() or volume <= _TRACE * min(a.volume(), b.volume()):
+            return (np.zeros(3), np.zeros(3)), 0.0
+        box = np.array(both.bounding_box())
+        return (box[:3], box[3:]), volume
+
+    def shared_volume(self, i: int, j: int) -> float:
+        """Return the volume that two bodies share; 0 if a surface is unknown."""
+        a, b = self.surface(i), self.surface(j)
+        return 0.0 if a is None or b is None else float((a ^ b).volume())
+
+    def patch(self, above: int, below: int, drop: float) -> FloatArray:
+        """Return points (K, 3) around where a body would meet another if it were lower by ``drop``; none if a surface
+        is unknown."""
+        a, b = self.surface(above), self.surface(below)
+        if a is None or b is None:
+            return np.zeros((0, 3))
+        both = a.translate((0.0, -drop, 0.0)) ^ b
+        return (
+            np.asarray(both.to_mesh64().vert_properties[:, :3], np.float64) if not both.is_empty() else np.zeros((0, 3))
+        )
+
+    @cached_property
+    def masses(self) -> tuple[FloatArray, FloatArray]:
+        """Volumes (N,) of bodies and their centres of mass (N, 3)."""
+        matrices = self.solids.matrices
+        volume, center = np.zeros(len(self)), matrices[:, :, 3].copy()
+        scale = np.abs(np.linalg.det(matrices[:, :, :3]))
+        for form, ratios, rows in self.solids.members():
+            volume[rows] = form.volume(ratios) * scale[rows]
+            if form.name == "cone":  # a quarter of the way from its base to its apex
+                center[rows] -= 0.5 * matrices[rows, :, 1]
+        for i in np.flatnonzero(self.hollow)[:MAX_EXACT].tolist():
+            surface = None if self._is_form(i) else self.surface(i)
+            if surface is not None:
+                volume[i], center[i] = surface.volume(), _centroid(surface)
+        return np.maximum(volume, 1e-12 * scale.max(initial=1.0)), center
 
     def words(self, i: int) -> tuple[str, ...]:
         """Return the words from the root to a body."""
@@ -107,6 +242,7 @@ def bodies_of(root: Entity) -> Bodies:
         _plain_words(root),
         np.array([_is_exact(entity) for entity in frame.primitives], bool)[index],
         chosen,
+        np.asarray(frame.matrices)[chosen],
     )
 
 
@@ -114,6 +250,16 @@ def _is_exact(entity: Entity) -> bool:
     """Whether the body of a primitive is convex and the primitive itself."""
     placed = None if entity.shape is None or entity.shape.is_semantic else entity.shape.placed()
     return placed is not None and placed.form.is_convex
+
+
+def _centroid(surface: Manifold) -> FloatArray:
+    """Return the centre of mass (3,) of a surface's inside, by the tetrahedra of its triangles and the origin."""
+    mesh = surface.to_mesh64()
+    corners = np.asarray(mesh.vert_properties[:, :3], np.float64)[np.asarray(mesh.tri_verts, np.int64)]
+    middle = corners.reshape(-1, 3).mean(axis=0)
+    corners = corners - middle
+    volume = np.einsum("ni,ni->n", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+    return np.asarray((corners.sum(axis=1) / 4.0 * volume[:, None]).sum(axis=0) / volume.sum() + middle, np.float64)
 
 
 def _plain_words(root: Entity) -> frozenset[str]:
@@ -173,6 +319,16 @@ def beyond_edge(points: FloatArray, at: FloatArray) -> tuple[float, FloatArray]:
     best = int(np.argmin(distance))
     inside = len(corners) > 2 and bool((edges[:, 0] * away[:, 1] - edges[:, 1] * away[:, 0] >= 0.0).all())
     return float(-distance[best] if inside else distance[best]), nearest[best]
+
+
+def width_of(points: FloatArray) -> float:
+    """Return the least width of the convex hull of points (K, 2)."""
+    corners = _hull(points)
+    if len(corners) < 3:
+        return 0.0
+    edges = np.roll(corners, -1, axis=0) - corners
+    normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1)[:, None]
+    return float(np.ptp(normals @ corners.T, axis=1).min())
 
 
 def _hull(points: FloatArray) -> FloatArray:

@@ -190,12 +190,12 @@ def _nearest_of_face(corners: FloatArray) -> tuple[FloatArray, Mask]:
 # --- penetration depth ---------------------------------------------------------------------------------------------
 
 
-def depths(pairs: Pairs) -> tuple[FloatArray, FloatArray]:
+def depths(pairs: Pairs, enough: float = -np.inf) -> tuple[FloatArray, FloatArray]:
     """Return the penetration depth (N,) of overlapping pairs and the unit direction (N, 3) of the separating
     translation.
 
     The translation applies to the second solid of a pair. A negative depth is a gap along the direction: the pair does
-    not overlap.
+    not overlap. What is at most ``enough`` need not be the least.
     """
     directions = np.stack(_candidates(pairs))  # (C, N, 3)
     widths = _widths(pairs, directions)
@@ -203,7 +203,7 @@ def depths(pairs: Pairs) -> tuple[FloatArray, FloatArray]:
     every = np.arange(len(pairs))
     along = directions[order[0], every]
     depth = widths[order[0], every]
-    curved = np.flatnonzero(pairs.a.that_are("is_curved") | pairs.b.that_are("is_curved"))
+    curved = np.flatnonzero((pairs.a.that_are("is_curved") | pairs.b.that_are("is_curved")) & (depth > enough))
     for start in order if len(curved) else ():
         deep, direction = _refined(pairs.take(curved), directions[start[curved], curved])
         smaller = deep < depth[curved]

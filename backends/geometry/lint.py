@@ -7,7 +7,7 @@ alone is therefore not reported; the rules below identify what is nearly always 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,15 @@ import numpy.typing as npt
 from scenelang.backends.geometry.convex import MAX_PAIRS, Bodies, bodies_of, clusters
 from scenelang.backends.geometry.distance import IntArray, depths
 from scenelang.backends.geometry.solids import FloatArray, PosedForms
-from scenelang.backends.geometry.stability import contacts_of, intersecting, is_airborne, unstable
+from scenelang.backends.geometry.stability import (
+    Contacts,
+    contacts_of,
+    hanging,
+    intersecting,
+    is_airborne,
+    is_soft,
+    unstable,
+)
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, Note
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
@@ -135,11 +143,13 @@ def _clipped(subject: FloatArray, clip: FloatArray) -> FloatArray:
 _POSE_TOLERANCE = 1e-6  # pose tolerance relative to the scene's size
 _MAX_OVERLAP = 0.34  # of the smaller extent: siblings with the same word that overlap more are reported
 _SUNK = 0.4  # of its height: what is deeper in the ground was probably not raised by mistake
-_SUNK_BALL = 0.75  # rocks and bushes are often half in the ground
+_SUNK_BALL = 0.75  # rocks, bushes and boats are often half in what carries them
+_INLAY = 0.05  # of its breadth: what is flatter is laid into the floor
 _BROAD = 0.4  # of the scene's area: a body this broad is the ground
 _HOVERING = 2.0  # of its size: what floats higher than that is meant to fly
 _MAX_FLOATING = 0.34  # of all clusters: if more of them float, the scene is in the air
 _JOINT = 0.8  # of the outer solid
+_OUTSIDE = 1e-3  # of its volume: what has less outside another solid is inside it
 _MIN_SHARED = 0.1  # of the smaller face
 _MIN_COLOR_DIFFERENCE = 0.08  # linear: z-fighting of stones with slightly different tints is not visible
 
@@ -148,9 +158,9 @@ _MIN_COLOR_DIFFERENCE = 0.08  # linear: z-fighting of stones with slightly diffe
 class Finding:
     """A suspicious configuration.
 
-    ``kind`` is twin, buried, deep, through, hovering, sunk, unstable or fighting. ``body`` is its subject, ``other``
-    the body it is near or in. ``amount`` is a length in scene units (an area for faces), ``move`` the translation that
-    would fix it.
+    ``kind`` is twin, buried, deep, through, unstable, hanging, hovering, sunk or fighting. ``body`` is its subject,
+    ``other`` the body it is near or in. ``amount`` is a length in scene units (an area for faces), ``move`` the
+    translation that would fix it.
     """
 
     kind: str
@@ -160,24 +170,99 @@ class Finding:
     move: tuple[float, float, float] | None = None
 
 
-def findings(bodies: Bodies, root: Entity) -> Iterator[Finding]:
-    """Yield all findings about the frame with a root, kind by kind."""
-    if not len(bodies):
-        return
-    pairs, _, _ = bodies.contacts
+_OVERLAPS = ("twin", "buried", "deep", "through")
+
+
+class Checked:
+    """A frame: its bodies, their contacts, and the findings about them, the gravest first.
+
+    One thing that is in the wrong place has one finding.
+    """
+
+    def __init__(self, root: Entity) -> None:
+        self.bodies = bodies_of(root)
+        self.contacts = contacts_of(self.bodies, root)
+        self.findings = self._ranked(list(_findings(self.bodies, self.contacts))) if len(self.bodies) else []
+
+    def concerned(self, finding: Finding) -> IntArray:
+        """Return the bodies of the things that a finding is about."""
+        named = [finding.body] if finding.other is None else [finding.body, finding.other]
+        same = np.isin(self.contacts.thing, self.contacts.thing[named]) | np.isin(
+            self.contacts.owner, self.contacts.owner[named]
+        )
+        return np.flatnonzero(same)
+
+    def _ranked(self, found: list[Finding]) -> list[Finding]:
+        """Return one finding for each thing: of those about overlaps, for the thing that is in most of them."""
+        thing = self.contacts.thing
+        often = Counter(
+            int(thing[i]) for f in found if f.kind in ("deep", "through") for i in (f.body, f.other) if i is not None
+        )
+        told: dict[tuple[str, int], Finding] = {}
+        moved: set[int] = set()
+        for finding in found:
+            finding = self._turned(finding, often)
+            subject = int(thing[finding.body])
+            if finding.kind == "fighting":
+                told.setdefault(("fighting", finding.body), finding)
+                continue
+            other = None if finding.other is None else int(thing[finding.other])
+            if finding.kind not in _OVERLAPS and subject in moved:
+                continue
+            if finding.kind in ("deep", "through") and other in moved and ("deep", other) in told:
+                continue
+            key = "deep" if finding.kind in ("deep", "through") else finding.kind
+            if key == "deep" and any((kind, subject) in told for kind in ("twin", "buried")):
+                continue
+            if key == "twin" or key == "buried":
+                told.setdefault((key, finding.body), finding)
+            elif (key, subject) not in told or told[key, subject].amount < finding.amount:
+                told[key, subject] = finding
+            moved.add(subject)
+        return list(told.values())
+
+    def _turned(self, finding: Finding, often: Mapping[int, int]) -> Finding:
+        """Return a finding about an overlap with the thing first that is in more of them, or is the smaller."""
+        if finding.kind not in ("deep", "through") or finding.other is None or finding.move is None:
+            return finding
+        thing = self.contacts.thing
+        first, second = (often[int(thing[i])] for i in (finding.body, finding.other))
+        sizes = [self._size(i) for i in (finding.body, finding.other)]
+        if (first, -sizes[0]) >= (second, -sizes[1]):
+            return finding
+        x, y, z = finding.move
+        return Finding(finding.kind, finding.other, finding.body, finding.amount, (-x, -y, -z))
+
+    def _size(self, i: int) -> float:
+        low, high = self.bodies.boxes
+        rows = self.contacts.thing == self.contacts.thing[i]
+        return float(np.linalg.norm(high[rows].max(axis=0) - low[rows].min(axis=0)))
+
+
+def _findings(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
+    """Yield all findings about a frame, kind by kind."""
+    pairs = contacts.pairs
     twins = _twins(bodies, pairs)
     yield from twins
     same = {(f.body, f.other) for f in twins}
     rest = np.array([pair for pair in pairs.tolist() if (pair[1], pair[0]) not in same], np.int64).reshape(-1, 2)
-    hidden = _buried(bodies, rest)
+    hidden = _buried(bodies, contacts, rest)
     yield from hidden
     inside = {f.body for f in hidden}
     siblings = list(_deep_siblings(bodies, np.array([p for p in rest.tolist() if inside.isdisjoint(p)]).reshape(-1, 2)))
     yield from siblings
     known = same | {(f.body, f.other) for f in siblings} | {(i, None) for i in inside}
-    yield from _balance(bodies, root, known)
+    ground = ground_height(bodies)
+    for fault in intersecting(bodies, contacts, ground):
+        body, other = fault.body, fault.other
+        if known.isdisjoint({(body, other), (other, body), (body, None), (other, None)}):
+            yield Finding("through", *fault)
+    yield from _below_ground(bodies, contacts)
+    for fault in unstable(bodies, contacts, ground):
+        yield Finding("unstable", *fault)
+    for fault in hanging(bodies, contacts, ground):
+        yield Finding("hanging", *fault)
     yield from _hovering(bodies, pairs)
-    yield from _below_ground(bodies)
     yield from _fighting_faces(bodies, rest)
 
 
@@ -191,6 +276,7 @@ def _twins(bodies: Bodies, pairs: IntArray) -> list[Finding]:
     equal = (first.forms == second.forms) & (
         np.abs(first.ratios - second.ratios).max(axis=1, initial=0.0) <= _POSE_TOLERANCE
     )
+    equal &= ~bodies.hollow[pairs].any(axis=1) | (bodies.entity[a] == bodies.entity[b])
     near = np.abs(first.matrices - second.matrices).max(axis=(1, 2)) <= _POSE_TOLERANCE * bodies.size
     return [Finding("twin", j, i, _extent(bodies, i)) for i, j in pairs[equal & near].tolist()]
 
@@ -200,7 +286,7 @@ def _extent(bodies: Bodies, i: int) -> float:
     return float((high[i] - low[i]).min())
 
 
-def _buried(bodies: Bodies, pairs: IntArray) -> list[Finding]:
+def _buried(bodies: Bodies, contacts: Contacts, pairs: IntArray) -> list[Finding]:
     """Return things all of whose solids are inside an opaque solid, and so never visible.
 
     A single hidden solid among others, such as a ball in a joint, is normal modelling practice.
@@ -214,11 +300,12 @@ def _buried(bodies: Bodies, pairs: IntArray) -> list[Finding]:
         for i, o in pairs[boxed & bodies.opaque[outer]][:, [first, second]].tolist():
             if i not in found and _is_inside(bodies, i, o):
                 found[i] = Finding("buried", i, o, _extent(bodies, i))
-    things = Counter(_thing(bodies, i) for i in range(len(bodies)))
-    hidden = Counter(_thing(bodies, i) for i in found)
+    owner = contacts.owner
+    parts = Counter(owner.tolist())
+    hidden = Counter(owner[list(found)].tolist())
     return [
         f for i, f in found.items()
-        if hidden[_thing(bodies, i)] == things[_thing(bodies, i)] or _is_deep_sibling(bodies, i, f.other)
+        if hidden[owner[i]] == parts[owner[i]] or _is_deep_sibling(bodies, i, f.other)
     ]  # fmt: skip
 
 
@@ -226,13 +313,6 @@ def _is_deep_sibling(bodies: Bodies, i: int, other: int | None) -> bool:
     """Whether a solid is deeper inside another solid of the same thing than a joint requires."""
     assert other is not None
     return bool(bodies.path[i] == bodies.path[other]) and _is_inside(bodies, i, other, _JOINT)
-
-
-def _thing(bodies: Bodies, i: int) -> tuple[str, ...]:
-    """Return the words of the thing that contains a body: the path to its parent, or to itself if its word names a
-    thing."""
-    words = bodies.words(i)
-    return words[:-1] if _is_material(words[-1]) and len(words) > 1 else words
 
 
 def _is_material(word: str) -> bool:
@@ -243,6 +323,10 @@ def _is_material(word: str) -> bool:
 
 def _is_inside(bodies: Bodies, inner: int, outer: int, limit: float = 0.995) -> bool:
     """Whether a solid is inside another that is scaled by ``limit`` about its centre."""
+    if bodies.hollow[outer]:
+        surfaces = bodies.surface(inner), bodies.surface(outer)
+        if surfaces[0] is not None and surfaces[1] is not None:
+            return bool((surfaces[0] - surfaces[1]).volume() < _OUTSIDE * surfaces[0].volume())
     matrix = bodies.solids.matrices[inner]
     form, ratios = bodies.solids.form(inner)
     return _holds(bodies, outer, form.mesh(_SIDES, ratios).vertices @ matrix[:, :3].T + matrix[:, 3], limit)
@@ -284,18 +368,7 @@ def _is_a_thing(bodies: Bodies, i: int) -> bool:
     return not _is_material(words[-1]) or (len(words) > 1 and words[-2] in bodies.plain)
 
 
-def _balance(bodies: Bodies, root: Entity, known: Set[tuple[int, int | None]]) -> Iterator[Finding]:
-    """Yield things that pass through each other or would fall over, unless their bodies are ``known`` for overlaps."""
-    contacts = contacts_of(bodies, root)
-    for fault in intersecting(bodies, contacts):
-        body, other = fault.body, fault.other
-        if known.isdisjoint({(body, other), (other, body), (body, None), (other, None)}):
-            yield Finding("through", *fault)
-    for fault in unstable(bodies, contacts, _ground_height(bodies)):
-        yield Finding("unstable", *fault)
-
-
-def _ground_height(bodies: Bodies) -> float:
+def ground_height(bodies: Bodies) -> float:
     """Return the height that the scene stands on: 0 if something stands there, else that of its lowest point."""
     low, _ = bodies.boxes
     return 0.0 if bool((np.abs(low[:, 1]) <= 2.0 * bodies.touch).any()) else float(low[:, 1].min())
@@ -308,14 +381,15 @@ def _hovering(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
     """Yield clusters of touching solids that are slightly above the ground and separate from everything else."""
     cluster = clusters(len(bodies), pairs.tolist())
     low, _ = bodies.boxes
-    ground = _ground_height(bodies)
+    ground = ground_height(bodies)
     numbers, sizes = np.unique(cluster, return_counts=True)
     if len(numbers) < 2:
         return
     standing = {int(c) for c in cluster[low[:, 1] <= ground + 2.0 * bodies.touch]}
     standing.add(int(numbers[np.argmax(sizes)]))
-    words = {int(c): bodies.words(int(np.argmax(cluster == c))) for c in numbers}
-    flying = [int(c) for c in numbers if int(c) not in standing and not is_airborne(words[int(c)])]
+    firsts = np.unique(cluster, return_index=True)[1]
+    words = {int(c): bodies.words(int(i)) for c, i in zip(numbers, firsts, strict=True)}
+    flying = [int(c) for c in numbers if int(c) not in standing and not is_airborne(words[int(c)][1:])]
     kinds, floating = {words[c] for c in (*standing, *flying)}, {words[c] for c in flying}
     if len(floating) > max(1.0, _MAX_FLOATING * len(kinds)):
         return
@@ -349,32 +423,72 @@ def _gap_of(bodies: Bodies, members: IntArray, others: IntArray, ground: float) 
 # --- the ground ------------------------------------------------------------------------------------------------------
 
 
-def _below_ground(bodies: Bodies) -> Iterator[Finding]:
-    """If the scene stands on y = 0, yield what is deep below it and is neither the ground nor beside the ground."""
+def _below_ground(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
+    """Yield things that are deep in the floor that they stand on, or below y = 0 if the scene stands there."""
     low, high = bodies.boxes
     room = 2.0 * bodies.touch
-    tall = np.maximum(high[:, 1] - low[:, 1], 1e-12)
-    limit = np.where(bodies.solids.that_are("is_rounded"), _SUNK_BALL, _SUNK) * tall
-    below = -low[:, 1] > np.maximum(limit, room)
-    ground = _ground(bodies, below)
-    sunk = np.flatnonzero(below & ~ground)
-    if np.count_nonzero((np.abs(low[:, 1]) <= room) & ~ground) < max(len(sunk), 1):
-        return  # the scene does not stand on y = 0
-    for i in sunk.tolist():
-        if not _is_beside(bodies, i, ground):
-            dip = float(-low[i, 1])
-            yield Finding("sunk", i, None, dip, (0.0, dip, 0.0))
+    names, thing = np.unique(contacts.thing, return_inverse=True)
+    bottom, top = np.full(len(names), np.inf), np.full(len(names), -np.inf)
+    np.minimum.at(bottom, thing, low[:, 1])
+    np.maximum.at(top, thing, high[:, 1])
+    hard = np.ones(len(names), bool)
+    hard[thing[~bodies.solids.that_are("is_rounded")]] = False  # True: all its bodies are round
+    limit = np.where(hard, _SUNK_BALL, _SUNK) * np.maximum(top - bottom, 1e-12)
+    lowest = np.lexsort((low[:, 1], thing))[np.searchsorted(np.sort(thing), np.arange(len(names)))]
+    below = -low[:, 1] > room
+    ground = _ground(bodies, contacts, below)
+    own = np.where(bodies.solids.that_are("is_rounded"), _SUNK_BALL, _SUNK) * (high[:, 1] - low[:, 1])
+    legs = thing[(-low[:, 1] > np.maximum(own, room)) & (low[:, 1] <= bottom[thing] + room)]
+    sunk = (-bottom > np.maximum(limit, room)) | np.isin(np.arange(len(names)), legs)
+    sunk &= ~np.isin(np.arange(len(names)), thing[ground])
+    standing = int(np.count_nonzero((np.abs(bottom) <= room) & ~np.isin(np.arange(len(names)), thing[ground])))
+    dips: dict[int, tuple[float, int | None]] = {}
+    if standing >= max(int(np.count_nonzero(sunk)), 1):
+        dips |= {int(t): (-float(bottom[t]), None) for t in np.flatnonzero(sunk)}
+    dips |= _in_floors(bodies, contacts, thing, bottom, limit)
+    for t, (dip, floor) in dips.items():
+        body = int(lowest[t])
+        if floor is not None or not _is_beside(bodies, body, ground):
+            yield Finding("sunk", body, floor, dip, (0.0, dip, 0.0))
 
 
-def _ground(bodies: Bodies, below: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def _in_floors(
+    bodies: Bodies, contacts: Contacts, thing: IntArray, bottom: FloatArray, limit: FloatArray
+) -> dict[int, tuple[float, int | None]]:
+    """Return for each thing that is deep in a floor how deep it is, and the floor."""
+    found: dict[int, tuple[float, int | None]] = {}
+    low, high = bodies.boxes
+    flat = contacts.floor & (2.0 * (high - low)[:, 1] < (high - low)[:, [0, 2]].min(axis=1)) & bodies.opaque
+    touching = contacts.pairs[contacts.apart & flat[contacts.pairs].any(axis=1)]
+    body_of = np.where(flat[touching[:, 1]], touching[:, 0], touching[:, 1])
+    floor_of = touching.sum(axis=1) - body_of
+    deep = high[floor_of, 1] - bottom[thing[body_of]] > np.maximum(limit[thing[body_of]], 4.0 * bodies.touch)
+    for body, floor in zip(body_of[deep].tolist(), floor_of[deep].tolist()):
+        t, height = int(thing[body]), float(high[floor, 1])
+        dip, room = height - float(bottom[t]), float(limit[t])
+        if is_soft(bodies.words(floor)):
+            room *= _SUNK_BALL / _SUNK
+        flat_thing = float(limit[t]) < _INLAY * float((high - low)[body, [0, 2]].max())
+        if contacts.floor[body] or thing[floor] == t or bodies.hollow[floor] or flat_thing:
+            continue
+        if dip > max(room, 4.0 * bodies.touch) and dip > found.get(t, (0.0, None))[0]:
+            found[t] = dip, (None if abs(height) <= bodies.touch else floor)
+    return found
+
+
+def _ground(bodies: Bodies, contacts: Contacts, below: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """Return the ground: broad bodies that reach below 0, and bodies below 0 connected to them, such as a board's
     squares."""
     low, high = bodies.boxes
+    room = 2.0 * bodies.touch
     wide = high.max(axis=0) - low.min(axis=0)
-    ground: npt.NDArray[np.bool_] = below & ((high - low)[:, 0] * (high - low)[:, 2] >= _BROAD * wide[0] * wide[2])
-    pairs, _, _ = bodies.contacts
-    under = below & (high[:, 1] <= 2.0 * bodies.touch)
-    pairs = pairs[(under | ground)[pairs].all(axis=1)]
+    deep = -low[:, 1] > np.maximum(_SUNK * (high[:, 1] - low[:, 1]), room)
+    ground: npt.NDArray[np.bool_] = deep & ((high - low)[:, 0] * (high - low)[:, 2] >= _BROAD * wide[0] * wide[2])
+    pairs, depth = contacts.pairs, contacts.depth
+    under = below & (high[:, 1] <= room)
+    level = high[:, 1] >= -room
+    joined = (under | ground)[pairs].all(axis=1) & (level[pairs].all(axis=1) | (depth <= 2.0 * room))
+    pairs = pairs[joined]
     while True:
         reached = ground.copy()
         reached[pairs[ground[pairs].any(axis=1)]] = True
@@ -401,7 +515,7 @@ def _fighting_faces(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
     """Yield visible overlaps of coplanar faces of different colours: which one is in front is undefined
     (z-fighting)."""
     colors = np.abs(bodies.colors[pairs[:, 0]] - bodies.colors[pairs[:, 1]]).max(axis=1)
-    flat = (~bodies.solids.that_are("is_rounded"))[pairs].all(axis=1)
+    flat = (bodies.exact & ~bodies.solids.that_are("is_rounded"))[pairs].all(axis=1)
     opaque = bodies.opaque[pairs].all(axis=1)
     chosen = pairs[flat & opaque & (colors > _MIN_COLOR_DIFFERENCE)]
     faces = {i: list(faces_of(bodies.solids, i)) for i in np.unique(chosen).tolist()}
@@ -424,7 +538,7 @@ def _is_covered(bodies: Bodies, shared: SharedFace, i: int, j: int) -> bool:
 # Diagnostics: findings of every frame as warnings at the calls that made the things (``check --geometry``).
 
 
-MAX_PRIMITIVES = 20_000
+MAX_PRIMITIVES = 100_000
 _MAX_FRAMES = 6
 _MAX_SHOWN = 20
 
@@ -460,8 +574,9 @@ def check_geometry(scene: Scene) -> list[Diagnostic]:
                 _incomplete(f"{total:,} primitives, more than the limit of {MAX_PRIMITIVES:,}", number, count)
             )
             continue
-        bodies = bodies_of(root)
-        for finding in findings(bodies, root):
+        checked = Checked(root)
+        bodies = checked.bodies
+        for finding in checked.findings:
             named = _named(bodies, finding, number)
             found.setdefault((finding.kind, named.words, named.other), []).append(named)
         if len(bodies) and not bodies.contacts[2]:
@@ -538,8 +653,16 @@ def _through(named: _Named) -> str:
 
 
 def _unstable(named: _Named) -> str:
+    if named.finding.amount == 0.0:
+        return f"{_path(named.words)} would fall: it stands on an edge" + (
+            f" on {_path(named.other)}" if named.other else ""
+        )
     where = f"where it rests on {_path(named.other)}" if named.other else "its foot"
     return f"{_path(named.words)} would fall: its centre of mass is {named.finding.amount:.3g} beside {where}"
+
+
+def _hanging(named: _Named) -> str:
+    return f"{_path(named.words)} would fall: it hangs below {_path(named.other)}, which does not hold it"
 
 
 def _hovering_message(named: _Named) -> str:
@@ -550,7 +673,8 @@ def _hovering_message(named: _Named) -> str:
 
 
 def _sunk(named: _Named) -> str:
-    return f"{_path(named.words)} extends {named.finding.amount:.3g} below the ground, y = 0"
+    ground = f"the top of {_path(named.other)}" if named.other else "the ground, y = 0"
+    return f"{_path(named.words)} extends {named.finding.amount:.3g} below {ground}"
 
 
 def _fighting(named: _Named) -> str:
@@ -564,6 +688,7 @@ _MESSAGES: dict[str, tuple[str, Callable[[_Named], str]]] = {
     "through": ("overlap", _through),
     "hovering": ("floating", _hovering_message),
     "unstable": ("unstable", _unstable),
+    "hanging": ("unstable", _hanging),
     "sunk": ("below-ground", _sunk),
     "fighting": ("coincident-faces", _fighting),
 }
