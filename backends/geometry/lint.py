@@ -158,9 +158,9 @@ _MIN_COLOR_DIFFERENCE = 0.08  # linear: z-fighting of stones with slightly diffe
 class Finding:
     """A suspicious configuration.
 
-    ``kind`` is twin, buried, deep, through, unstable, hanging, hovering, sunk or fighting. ``body`` is its subject,
-    ``other`` the body it is near or in. ``amount`` is a length in scene units (an area for faces), ``move`` the
-    translation that would fix it.
+    ``kind`` is twin, buried, deep, through, unstable, tipping (on an edge), hanging, hovering, sunk or fighting,
+    ``body`` its subject, ``other`` the body it is near or in. ``amount`` is a length in scene units (an area for faces),
+    ``move`` the translation that would fix it.
     """
 
     kind: str
@@ -173,14 +173,14 @@ class Finding:
 _OVERLAPS = ("twin", "buried", "deep", "through")
 
 
-class Checked:
+class CheckedFrame:
     """A frame: its bodies, their contacts, and the findings about them, the gravest first.
 
     One thing that is in the wrong place has one finding.
     """
 
-    def __init__(self, root: Entity) -> None:
-        self.bodies = bodies_of(root)
+    def __init__(self, root: Entity, bodies: Bodies | None = None) -> None:
+        self.bodies = bodies_of(root) if bodies is None else bodies
         self.contacts = contacts_of(self.bodies, root)
         self.findings = self._ranked(list(_findings(self.bodies, self.contacts))) if len(self.bodies) else []
 
@@ -239,6 +239,11 @@ class Checked:
         return float(np.linalg.norm(high[rows].max(axis=0) - low[rows].min(axis=0)))
 
 
+def findings(bodies: Bodies, root: Entity) -> list[Finding]:
+    """Return the findings about the frame with a root, the gravest first."""
+    return CheckedFrame(root, bodies).findings
+
+
 def _findings(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
     """Yield all findings about a frame, kind by kind."""
     pairs = contacts.pairs
@@ -259,7 +264,7 @@ def _findings(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
             yield Finding("through", *fault)
     yield from _below_ground(bodies, contacts)
     for fault in unstable(bodies, contacts, ground):
-        yield Finding("unstable", *fault)
+        yield Finding("unstable" if fault.move is not None else "tipping", *fault)
     for fault in hanging(bodies, contacts, ground):
         yield Finding("hanging", *fault)
     yield from _hovering(bodies, pairs)
@@ -574,7 +579,7 @@ def check_geometry(scene: Scene) -> list[Diagnostic]:
                 _incomplete(f"{total:,} primitives, more than the limit of {MAX_PRIMITIVES:,}", number, count)
             )
             continue
-        checked = Checked(root)
+        checked = CheckedFrame(root)
         bodies = checked.bodies
         for finding in checked.findings:
             named = _named(bodies, finding, number)
@@ -653,12 +658,13 @@ def _through(named: _Named) -> str:
 
 
 def _unstable(named: _Named) -> str:
-    if named.finding.amount == 0.0:
-        return f"{_path(named.words)} would fall: it stands on an edge" + (
-            f" on {_path(named.other)}" if named.other else ""
-        )
     where = f"where it rests on {_path(named.other)}" if named.other else "its foot"
     return f"{_path(named.words)} would fall: its centre of mass is {named.finding.amount:.3g} beside {where}"
+
+
+def _tipping(named: _Named) -> str:
+    on = f" on {_path(named.other)}" if named.other else ""
+    return f"{_path(named.words)} would fall: it stands on an edge{on}"
 
 
 def _hanging(named: _Named) -> str:
@@ -688,6 +694,7 @@ _MESSAGES: dict[str, tuple[str, Callable[[_Named], str]]] = {
     "through": ("overlap", _through),
     "hovering": ("floating", _hovering_message),
     "unstable": ("unstable", _unstable),
+    "tipping": ("unstable", _tipping),
     "hanging": ("unstable", _hanging),
     "sunk": ("below-ground", _sunk),
     "fighting": ("coincident-faces", _fighting),

@@ -128,15 +128,16 @@ class Fault(NamedTuple):
     body, other
         The body, and the one that it rests on or passes through; None is the ground.
     amount
-        How far its centre of mass is beside its support, or how deep it is in the other, in scene units.
+        How far its centre of mass is beside its support, or how deep it is in the other, in scene units; the breadth of
+        what stands on an edge.
     move
-        The translation that would fix it.
+        The translation that would fix it; None for what stands on an edge.
     """
 
     body: int
     other: int | None
     amount: float
-    move: tuple[float, float, float]
+    move: tuple[float, float, float] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,10 +202,14 @@ def are_one_thing(a: Sequence[_Link], b: Sequence[_Link], arrangements: Collecti
         shapes = [_is_shape(link.entity) for link in links]
         return all(parts) or (any(parts) and not any(floors) and not any(shapes))
     for link, other in (links, links[::-1]):
-        lifted = not _is_shape(link.entity) and noun_of(link.entity.word) in _PORTABLE
-        if lifted and (_is_shape(other.entity) or noun_of(other.entity.word) in _STRUCTURE):
+        if is_portable(link.entity) and (_is_shape(other.entity) or noun_of(other.entity.word) in _STRUCTURE):
             return False
     return any(parts)
+
+
+def is_portable(entity: Entity) -> bool:
+    """Return whether an entity is what a person lifts from what it stands on, by its noun."""
+    return not _is_shape(entity) and noun_of(entity.word) in _PORTABLE
 
 
 def _is_shape(entity: Entity) -> bool:
@@ -465,7 +470,7 @@ def unstable(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Faul
         if falls and beyond_edge(balance.supports(group)[:, [0, 2]], balance.with_load(group)[[0, 2]])[0] > room:
             yield Fault(lowest, below, found.beside, (float(found.back[0]), 0.0, float(found.back[1])))
         elif found.edge:
-            yield Fault(lowest, below, 0.0, (0.0, 0.0, 0.0))
+            yield Fault(lowest, below, breadth, None)
 
 
 def _verdict(balance: _Balance, group: int) -> _Verdict:

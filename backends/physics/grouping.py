@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from scenelang.backends.geometry.convex import clusters
 from scenelang.backends.geometry.distance import neighbours
-from scenelang.backends.geometry.stability import is_airborne
+from scenelang.backends.geometry.stability import is_airborne, is_part_of_thing, is_portable
 from scenelang.backends.physics.colliders import Collider, FloatArray, colliders_of
 from scenelang.backends.physics.dynamics import gaps_of
 from scenelang.backends.physics.masses import Moments, entity_moments, primitive_moments, total, united_moments
@@ -325,15 +325,21 @@ class _Grouping:
             if _is_whole(given) or "mass" in given or self.nodes[at].entity.is_primitive:
                 found.append(below)
                 continue
-            separate = at == 0 or given.get("body") is False or self._has_bodies(at)
+            separate = at == 0 or given.get("body") is False or self._has_bodies(at) or self._is_arrangement(at)
             clusters = [] if separate else self._clusters(below)
             if clusters and 2 * len(clusters[0]) >= len(below):
                 found += clusters
                 continue
-            loose = [part for child in self.children[at] if self._is_loose(child) for part in self.below[child]]
-            found += self._clusters(loose)
-            stack.extend(child for child in reversed(self.children[at]) if not self._is_loose(child))
+            by_noun = at != 0 and given.get("body") is not False
+            held = [child for child in self.children[at] if self._is_loose(child, by_noun)]
+            found += self._clusters([part for child in held for part in self.below[child]])
+            stack.extend(child for child in reversed(self.children[at]) if child not in held)
         return found
+
+    def _is_arrangement(self, at: int) -> bool:
+        """Whether something is in an entity that a person lifts from it, by its noun, such as a cup on a table."""
+        children = [child for child in self.children[at] if self.below[child]]
+        return len(children) > 1 and any(is_portable(self.nodes[child].entity) for child in children)
 
     def _has_bodies(self, at: int) -> bool:
         """Whether an attribute makes something below a node a body of its own."""
@@ -346,10 +352,14 @@ class _Grouping:
                 node = self.nodes[node].parent
         return False
 
-    def _is_loose(self, node: int) -> bool:
-        """Whether a node is a primitive of a shape's name, which is material of what contains it."""
+    def _is_loose(self, node: int, by_noun: bool) -> bool:
+        """Whether a node is a primitive of a shape's name, which is material of what contains it, or a part of it by its
+        noun."""
         entity, given = self.nodes[node].entity, self.nodes[node].given
-        return entity.shape is not None and entity.shape.is_solid and not _is_whole(given)
+        if _is_whole(given) or given.get("body") is False or "mass" in given:
+            return False
+        is_shape = entity.shape is not None and entity.shape.is_solid
+        return is_shape or (by_noun and is_part_of_thing(entity))
 
     def _clusters(self, members: Sequence[int]) -> list[list[int]]:
         """Return the connected clusters of parts, the largest first."""
