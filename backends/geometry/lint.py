@@ -159,7 +159,7 @@ class Finding:
     """A suspicious configuration.
 
     ``kind`` is twin, buried, deep, through, unstable, tipping (on an edge), hanging, hovering, sunk or fighting,
-    ``body`` its subject, ``other`` the body it is near or in. ``amount`` is a length in scene units (an area for faces),
+    ``body`` its subject, ``other`` the body it is near or in. ``amount`` is a length in scene units, an area for faces,
     ``move`` the translation that would fix it.
     """
 

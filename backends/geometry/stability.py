@@ -30,7 +30,7 @@ def _words(text: str) -> frozenset[str]:
 # Nouns of parts: what is named so belongs to the thing beside it.
 PARTS = _words(
     """
-    arm armrest back backrest baluster balustrade bar base beam blade body border bottom branch brick bristle
+    arm armrest back bracket backrest baluster balustrade bar base beam blade body border bottom branch brick bristle
     button cap ceiling center centre column core corner cover crown cushion dial disc disk door drawer ear edge
     end eye face fin finger foot footrest frame front gable grip hand handle handlebar handrail head headboard
     hinge hoof horn hub joint keel key knob layer leaf leg lid limb link lintel lip mast mattress middle mouth
@@ -67,7 +67,7 @@ _PORTABLE = _words(
 # Nouns of what is held by the ground that it stands in.
 _ROOTED = _words(
     """
-    cactus crane flagpole flower hydrant lamp lamppost light mast palm plant pole post ramp sapling sign
+    cactus crane flagpole flower hydrant lamppost mast palm plant pole post ramp sapling sign
     signpost stair staircase step streetlamp streetlight tree
     """
 )
@@ -94,6 +94,13 @@ _BUILDINGS = _words(
     """
     arch barn battlement bridge building buttress castle chapel chimney church city cottage drum dungeon gate
     gatehouse hall house hut keep parapet porch pyramid skyscraper temple terrace tower turret village
+    """
+)
+# Nouns of what is fastened to a wall or a ceiling that it touches.
+_MOUNTED = _words(
+    """
+    antenna banner bell board bookshelf bracket cabinet clock curtain dartboard ivy mirror monitor painting photo
+    picture plaque poster projector rack radiator ring screen shelf shutter sink socket speaker switch tv vent
     """
 )
 # Nouns of parts of buildings, which are no parts of what stands beside them.
@@ -205,6 +212,16 @@ def are_one_thing(a: Sequence[_Link], b: Sequence[_Link], arrangements: Collecti
         if is_portable(link.entity) and (_is_shape(other.entity) or noun_of(other.entity.word) in _STRUCTURE):
             return False
     return any(parts)
+
+
+def is_mounted(words: Sequence[str]) -> bool:
+    """Return whether any of the words names what hangs, flies, or is fastened to a wall."""
+    return is_airborne(words) or _has_noun(words, _MOUNTED)
+
+
+def is_rooted(words: Sequence[str]) -> bool:
+    """Return whether any of the words names what is held by the ground that it stands in."""
+    return _has_noun(words, _ROOTED)
 
 
 def is_portable(entity: Entity) -> bool:
@@ -463,7 +480,7 @@ def unstable(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Faul
         rooted = all(contacts.floor[each] for each in under)
         room = (_ROOTED_MARGIN if rooted else _MARGIN) * breadth
         falls = found.beside > room
-        if not (falls or found.edge) or (rooted and _has_noun(bodies.words(first)[1:], _ROOTED)):
+        if not (falls or found.edge) or (rooted and is_rooted(bodies.words(first)[1:])):
             continue
         lowest = int(balance.members[group][np.argmin(bodies.boxes[0][balance.members[group], 1])])
         below = under[0] if under and not balance.grounded[lowest] else None

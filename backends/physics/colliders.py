@@ -9,8 +9,12 @@ pieces convex.
 from __future__ import annotations
 
 import hashlib
+import subprocess
+import sys
+import tempfile
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -253,18 +257,55 @@ def _decomposed(vertices: bytes, faces: bytes) -> tuple[FloatArray, ...]:
 
 
 def _coacd(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
-    coacd = require("coacd", INSTALL)
-    coacd.set_log_level("off")
+    """Return the pieces (K, 3) of CoACD, which runs in a process of its own: some meshes make it abort."""
+    require("coacd", INSTALL)
     # Sizes are those of a cube of side 2, for which the thresholds of CoACD are made.
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     middle, scale = (low + high) / 2.0, float((high - low).max()) / 2.0
-    mesh = coacd.Mesh((vertices - middle) / scale, faces.astype(np.int32))
-    try:
-        pieces = coacd.run_coacd(mesh, threshold=_CONCAVITY, max_convex_hull=MAX_PIECES, max_ch_vertex=64, seed=0)
-    except (RuntimeError, ValueError) as error:
-        raise SceneError("solid", f"a mesh cannot be split into convex pieces: {error}") from error
-    hulls = [_hull(np.asarray(points, np.float64)) for points, _ in pieces]
+    with tempfile.TemporaryDirectory() as folder:
+        given, made = Path(folder) / "mesh.npz", Path(folder) / "pieces.npz"
+        np.savez(given, vertices=(vertices - middle) / scale, faces=faces.astype(np.int32))
+        script = _SCRIPT.format(given=str(given), made=str(made), concavity=_CONCAVITY, pieces=MAX_PIECES)
+        run = [sys.executable, "-c", script]
+        subprocess.run(run, check=False, capture_output=True)  # noqa: S603
+        if not made.is_file():
+            return _halved(vertices, faces)
+        with np.load(made) as arrays:
+            pieces = [np.asarray(arrays[f"arr_{i}"], np.float64) for i in range(len(arrays.files))]
+    hulls = [_hull(points) for points in pieces]
     return tuple(hull[0] * scale + middle for hull in hulls if hull is not None)
+
+
+def _halved(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
+    """Return the hulls of the pieces of a mesh that is halved across its longest side, those with the emptiest hulls
+    first, until each nearly fills its hull or there are ``MAX_PIECES``."""
+    import manifold3d
+
+    mesh = manifold3d.Manifold(manifold3d.Mesh64(np.array(vertices), faces.astype(np.uint64)))
+    pieces = mesh.decompose()
+    while len(pieces) < MAX_PIECES:
+        empty = [piece.hull().volume() - piece.volume() for piece in pieces]
+        worst = int(np.argmax(empty)) if empty else 0
+        if not empty or empty[worst] <= _CONCAVITY * mesh.volume() / MAX_PIECES:
+            break
+        box = np.array(pieces[worst].bounding_box()).reshape(2, 3)
+        axis = int(np.argmax(box[1] - box[0]))
+        halves = pieces.pop(worst).split_by_plane(np.eye(3)[axis], float(box[:, axis].mean()))
+        pieces += [part for half in halves for part in half.decompose()]
+    if not pieces:
+        raise SceneError("solid", "a mesh cannot be split into convex pieces", "use fewer or more segments")
+    hulls = [_hull(np.asarray(piece.to_mesh64().vert_properties[:, :3], np.float64)) for piece in pieces]
+    return tuple(hull[0] for hull in hulls if hull is not None)
+
+
+_SCRIPT = """
+import coacd, numpy
+coacd.set_log_level("off")
+with numpy.load({given!r}) as mesh:
+    shape = coacd.Mesh(mesh["vertices"], mesh["faces"])
+pieces = coacd.run_coacd(shape, threshold={concavity}, max_convex_hull={pieces}, max_ch_vertex=64, seed=0)
+numpy.savez({made!r}, *[numpy.asarray(points) for points, _ in pieces])
+"""
 
 
 def _loaded(key: str) -> tuple[FloatArray, ...] | None:

@@ -23,7 +23,13 @@ import numpy.typing as npt
 
 from scenelang.backends.geometry.convex import clusters
 from scenelang.backends.geometry.distance import neighbours
-from scenelang.backends.geometry.stability import is_airborne, is_part_of_thing, is_portable
+from scenelang.backends.geometry.stability import (
+    is_airborne,
+    is_mounted,
+    is_part_of_thing,
+    is_portable,
+    is_rooted,
+)
 from scenelang.backends.physics.colliders import Collider, FloatArray, colliders_of
 from scenelang.backends.physics.dynamics import gaps_of
 from scenelang.backends.physics.masses import Moments, entity_moments, primitive_moments, total, united_moments
@@ -353,8 +359,7 @@ class _Grouping:
         return False
 
     def _is_loose(self, node: int, by_noun: bool) -> bool:
-        """Whether a node is a primitive of a shape's name, which is material of what contains it, or a part of it by its
-        noun."""
+        """Whether a node is material of what contains it, a primitive of a shape's name, or a part by its noun."""
         entity, given = self.nodes[node].entity, self.nodes[node].given
         if _is_whole(given) or given.get("body") is False or "mass" in given:
             return False
@@ -412,16 +417,30 @@ class _Grouping:
         return RigidBody(self._words(at), at, tuple(group), fixed, moments, low, high)
 
     def _hangs(self, at: int, group: Sequence[int], ground: float) -> bool:
-        """Whether a body hangs or flies by its word, and is alone in the air; attributes decide otherwise."""
-        given = self.nodes[at].given
-        if "fixed" in given or "body" in given or not is_airborne(self._words(at)[1:]):
+        """Whether a body is held by what its word says: it hangs, flies or is fastened to what it touches, and nothing
+        is below it; or it is rooted in the ground. Attributes decide otherwise."""
+        given, words = self.nodes[at].given, self._words(at)[1:]
+        if "fixed" in given or "body" in given or not (is_mounted(words) or is_rooted(words)):
             return False
         rows = list(group)
         low, high = self.low[rows].min(axis=0), self.high[rows].max(axis=0)
         room = TOUCH * self.diagonal[rows].max()
-        others = np.setdiff1d(np.arange(len(self.low)), rows)
-        beside = (self.low[others] <= high + room) & (self.high[others] >= low - room)
-        return bool(low[1] > ground + room) and not beside.all(axis=1).any()
+        beside = (self.low <= high + room).all(axis=1) & (self.high >= low - room).all(axis=1)
+        beside[rows] = False
+        if is_rooted(words) and (low[1] <= ground + room or (beside & self.broad).any()):
+            return True
+        touched = {other for part in rows for other in self.touching[part]} - set(rows)
+        below = [other for other in touched if self.high[other, 1] <= low[1] + max(room, 0.05 * (high - low)[1])]
+        if low[1] <= ground + room or below:
+            return False
+        return bool(touched) if not is_airborne(words) else bool(touched) or not beside.any()
+
+    @cached_property
+    def broad(self) -> npt.NDArray[np.bool_]:
+        """Which parts (N,) are as broad as a floor."""
+        area = (self.high - self.low)[:, [0, 2]].prod(axis=1)
+        whole = (self.high.max(axis=0) - self.low.min(axis=0))[[0, 2]].prod()
+        return np.asarray(area >= 0.3 * whole, bool)
 
     def _common(self, group: Sequence[int]) -> int:
         """Return the lowest node that contains a group; of welded things the one with the largest part."""
