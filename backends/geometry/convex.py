@@ -311,7 +311,7 @@ def clusters(count: int, pairs: Iterable[Sequence[int]]) -> IntArray:
 def beyond_edge(points: FloatArray, at: FloatArray) -> tuple[float, FloatArray]:
     """Return how far ``at`` (2,) is outside the convex hull of points (K, 2), negative inside, and the nearest point of
     its edge."""
-    corners = _hull(points)
+    corners = hull_of(points)
     edges, away = np.roll(corners, -1, axis=0) - corners, at - corners
     share = np.clip((edges * away).sum(axis=1) / np.maximum((edges**2).sum(axis=1), 1e-300), 0.0, 1.0)
     nearest = corners + share[:, None] * edges
@@ -323,7 +323,7 @@ def beyond_edge(points: FloatArray, at: FloatArray) -> tuple[float, FloatArray]:
 
 def width_of(points: FloatArray) -> float:
     """Return the least width of the convex hull of points (K, 2)."""
-    corners = _hull(points)
+    corners = hull_of(points)
     if len(corners) < 3:
         return 0.0
     edges = np.roll(corners, -1, axis=0) - corners
@@ -331,7 +331,7 @@ def width_of(points: FloatArray) -> float:
     return float(np.ptp(normals @ corners.T, axis=1).min())
 
 
-def _hull(points: FloatArray) -> FloatArray:
+def hull_of(points: FloatArray) -> FloatArray:
     """Return the convex hull of points (K, 2), counter-clockwise (monotone chain, Andrew, 1979)."""
     order = sorted(map(tuple, np.unique(points, axis=0).tolist()))
     if len(order) < 3:

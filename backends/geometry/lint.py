@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -23,8 +24,10 @@ from scenelang.backends.geometry.stability import (
     intersecting,
     is_airborne,
     is_soft,
+    standing_of,
     unstable,
 )
+from scenelang.backends.pictures.exhibit import Marks, save_marked
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, Note
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
@@ -191,6 +194,27 @@ class CheckedFrame:
             self.contacts.owner, self.contacts.owner[named]
         )
         return np.flatnonzero(same)
+
+    def marks(self, finding: Finding) -> Marks:
+        """Return what a picture of a finding shows: both things, where they touch, and what would carry them."""
+        bodies, contacts = self.bodies, self.contacts
+        own = np.flatnonzero(contacts.thing == contacts.thing[finding.body])
+        other = np.zeros(0, np.int64)
+        if finding.other is not None:
+            other = np.setdiff1d(np.flatnonzero(contacts.thing == contacts.thing[finding.other]), own)
+        points, lines, centers = np.zeros((0, 3)), np.zeros((0, 2, 3)), np.zeros((0, 3))
+        low, high = bodies.boxes
+        foot = (low[own].min(axis=0) + high[own].max(axis=0)) / 2.0
+        foot[1] = low[own, 1].min()
+        if finding.kind in ("unstable", "tipping"):
+            points, lines, centers = standing_of(bodies, contacts, finding.body, ground_height(bodies))
+        elif finding.kind in ("deep", "through") and finding.other is not None:
+            points = bodies.patch(finding.body, finding.other, 0.0)
+        elif finding.kind == "hanging" and finding.other is not None:
+            points = bodies.patch(finding.other, finding.body, bodies.touch)
+        elif finding.move is not None:
+            lines = np.array([[foot, foot + finding.move]])
+        return Marks(frozenset(bodies.row[own].tolist()), frozenset(bodies.row[other].tolist()), points, lines, centers)
 
     def _ranked(self, found: list[Finding]) -> list[Finding]:
         """Return one finding for each thing: of those about overlaps, for the thing that is in most of them."""
@@ -558,6 +582,15 @@ class _Named:
     place: Span | None
     other_place: Span | None
     frame: int
+
+
+def picture_of_findings(scene: Scene, path: Path) -> bool:
+    """Write a picture of the gravest finding about a scene, in the first frame that has one; False if none has."""
+    for root in scene.frames:
+        if primitive_count(root) <= MAX_PRIMITIVES and (checked := CheckedFrame(root)).findings:
+            save_marked(root, checked.marks(checked.findings[0]), path)
+            return True
+    return False
 
 
 def check_geometry(scene: Scene) -> list[Diagnostic]:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.convex import MAX_EXACT, Bodies, beyond_edge, clusters, width_of
+from scenelang.backends.geometry.convex import MAX_EXACT, Bodies, beyond_edge, clusters, hull_of, width_of
 from scenelang.backends.geometry.distance import IntArray
 from scenelang.backends.geometry.solids import FloatArray
 from scenelang.grammar.datum import dataclass
@@ -453,6 +453,23 @@ class _Balance:
         rows = sorted(seen)
         found: FloatArray = (self.center[rows] * self.mass[rows, None]).sum(axis=0) / self.mass[rows].sum()
         return found
+
+
+def standing_of(
+    bodies: Bodies, contacts: Contacts, body: int, ground: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the points (K, 3) that carry the group of a body, the sides of their hull and the plumb line from its
+    centre of mass (M, 2, 3), and that centre (1, 3)."""
+    balance = _Balance(bodies, contacts, ground)
+    group = int(balance.group[body])
+    points, center = balance.supports(group), balance.center[group]
+    if not len(points):
+        return points, np.zeros((0, 2, 3)), center[None]
+    level = float(points[:, 1].max())
+    corners = np.insert(hull_of(points[:, [0, 2]]), 1, level, axis=1)
+    sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    plumb = np.array([[center, [center[0], level, center[2]]]])
+    return corners, np.concatenate([sides, plumb]), center[None]
 
 
 class _Verdict(NamedTuple):

@@ -87,7 +87,7 @@ def add_check(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--picture",
         metavar="FILE",
-        help="with --run: a picture (PNG) of an operand that is no solid",
+        help="a picture (PNG) of an operand that is no solid, or with --geometry or --physics of the gravest finding",
     )
     parser.add_argument(
         "--fix", action="store_true", help="apply safe fixes, which do not change the meaning of programs"
@@ -103,8 +103,8 @@ def run_check(arguments: argparse.Namespace) -> int:
     if arguments.fix and not all(path.endswith(".scene") for path in files):
         raise UsageError("value", "--fix supports only .scene files")
     if arguments.picture:
-        if not arguments.evaluate:
-            raise UsageError("value", "--picture requires --run")
+        if not (arguments.evaluate or arguments.geometry or arguments.physics):
+            raise UsageError("value", "--picture requires --run, --geometry or --physics")
         from scenelang.backends.pictures.exhibit import check_picture
 
         check_picture(Path(arguments.picture))
@@ -140,7 +140,26 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
         found, subject = (*found, error.diagnostic), error.subject
     if arguments.picture and subject is not None:
         _save_picture(arguments, subject)
+    elif arguments.picture and result.scene is not None:
+        _picture_finding(arguments, result.scene)
     return found
+
+
+def _picture_finding(arguments: argparse.Namespace, scene: EntityScene) -> None:
+    from scenelang.backends.geometry.lint import picture_of_findings
+
+    path, drawn = Path(arguments.picture), False
+    with bounded(arguments):
+        if arguments.geometry:
+            drawn = picture_of_findings(scene, path)
+        if arguments.physics and not drawn:
+            from scenelang.backends.physics.verdicts import SECONDS, picture_of_motion
+
+            drawn = picture_of_motion(scene, path, arguments.seconds or SECONDS, arguments.metres_per_unit)
+    if drawn:
+        if not arguments.quiet:
+            print(f"the finding is shown in {path}", file=sys.stderr)
+        arguments.picture = None
 
 
 def _lints(
