@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.convex import Bodies, bodies_of
-from scenelang.backends.geometry.distance import IntArray, Pairs, depths, distances
+from scenelang.backends.geometry.convex import MAX_PAIRS, Bodies, bodies_of, clusters
+from scenelang.backends.geometry.distance import IntArray, Pairs, depths, distances, neighbours
 from scenelang.backends.geometry.solids import FloatArray
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.values import Matrix, Pair
@@ -62,6 +62,13 @@ class Separation:
     away: Vector | None = None
 
 
+class _Near(NamedTuple):
+    """What two things within reach are to each other: whether the second carries the first, and their separation."""
+
+    blocked: bool
+    separation: Separation | None
+
+
 class Arrangement:
     """Things of one frame of a scene.
 
@@ -77,6 +84,8 @@ class Arrangement:
         self._meshes: dict[int, Mesh] = {}
         self._boxes: dict[int, tuple[FloatArray, FloatArray]] = {}
         self._within: dict[int, IntArray] = {}
+        self._near: dict[tuple[int, int, float], _Near] = {}
+        self._separations: dict[tuple[int, int], Separation] = {}
 
     # --- instances ---------------------------------------------------------------------------------------------
 
@@ -301,6 +310,9 @@ class Arrangement:
     def separation(self, a: Thing, b: Thing, shift: Sequence[float] = (0.0, 0.0, 0.0)) -> Separation | None:
         """Return how far two things are apart, the first moved by ``shift``; None if one has no bodies."""
         moved = np.asarray(shift, np.float64)
+        known = self._separations.get((a.instance, b.instance))
+        if known is not None and not moved.any():
+            return known
         pairs = self._pairs(a, b, np.inf, moved)
         if not len(pairs):
             return None
@@ -323,14 +335,7 @@ class Arrangement:
     def _deepest(self, pairs: IntArray, shift: FloatArray) -> Separation:
         convex = self._both_convex(pairs)
         pairs = np.concatenate([pairs[convex], pairs[~convex][:_NEAREST]])
-        count = int(convex.sum())
-        depth, along = np.zeros(len(pairs)), np.zeros((len(pairs), 3))
-        for start in range(0, count, _BATCH):
-            rows = slice(start, min(start + _BATCH, count))
-            depth[rows], away = depths(self._posed(pairs[rows], shift))
-            along[rows] = -away
-        for row in range(count, len(pairs)):
-            depth[row], along[row] = self._depth(pairs[row], shift)
+        depth, along = self._depths(pairs, np.broadcast_to(shift, (len(pairs), 3)))
         worst = int(np.argmax(depth))
         return Separation(-max(float(depth[worst]), 0.0), _two(pairs[worst]), _three(along[worst]))
 
@@ -358,28 +363,102 @@ class Arrangement:
 
         It does where ``a``, moved down to it and a little further, has to move up by as much again to be clear of it.
         """
-        low, high = self.box(a)
+        known = self._near.get((a.instance, b.instance, reach))
+        if known is None:
+            known = self._compared([(a, b)], [reach])[0]
+        return known.blocked
+
+    def prepare(
+        self, subjects: Sequence[Thing], objects: Sequence[Thing], reaches: Sequence[float], limit: int
+    ) -> dict[int, list[Thing]] | None:
+        """Compare all subjects with the objects within their reach at once, for later questions about single pairs.
+
+        Returns the objects near each subject, by instance; None if there are more than ``limit`` pairs.
+        """
+        low, high = (np.array(each) for each in zip(*(self.box(thing) for thing in (*subjects, *objects))))
+        near, complete = neighbours(low, high, max(reaches, default=0.0), limit)
+        if not complete:
+            return None
+        count = len(subjects)
+        cross = near[(near[:, 0] < count) & (near[:, 1] >= count)]
+        found: dict[int, list[Thing]] = {}
+        for i, j in cross.tolist():
+            found.setdefault(subjects[i].instance, []).append(objects[j - count])
+        self.compare(
+            [(subjects[i], objects[j - count]) for i, j in cross.tolist()], [reaches[i] for i in cross[:, 0].tolist()]
+        )
+        return found
+
+    def compare(self, things: Sequence[tuple[Thing, Thing]], reaches: Sequence[float]) -> None:
+        """Compare pairs of things that are within reach of each other at once, for later questions about them."""
+        wanted = [
+            (pair, reach)
+            for pair, reach in zip(things, reaches)
+            if pair[0].instance != pair[1].instance and (pair[0].instance, pair[1].instance, reach) not in self._near
+        ]
+        pairs, own = [pair for pair, _ in wanted], [reach for _, reach in wanted]
+        for (a, b), reach, found in zip(pairs, own, self._compared(pairs, own) if pairs else ()):
+            self._near[a.instance, b.instance, reach] = found
+            if found.separation is not None:
+                self._separations[a.instance, b.instance] = found.separation
+
+    def _compared(self, things: Sequence[tuple[Thing, Thing]], reaches: Sequence[float]) -> list[_Near]:
+        """Compare pairs of things where they are within reach of each other."""
         still = np.zeros(3)
-        pairs = self._pairs(a, b, reach, still)
-        gaps = self._gaps(pairs, still, 2.0 * reach + 1e-12)
-        pairs, gaps = pairs[gaps <= reach], gaps[gaps <= reach]
-        if not len(pairs):
-            return False
-        lows, highs = self.bodies.boxes
-        thin = (highs - lows)[:, 1][pairs].min(axis=1)
-        further = np.minimum(_FURTHER * float((high - low).max()), 0.25 * thin)
-        down = np.outer(gaps + further, [0.0, -1.0, 0.0])
+        blocks = [self._pairs(a, b, reach, still) for (a, b), reach in zip(things, reaches)]
+        pairs = np.concatenate(blocks)
+        owner = np.repeat(np.arange(len(things)), [len(block) for block in blocks])
+        reach = np.asarray(reaches)[owner]
+        gaps = self._gaps(pairs, still, 2.0 * float(np.max(reaches)) + 1e-12)
+        close = gaps <= reach
+        pairs, owner, gaps = pairs[close], owner[close], gaps[close]
+        down = np.outer(gaps + self._further(things, pairs, owner), [0.0, -1.0, 0.0])
+        before, away = self._depths(pairs, np.zeros((len(pairs), 3)))
+        blocked = self._are_blocked(pairs, down, before, things, owner)
+        found = [_Near(False, None)] * len(things)
+        for number in np.unique(owner).tolist():
+            rows = np.flatnonzero(owner == number)
+            deep = rows[np.argmax(np.where(gaps[rows] > 0.0, -gaps[rows], np.maximum(before[rows], 0.0)))]
+            distance = float(gaps[deep]) if gaps[deep] > 0.0 else -max(float(before[deep]), 0.0)
+            towards = None if gaps[deep] > 0.0 else _three(away[deep])
+            found[number] = _Near(bool(blocked[rows].any()), Separation(distance, _two(pairs[deep]), towards))
+        return found
+
+    def _further(self, things: Sequence[tuple[Thing, Thing]], pairs: IntArray, owner: IntArray) -> FloatArray:
+        """Return how far beyond contact the first things are moved down, (M,)."""
+        extent = np.array([float(np.subtract(*self.box(a)[::-1]).max()) for a, _ in things])[owner]
+        low, high = self.bodies.boxes
+        thin = (high - low)[:, 1][pairs].min(axis=1) if len(pairs) else np.zeros(0)
+        return np.minimum(_FURTHER * extent, 0.25 * thin)
+
+    def _depths(self, pairs: IntArray, shift: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return depths (M,) of pairs and the directions (M, 3) in which the first ones would move away."""
+        depth, along = np.zeros(len(pairs)), np.zeros((len(pairs), 3))
         convex = self._both_convex(pairs)
-        if convex.any():
-            before, after = (depths(self._posed(pairs[convex], shift))[0] for shift in (still, down[convex]))
-            if bool((after - before >= -_UPRIGHT * down[convex, 1]).any()):
-                return True
-        spread = float((high - low)[[0, 2]].prod())
+        for start in range(0, int(convex.sum()), _BATCH):
+            rows = np.flatnonzero(convex)[start : start + _BATCH]
+            depth[rows], away = depths(self._posed(pairs[rows], shift[rows]))
+            along[rows] = -away
         for row in np.flatnonzero(~convex).tolist():
-            gained = self._overlap(pairs[row], down[row]) - self._overlap(pairs[row], still)
-            if gained > _SLIVER * spread * further[row]:
-                return True
-        return False
+            depth[row], along[row] = self._depth(pairs[row], shift[row])
+        return depth, along
+
+    def _are_blocked(
+        self, pairs: IntArray, down: FloatArray, before: FloatArray, things: Sequence[tuple[Thing, Thing]],
+        owner: IntArray,
+    ) -> npt.NDArray[np.bool_]:  # fmt: skip
+        """Return for which pairs (M,) moving the first down takes as much to undo."""
+        found = np.zeros(len(pairs), bool)
+        convex = np.flatnonzero(self._both_convex(pairs))
+        if len(convex):
+            after, _ = self._depths(pairs[convex], down[convex])
+            found[convex] = after - before[convex] >= -_UPRIGHT * down[convex, 1]
+        for row in np.setdiff1d(np.arange(len(pairs)), convex).tolist():
+            low, high = self.box(things[int(owner[row])][0])
+            spread = float((high - low)[[0, 2]].prod())
+            gained = self._overlap(pairs[row], down[row]) - self._overlap(pairs[row], np.zeros(3))
+            found[row] = gained > -_SLIVER * spread * float(down[row, 1])
+        return found
 
     def fall(
         self,
@@ -440,9 +519,6 @@ class Arrangement:
 
     def groups(self, reach: float) -> IntArray:
         """Return a number (N,) for each body that is equal for those connected by bodies within ``reach``."""
-        from scenelang.backends.geometry.convex import MAX_PAIRS, clusters
-        from scenelang.backends.geometry.distance import neighbours
-
         near, complete = neighbours(*self.bodies.boxes, reach, MAX_PAIRS)
         if not complete:
             raise SceneError("primitives", f"`supported` compares at most {MAX_PAIRS:,} pairs of primitives")

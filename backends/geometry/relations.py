@@ -300,9 +300,19 @@ def _pairwise(test: _Test, every_object: bool = False) -> Callable[[_Context], l
         subjects, objects = (context.things(name) for name in stated.things[:2])
         universal = every_object or bool(stated.options.get("all"))
         boxes = _boxes(context, objects)
+        reach = float(stated.options.get("min", 0.0)) if every_object else np.inf
+        near = None
+        if len(subjects) > 1 and test in _CONTACTS:
+            near = context.here.prepare(subjects, objects, [context.touch(a) for a in subjects], _MAX_TESTS)
         failures = []
         for a in subjects:
-            failure = _against(context, test, a, _nearest(context, a, objects, boxes), universal)
+            around = near.get(a.instance, []) if near is not None else []
+            if around and not universal and _against(context, test, a, around, False) is None:
+                failure = None
+            elif near is not None and every_object and reach == 0.0:
+                failure = _against(context, test, a, around, True)
+            else:
+                failure = _against(context, test, a, _nearest(context, a, objects, boxes, reach), universal)
             if failure is None and stated.options.get("any"):
                 return []
             if failure is not None:
@@ -339,12 +349,14 @@ def _boxes(context: _Context, things: Sequence[Thing]) -> tuple[FloatArray, Floa
 
 
 def _nearest(
-    context: _Context, a: Thing, objects: Sequence[Thing], boxes: tuple[FloatArray, FloatArray]
+    context: _Context, a: Thing, objects: Sequence[Thing], boxes: tuple[FloatArray, FloatArray], reach: float
 ) -> Sequence[Thing]:
-    """Return the objects, those with the nearest boxes first."""
+    """Return the objects whose boxes are within ``reach``, the nearest first."""
     low, high = context.here.box(a)
     apart = np.maximum(np.maximum(boxes[0] - high, low - boxes[1]), 0.0)
-    order = np.argsort((apart * apart).sum(axis=1), kind="stable")
+    square = (apart * apart).sum(axis=1)
+    order = np.argsort(square, kind="stable")
+    order = order[square[order] <= reach * reach * (1.0 + 1e-9)]
     return [objects[i] for i in order.tolist()]
 
 
@@ -355,7 +367,7 @@ def _on(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     if found is None:
         return _Failure(f'"{a.entity.word}" has no solid parts', 1.0, a, b)
     deepest = max(reach, _SUNK * float(high[1] - low[1]))
-    if -deepest <= found.distance <= reach and here.is_blocked(a, b, max(reach, -found.distance)):
+    if -deepest <= found.distance <= reach and here.is_blocked(a, b, reach):
         return None
     move = _onto(here, a, b)
     amount = float(np.linalg.norm(move)) if move is not None else abs(found.distance)
@@ -779,9 +791,11 @@ def related(here: Arrangement, rows: Sequence[int], limit: int = _MAX_RELATED) -
     if not complete:
         raise LimitError("primitives", f"more than {limit:,} pairs of things are near each other")
     found: list[Related] = []
-    for i, j in pairs.tolist():
-        a, b = things[i], things[j]
-        if above[i] == above[j] and a.last > a.first and b.last > b.first:
+    same = [(things[i], things[j]) for i, j in pairs.tolist() if above[i] == above[j]]
+    both = [*same, *((b, a) for a, b in same)]
+    here.compare(both, [min(here.touch(a), here.touch(b)) for a, b in both])
+    for a, b in same:
+        if a.last > a.first and b.last > b.first:
             found += _relations_between(here, a, b)
     return found
 
@@ -814,11 +828,7 @@ def _relations_between(here: Arrangement, a: Thing, b: Thing) -> Iterator[Relate
     for upper, lower in ((a, b), (b, a)):
         (low, high), (under, _) = here.box(upper), here.box(lower)
         sunk = max(reach, _SUNK * float(high[1] - low[1]))
-        if (
-            -sunk <= found.distance
-            and low[1] > under[1] - reach
-            and here.is_blocked(upper, lower, max(reach, -found.distance))
-        ):
+        if -sunk <= found.distance and low[1] > under[1] - reach and here.is_blocked(upper, lower, reach):
             carried = True
             yield Related("on", upper.instance, lower.instance, found.distance)
     if not carried:
@@ -834,6 +844,7 @@ def _scaled(direction: Sequence[float], length: float) -> Vector:
     return _vector(length * x for x in direction)
 
 
+_CONTACTS = (_on, _touching, _clear_of)  # relations of things that are near
 _RELATIONS: dict[str, Callable[[_Context], list[_Failure]]] = {
     "on": _pairwise(_on),
     "inside": _pairwise(_inside),

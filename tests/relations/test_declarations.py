@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
@@ -10,8 +11,9 @@ import scenelang as sl
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.scene.declarations import RELATIONS, Relation, example_of
-from scenelang.session import Session
+from scenelang.session import Options, Session
 
 THINGS = """
 (bind "table" (lambda ()
@@ -291,3 +293,38 @@ def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert main(["check", str(program), "--that", '(on "cup")']) == 1
     assert main(["check", str(program), "--root", "room", "--that", '(count "cup" 1)']) == 0
     assert main(["check", str(program), "--that", "missing.scene"]) == 1
+
+
+def test_time_grows_with_the_number_of_things() -> None:
+    """Things are compared with those near them, not with all."""
+
+    def seconds(count: int) -> float:
+        scene = scene_of(
+            f"(for*/union ((i {count}) (j {count})) (transform (union {at('cup', 0, 1, 0)} {TABLE})"
+            " (translate (vector (* 3 i) 0 (* 3 j)))))"
+        )
+        start = time.perf_counter()
+        assert scene.violations('(on "cup" "table")') == []
+        return time.perf_counter() - start
+
+    seconds(2)
+    assert seconds(16) < 10.0 * seconds(8)  # four times as many; 16 times if all were compared with all
+
+
+HOSTILE = [
+    '(bind "a" (lambda () (for ((i 10000000)) (assert-that (count "a" 1))) (call "cube")))',
+    '(define (f) (assert-that (count "a" 1)) (f)) (bind "a" (lambda () (f) (call "cube")))',
+    '(bind "a" (lambda () (assert-that (count "a" (expt 10 4000))) (call "cube")))',
+    '(bind "a" (lambda () (assert-that (distance "a" "a" (/ 1.0 1e-320))) (call "cube")))',
+    '(bind "a" (lambda () (guard (e (#t none)) (assert-that (on (list) "a"))) (call "cube")))',
+    '(assert-that (on (for/list ((i 3)) "a") "a")) (bind "a" (lambda () (call "cube")))',
+]
+
+
+@pytest.mark.parametrize("program", HOSTILE)
+def test_hostile_declarations_end_at_limits(program: str) -> None:
+    session = Session(Options(limits=Limits(seconds=2.0, steps=2_000_000)))
+    started = time.perf_counter()
+    result = session.evaluate(Source("a.scene", program + '(scene "a")'))
+    assert time.perf_counter() - started < 10.0
+    assert result.scene is not None or any(d.is_error for d in result.diagnostics)
