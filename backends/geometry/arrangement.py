@@ -496,8 +496,11 @@ class Arrangement:
     def _first_touch(self, pair: IntArray, moved: FloatArray, near: float, far: float) -> float:
         """Return the least fall at which a pair of bodies meets, between two bounds; infinite if it does not."""
 
+        convex = bool(self._both_convex(pair)[0])
+
         def meets(fall: float) -> bool:
-            return bool(self._gaps(pair, moved - np.array([0.0, fall, 0.0]), self.bodies.size)[0] <= 0.0)
+            shift = moved - np.array([0.0, fall, 0.0])
+            return bool(self._gaps(pair, shift, 0.0)[0] <= 0.0) if convex else self._overlap(pair[0], shift) > 0.0
 
         tries = np.linspace(near, far, _TRIES).tolist()
         touching = next((k for k, fall in enumerate(tries) if meets(fall)), None)
