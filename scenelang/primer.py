@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import chain
+from types import MappingProxyType
 
 from scenelang.backends.pictures.appearance import MATERIALS
 from scenelang.grammar.diagnostics import CODES, diagnostic_named, explanation
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene import primitives
-from scenelang.stdlib.reference import TOPICS, ReferenceRecord, lookup, records
+from scenelang.stdlib.reference import ReferenceRecord, lookup, records
 
 # One-line descriptions of primitives and their attributes, for help and completion.
 
@@ -39,63 +40,115 @@ def attribute_names() -> tuple[str, ...]:
     return (*primitives.docs_of_attributes(), *MATERIALS, *_PHYSICS)
 
 
-_TOPICS = ("paper", "forms", "poses", "combinators", "entities", "colors", "random")
-_WITH_USAGE = ("solids",)  # topics of names whose parameters no other language has
-_LONG_CXR = re.compile("c[ad]{3,4}r")
+# Names that a prompt teaches, by group: what scenes need, by a census of the examples and the corpus. All others work
+# as in Scheme, Python or NumPy. A name with a tilde is explained by the first sentence of its doc.
+_TAUGHT: Mapping[str, str] = MappingProxyType({
+    "Things": "call~ union~ union-loop~ transform~",
+    "Definitions": "define lambda bind~ scene~ param let let* define-values frames~",
+    "Choices": "if cond case when and or",
+    "Loops": "for/union for*/union for/list for/sum for/fold for range iota zip",
+    "Poses": "translate~ rotate~ scale~ reflect~ look-at",
+    "Combinators": "grid~ ring~ row~ stack~ mirror~ on-top-of~ align~ attach~ along~ scatter~ jitter~",
+    "Boxes": "compute-shape-min compute-shape-max compute-shape-center compute-shape-sizes",
+    "Colours": "color~ rgb hsv",
+    "Random": "random uniform normal randint choice shuffle noise",
+    "Solids": "difference~ intersection union-solid hull extrude~ lathe~ sweep rounded shell text",
+    "Profiles": "circle rectangle polygon regular-polygon star spline profile-union profile-difference offset-profile",
+    "Paths": "polyline bezier catmull-rom helix",
+    "Numbers": "+ * - / = < > <= >= // % expt atan min max round clamp lerp sqrt abs sign floor ceiling sin cos tan "
+    "asin acos radians even? odd? not",
+    "Lists": "list append make-list first last rest length reverse ref take drop map filter fold apply append-map "
+    "contains? sort",
+    "Vectors": "vector dot cross norm normalize distance linspace sum",
+    "Others": "table string-append",
+})  # fmt: skip
+_CLAUSES = re.compile(r"\(\(x xs\) \.\.\.[^()]*\)")
+_UNTOLD = ("color", "emission", "opacity", "metallic", "roughness", "ior", "segments", "stream", "size", "line-height")
 _SURFACE = ("color", "emission", "opacity", "metallic", "roughness", "ior")
 
 
 def primer(words: Sequence[str] | None = None, without: Collection[str] = ()) -> str:
-    """Return primitives, forms and procedures as Markdown: the primitives ``words`` (None: all), except names in
-    ``without``."""
+    """Return primitives, forms and procedures as Markdown, in few words: the primitives ``words`` (None: all), and the
+    names that scenes need, except those in ``without``."""
     chosen = tuple(primitives.docs_of_words()) if words is None else words
-    return "\n".join([*_primitives(chosen), *_names(without), *_rest(without)])
+    return "\n".join([*_primitives(chosen), *_names(chosen, without)])
 
 
 def _primitives(words: Sequence[str]) -> Iterator[str]:
     yield "## Primitives\n"
     docs = primitives.docs_of_words()
+    told: set[str] = set()
     for word in words:
-        yield f"- `{word}`: {docs[word]}"
-        own = (name for name in attributes_of(word) if name not in _SURFACE and name not in _PHYSICS)
-        yield from (f"  - `:{name}` {attribute_doc(word, name)}" for name in own)
+        own = [name for name in attributes_of(word) if name not in _SURFACE and name not in _PHYSICS]
+        yield f'- `(call "{word}"{"".join(f" :{name}" for name in own)})`: {docs[word]}'
+        for name in own:
+            doc = attribute_doc(word, name)
+            if f"{name} {doc}" not in told:
+                told.add(f"{name} {doc}")
+                yield f"  - `:{name}` {doc}"
     if not set(words) <= set(primitives.block_words()):
-        yield "\nAll visible primitives have the material attributes:\n"
+        yield "\nMaterials of all primitives and solids:\n"
         yield from (f"- `:{name}` {attribute_doc(None, name)}" for name in _SURFACE)
 
 
-def _of_topic(topic: str, without: Collection[str]) -> list[ReferenceRecord]:
-    found = (record for record in records() if record.topic == topic and record.module is None)
-    return [record for record in found if record.name not in without]
+def taught(without: Collection[str] = ()) -> dict[str, list[tuple[ReferenceRecord, bool]]]:
+    """Return the names that a prompt teaches by group, and whether each is explained."""
+    found: dict[str, list[tuple[ReferenceRecord, bool]]] = {}
+    for group, text in _TAUGHT.items():
+        for item in text.split():
+            name, explained = item.removesuffix("~"), item.endswith("~")
+            record = lookup(name)
+            assert record is not None, name
+            if name not in without:
+                found.setdefault(group, []).append((record, explained))
+    return found
 
 
-def _names(without: Collection[str]) -> Iterator[str]:
-    for topic in _TOPICS:
-        title, intro = TOPICS[topic]
-        yield f"\n## {title}\n\n{intro}\n" if intro else f"\n## {title}\n"
-        yield from (f"- `{record.signature}`: {_short(record.doc)}" for record in _of_topic(topic, without))
+def _names(words: Sequence[str], without: Collection[str]) -> Iterator[str]:
+    is_blocks = set(words) <= set(primitives.block_words())
+    yield "\n## Names\n"
+    yield "`clause` is `(x xs)`, `xs` a list or a number of turns, or `:when test`. What is in brackets is optional.\n"
+    for group, members in taught(without).items():
+        if is_blocks and group in _NOT_FOR_BLOCKS:
+            continue
+        plain = ", ".join(_together([_usage(record) for record, explained in members if not explained]))
+        yield f"{group}:" + (f" {plain}" if plain else "")
+        yield from (
+            f"- {_quoted(_usage(record))}: {_sentence(record.doc)}" for record, explained in members if explained
+        )
+    yield "Constants: `pi`, `tau`, `none`, `#t`, `#f`"
 
 
-def _short(doc: str) -> str:
-    """Return a description without "Return", which every second one starts with, to save tokens."""
-    text = doc.removeprefix("Return ")
+def _together(usages: Sequence[str]) -> Iterator[str]:
+    """Yield calls, those with the same parameters as one call with several names."""
+    names: dict[str, list[str]] = {}
+    for usage in usages:
+        name, _, parameters = usage[1:].partition(" ")
+        names.setdefault(parameters if " or (" not in usage else usage, []).append(name)
+    for parameters, (first, *others) in names.items():
+        usage = parameters if " or (" in parameters else f"({first} {parameters}".replace(" )", ")")
+        also = f" (and {' '.join(f'`{name}`' for name in others)})" if others else ""
+        yield _quoted(usage) + also
+
+
+def _quoted(usage: str) -> str:
+    return " or ".join(f"`{each}`" for each in re.split(r" or (?=\()", usage))
+
+
+_NOT_FOR_BLOCKS = ("Colours", "Solids", "Profiles", "Paths")
+
+
+def _sentence(doc: str) -> str:
+    """Return the first sentence of a description without "Return", which every second one starts with."""
+    text = re.split(r"(?<![ .])\. ", doc.removeprefix("Return "))[0].removesuffix(".")
     return text[0].upper() + text[1:]
 
 
-def _rest(without: Collection[str]) -> Iterator[str]:
-    """Yield the remaining names, which work as in Scheme, Python or NumPy."""
-    yield "\n## Other names\n"
-    for topic, (title, _) in TOPICS.items():
-        found = [record for record in _of_topic(topic, without) if not _LONG_CXR.fullmatch(record.name)]
-        names = [_usage(record) if topic in _WITH_USAGE else record.name for record in found]
-        if topic not in _TOPICS and names:
-            yield f"- {title}: {', '.join(f'`{name}`' for name in names)}"
-
-
 def _usage(record: ReferenceRecord) -> str:
-    """Return a call without types and without the attributes of materials, which all solids have."""
-    call = re.sub(r"::[^\s)\]]+", "", record.signature.partition(" -> ")[0])
-    return re.sub(rf" \[:(?:{'|'.join((*_SURFACE, 'segments'))})\]", "", call)
+    """Return a call without types, defaults of loops, and attributes of materials, which all solids have."""
+    call = re.sub(r"::\w+(\[[^\]]*\])?", "", record.signature.partition(" -> ")[0])
+    call = _CLAUSES.sub("(clause ...)", call)
+    return re.sub(rf" \[:(?:{'|'.join(_UNTOLD)})\]| \(:stream none\)", "", call)
 
 
 # Descriptions of names that a program does not define: library names, primitives, attributes, diagnostics.

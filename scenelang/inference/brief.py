@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import cache, cached_property
+from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 
@@ -157,6 +157,7 @@ class Task:
 
 NO_CHANGES = "NO CHANGES"
 _GAP = re.compile(r"\n{3,}")  # left by empty placeholders
+_FENCED = re.compile(r"```scene\n(.*?)```", re.DOTALL)
 _SHOWN = 9  # maximum number of lines of an example list
 _FENCES = {Notation.PYTHON: "python", Notation.LANGUAGE: "scene", Notation.LIST: "json"}
 _TURNED = ("rotation_matrix", "reflection_matrix")  # not supported for blocks
@@ -164,7 +165,7 @@ _TURNED_HERE = ("rotate", "reflect", "ring", "mirror", "jitter", "scatter")
 # Omitted from the primer: macros, files, entity internals, and the random streams of translated Python.
 _UNTOLD = (
     "define-syntax", "syntax-rules", "define-macro", "let-syntax", "letrec-syntax", "quasiquote", "define-record",
-    "import", "param", "let/ec", "guard", "assert", "assert-that", "declare-that", "begin0", "while",
+    "import", "let/ec", "guard", "assert", "assert-that", "declare-that", "begin0", "while",
     "let*-values", "for/table", "for/set",
     *(f"for*/{kind}" for kind in ("append", "sum", "and", "or", "first", "table", "set", "fold")),
     "retrieve", "no-entities", "bound?", "call-embeddings", "apply-entity-function", "make-entity", "embedding",
@@ -254,7 +255,9 @@ class Brief:
         task, pictures = self.task, self.task.pictures
         if task.program is not None:
             program = fenced(self.renamed.text if self.renamed else task.program, task.notation)
-            text = self.prompts.text("user.edit.md", program=program, instruction=task.text)
+            takes_patches = task.notation is not Notation.LIST and not self.is_bare
+            patch = self.prompts.text("patch.md") if takes_patches else ""
+            text = self.prompts.text("user.edit.md", program=program, instruction=task.text, patch=patch)
         else:
             name = "user.image.md" if pictures else "user.text.md"
             text = self.prompts.text(name, example=self.example, task=task.text)
@@ -264,20 +267,23 @@ class Brief:
     def example(self) -> str:
         """Example program in the task's notation; of a list, the first primitives."""
         task = self.task
-        name = f"example.{task.kind.value}.md"
+        language = "language." if task.notation is Notation.LANGUAGE else ""
+        name = f"example.{language}{task.kind.value}.md"
         answer = self.prompts.text(name)
-        source = Source("example.txt", answer)
-        if self.prompts.is_replaced(name) and not Session().check(source).ok:
+        programs = _FENCED.findall(answer) if language else [answer]
+        sources = [Source("example.scene" if language else "example.txt", program) for program in programs]
+        if self.prompts.is_replaced(name) and not (programs and all(Session().check(each).ok for each in sources)):
             raise SceneError(
                 "prompt", f"the prompt template {name} contains no valid program", "run `scenelang check` on it"
             )
         if task.notation is Notation.LIST:
-            return f'An example, "{_docstring(answer)}":\n\n{fenced(_example_list(source, task), task.notation)}'
-        text = code_of(answer) if task.notation is Notation.PYTHON else _transpiled(answer)
+            return f'An example, "{_docstring(answer)}":\n\n{fenced(_example_list(sources[0], task), task.notation)}'
+        texts = programs if language else [code_of(answer)]
         if task.ablation.takes_words:
-            rename = rename_python if task.notation is Notation.PYTHON else rename_language
-            text = rename(text, task.seed).text
-        return f"An example of a program:\n\n{fenced(text, task.notation)}"
+            rename = rename_language if language else rename_python
+            texts = [rename(text, task.seed).text for text in texts]
+        head = "An example of a program:" if len(texts) == 1 else "Examples of programs:"
+        return "\n\n".join([head, *(fenced(text, task.notation) for text in texts)])
 
     @cached_property
     def renamed(self) -> Renamed | None:
@@ -299,10 +305,11 @@ class Brief:
     def cut(self, tokens: int) -> Message:
         return text_message("user", self.prompts.text("cut.md", tokens=f"{tokens:,}"))
 
-    def critique(self, views: Sequence[tuple[str, ImageContent]], findings: str) -> Message:
-        """Return the critique turn: captioned images, then the instructions."""
+    def critique(self, views: Sequence[tuple[str, ImageContent]], findings: str, facts: str = "") -> Message:
+        """Return the critique turn: captioned images, facts and findings about the scene, then the instructions."""
         parts = [part for caption, picture in views for part in (TextContent(caption), picture)]
         notes = [self.prompts.text("blocks.md")] if self.task.kind is TaskKind.BLOCKS else []
+        notes += [facts] if facts else []
         notes += [f"The checker noticed:\n\n{findings}"] if findings else []
         text = _GAP.sub("\n\n", self.prompts.text("critique.md", notes="\n\n".join(notes)))
         return Message("user", (*parts, TextContent(text)))
@@ -316,11 +323,6 @@ def _read(word: str) -> list[str]:
 def _docstring(answer: str) -> str:
     pieces = code_of(answer).split('"""')
     return pieces[1].strip() if len(pieces) > 1 else "a scene"
-
-
-@cache
-def _transpiled(answer: str) -> str:
-    return Session().transpile(Source("example.txt", answer), literal=True).text
 
 
 def _example_list(source: Source, task: Task) -> str:

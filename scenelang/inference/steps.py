@@ -33,8 +33,9 @@ from scenelang.backends.language_models.catalogue import ImageContent as Encoded
 from scenelang.formatting import formatted
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
-from scenelang.inference.brief import NO_CHANGES, Brief, Notation, Prompts, Task, TaskKind
+from scenelang.inference.brief import NO_CHANGES, Brief, Notation, Prompts, Task, TaskKind, fenced
 from scenelang.inference.listing import program_of
+from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
 from scenelang.interpreter.scene.primitives import block_words
 from scenelang.interpreter.transpile.python_text import code_of
@@ -55,6 +56,10 @@ _FENCE = re.compile(r"^[ \t]*+(?:```|~~~)[ \t]*+([\w+-]*+)[^\n]*+\n(.*?)(?:^[ \t
 _MAX_COMPARED = 200_000  # primitives; larger films are not checked for motion
 _MAX_REPORTED = 12  # diagnostics sent to the model
 _REPAIR_SECONDS = 5.0
+_PATCH = re.compile(r"^<{5,9} SEARCH *\n(.*?)\n={5,9} *\n(.*?)\n?>{5,9} REPLACE", re.DOTALL | re.MULTILINE)
+_PYTHON_START = re.compile(r"^(?:from \w|import \w|def \w|@register)", re.MULTILINE)
+_LANGUAGE_START = re.compile(r"\s*(?:;[^\n]*\n\s*)*\((?:bind|define|param|scene|import|assert-that)\b")
+_MAX_COUNTED = 40  # words whose counts are told
 _MAX_ANSWER_LENGTH = 500_000  # characters; more than the longest answers of models
 _MAX_LINE_LENGTH = 500  # characters per line sent to the model
 _EVALUATING = Lock()  # evaluation sets process-wide limits, so answers are evaluated one at a time
@@ -150,22 +155,58 @@ class AnswerReader:
     def _judged(self, answer: str) -> Verdict:
         session = Session(self.options)
         task = self.brief.task
-        source = Source("answer.txt", answer)
+        notation = task.notation if task.is_edit else _notation_of(answer, task.notation)
         try:
-            code = _code(answer, task.notation, task.text)
+            if task.program is not None and task.notation is not Notation.LIST and _PATCH.search(answer):
+                answer = fenced(patched(task.program, answer), notation)
+            code = _code(answer, notation, task.text)
         except SceneError as error:
             return Verdict("", None, (error.diagnostic,))
-        if task.notation is Notation.PYTHON:
+        source = Source("answer.txt", answer)
+        if notation is Notation.PYTHON:
             program = session.transpile(source).text
+            code = code if task.notation is Notation.PYTHON else program
         else:
             program, source = code, Source(self.name, code)
         result = session.evaluate(source)
         scene = result.scene
-        if scene is not None and task.notation is not Notation.PYTHON:
+        if scene is not None and notation is not Notation.PYTHON:
             program = _formatted(code)
         unlike = [*_unlike(scene, task), *linted(result, check_declarations)] if scene is not None else []
         findings = geometry_findings(scene) if scene is not None and task.kind is not TaskKind.BLOCKS else ()
         return Verdict(program, scene, (*result.diagnostics, *unlike), findings, code)
+
+
+def _notation_of(answer: str, asked: Notation) -> Notation:
+    """Return the notation that an answer is in: Python and the language are taken for each other."""
+    if asked is Notation.LIST:
+        return asked
+    names = {match[1].lower() for match in _FENCE.finditer(answer)}
+    is_python = bool(names & {"python", "py"})
+    is_language = bool(names & {"scene", "scenelang", "lisp", "scheme"})
+    if is_python != is_language:
+        return Notation.PYTHON if is_python else Notation.LANGUAGE
+    if names:
+        return asked
+    if _PYTHON_START.search(answer):
+        return Notation.PYTHON
+    return Notation.LANGUAGE if _LANGUAGE_START.match(answer) else asked
+
+
+def patched(program: str, answer: str) -> str:
+    """Return a program with the search/replace blocks of an answer applied, in order.
+
+    Raises SceneError("model-answer") for a text that does not occur exactly once.
+    """
+    for number, match in enumerate(_PATCH.finditer(answer), 1):
+        old, new = match[1], match[2]
+        count = program.count(old) if old.strip() else 0
+        if count != 1:
+            problem = "is empty" if not old.strip() else f"occurs {count} times in the program"
+            hint = "copy lines of the program exactly, with enough around them that they occur once"
+            raise SceneError("model-answer", f"the text that block {number} searches {problem}", hint)
+        program = program.replace(old, new)
+    return program
 
 
 def _code(answer: str, notation: Notation, task: str) -> str:
@@ -414,7 +455,7 @@ def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Sam
         shown = views(best.scene) if best.is_usable and best.scene is not None else []
         if not shown:
             break
-        turns = (brief.first, text_message("assistant", answer), brief.critique(shown, _noticed(best)))
+        turns = (brief.first, text_message("assistant", answer), brief.critique(shown, _noticed(best), _facts(best)))
         try:
             better, improved = yield from _with_repairs(brief, reader, speaker, plan, Purpose.CRITIQUE, turns, best)
         except SceneError as error:
@@ -423,6 +464,18 @@ def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Sam
             break
         best, answer = better, improved
     return SampleOutcome(best)
+
+
+def _facts(verdict: Verdict) -> str:
+    """Return what the program knows of its scene: how many things of each word, and how large it is."""
+    assert verdict.scene is not None
+    counts = count_words(verdict.scene.root)
+    told = ", ".join(f"{count} {word}" for word, count in list(counts.items())[:_MAX_COUNTED])
+    box = entity_box(verdict.scene.root)
+    if box is None:
+        return f"It consists of: {told}."
+    low, high = (" ".join(f"{x:.3g}" for x in corner) for corner in (box[:3], box[3:]))
+    return f"It consists of: {told}. Its bounding box is [{low}] to [{high}]."
 
 
 def _noticed(verdict: Verdict) -> str:

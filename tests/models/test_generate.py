@@ -215,7 +215,7 @@ def test_dsl(place: Place) -> None:
     place.generate("two balls", "--dsl", "-o", "out.scene")
     (request,) = server.requests
     assert "Scene Language, a Lisp" in system(request)
-    assert '(bind "tulip"' in texts(request["messages"][0])
+    assert '(bind "bench"' in texts(request["messages"][0])
     assert "def " not in texts(request["messages"][0])
     assert json.loads(place.run("count", "out.scene", "--json").out)["sphere"] == 2
     assert (place.work / "out.scene").read_text().startswith("; two balls\n")

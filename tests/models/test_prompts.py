@@ -29,8 +29,10 @@ from scenelang.inference.brief import (
     words_of,
 )
 from scenelang.inference.steps import AnswerReader, Verdict
+from scenelang.interpreter.scene.entity import count_words
 from scenelang.interpreter.scene.primitives import attributes_read, block_words
 from scenelang.interpreter.transpile.python_text import HELPERS
+from scenelang.primer import taught
 from scenelang.scene_changes import changes_between, compared_frames
 from scenelang.session import Options, Session
 from scenelang.stdlib.reference import helper_header, python_word, records
@@ -140,7 +142,7 @@ def test_every_prompt_is_read_and_has_its_places_filled() -> None:
 @pytest.mark.parametrize("name", TASKS)
 def test_prompts_have_a_bounded_size(name: str) -> None:
     chosen = TASKS[name]
-    most = {Notation.PYTHON: 1_700, Notation.LANGUAGE: 7_000, Notation.LIST: 900}[chosen.notation]
+    most = {Notation.PYTHON: 1_700, Notation.LANGUAGE: 4_300, Notation.LIST: 900}[chosen.notation]
     tokens = len(brief(chosen).system) / LETTERS_PER_TOKEN
     assert tokens < most, f"{name}: about {tokens:.0f} tokens"
     assert len(first_text(chosen)) / LETTERS_PER_TOKEN < 2_500
@@ -163,12 +165,29 @@ MODE = (TaskKind.FILM, Notation.LANGUAGE)
 @pytest.mark.parametrize("ablation", [Ablation.NONE, Ablation.W])
 def test_examples_are_right(kind: TaskKind, notation: Notation, ablation: Ablation) -> None:
     chosen = brief(task(kind, notation, ablation))
-    verdict = AnswerReader(chosen, Options()).read(chosen.example)
-    assert verdict.is_usable, verdict.report_text()
-    assert verdict.diagnostics == ()
-    assert verdict.findings == ()
-    checked = Session().check_geometry(Source("example.scene", verdict.program))
-    assert [d.message for d in checked] == []
+    programs = re.findall(r"```\w+\n.*?```", chosen.example, re.DOTALL)
+    assert len(programs) == (2 if notation is Notation.LANGUAGE and kind is not TaskKind.BLOCKS else 1)
+    for number, program in enumerate(programs):
+        own = chosen if number == len(programs) - 1 else brief(task(TaskKind.STILL, notation, ablation))
+        verdict = AnswerReader(own, Options()).read(program)
+        assert verdict.is_usable, verdict.report_text()
+        assert verdict.diagnostics == ()
+        assert verdict.findings == ()
+        checked = Session().check_geometry(Source("example.scene", verdict.program))
+        assert [d.message for d in checked] == []
+
+
+@pytest.mark.parametrize("kind", TaskKind)
+def test_the_prompt_of_the_language_is_short_and_true(kind: TaskKind) -> None:
+    chosen = brief(task(kind, Notation.LANGUAGE))
+    text = chosen.system + "".join(part.text for part in chosen.first.parts if isinstance(part, TextContent))
+    assert len(text) <= 13_000
+    groups = taught(untold(kind))
+    listed = [r for name, members in groups.items() for r, _ in members if f"{name}:" in text]
+    assert len(groups) - len({name for name in groups if f"{name}:" in text}) == (4 if kind is TaskKind.BLOCKS else 0)
+    assert 80 < len(listed) < 150
+    for record in listed:
+        assert f"`({record.name}" in text or f"`{record.name}`" in text, record.name
 
 
 @pytest.mark.parametrize("ablation", [Ablation.P, Ablation.PW])
@@ -202,7 +221,7 @@ def test_examples_use_only_what_is_told(kind: TaskKind) -> None:
     }
     assert called & set(HELPERS) <= set(helpers_of(kind))
     language = brief(task(kind, Notation.LANGUAGE))
-    example = language.example.split("```scene\n")[1].split("```")[0]
+    example = "\n".join(re.findall(r"```scene\n(.*?)```", language.example, re.DOTALL))
     names = {record.name for record in records()} & set(re.findall(r"(?<=\()[^\s()\[\]]+", example))
     assert names, "the example calls something"
     assert all(f"`({name}" in language.system or f"`{name}`" in language.system for name in names), names
@@ -368,3 +387,61 @@ def test_the_last_function_is_the_scene_and_needs_no_mark() -> None:
     )
     verdict = AnswerReader(brief(task(TaskKind.STILL, Notation.PYTHON)), Options()).read(two)
     assert '(scene "two")' in verdict.program
+
+
+# --- answers in another form -----------------------------------------------------------------------------------------
+
+CUBES_IN_PYTHON = """from helper import *
+
+@register()
+def pair() -> Shape:
+    return loop(2, lambda i: transform_shape(primitive_call("cube"), translation_matrix((2 * i, 0.5, 0))))
+"""
+CUBES = """; two cubes
+(bind "pair" (lambda () (union-loop 2 (lambda (i) (transform (call "cube") (translate (vector (* 2 i) .5 0)))))))
+(scene "pair")
+"""
+
+
+@pytest.mark.parametrize("notation", [Notation.PYTHON, Notation.LANGUAGE])
+@pytest.mark.parametrize("answer", [
+    f"```python\n{CUBES_IN_PYTHON}```", CUBES_IN_PYTHON, f"```scene\n{CUBES}```", f"```lisp\n{CUBES}```", CUBES,
+])  # fmt: skip
+def test_python_and_the_language_are_taken_for_each_other(notation: Notation, answer: str) -> None:
+    verdict = AnswerReader(brief(task(TaskKind.STILL, notation)), Options()).read(answer)
+    assert verdict.is_usable, verdict.report_text()
+    assert verdict.scene is not None
+    assert count_words(verdict.scene.root)["cube"] == 2
+    assert Session().evaluate(Source("a.scene", verdict.program)).ok
+
+
+def patch(old: str, new: str) -> str:
+    return f"<<<<<<< SEARCH\n{old}\n=======\n{new}\n>>>>>>> REPLACE\n"
+
+
+def edit_reader(program: str) -> AnswerReader:
+    return AnswerReader(Brief(Task("three", notation=Notation.LANGUAGE, program=program), Prompts(None)), Options())
+
+
+def test_edits_may_be_patches() -> None:
+    lines = CUBES.splitlines()
+    answer = patch(lines[1], lines[1].replace("union-loop 2", "union-loop 3")) + patch("; two cubes", "; three cubes")
+    verdict = edit_reader(CUBES).read(answer)
+    assert verdict.is_usable, verdict.report_text()
+    assert verdict.code == CUBES.replace("union-loop 2", "union-loop 3").replace("two", "three")
+    whole = edit_reader(CUBES).read(f"```scene\n{CUBES}```")
+    assert whole.code == CUBES
+
+
+@pytest.mark.parametrize(("old", "text"), [("; four cubes", "occurs 0 times"), ("", "is empty"), ("call", "occurs")])
+def test_patches_that_do_not_fit_are_told(old: str, text: str) -> None:
+    program = CUBES + '(bind "other" (lambda () (call "cube")))\n'
+    verdict = edit_reader(program).read(patch(old, "x"))
+    assert not verdict.is_usable
+    assert text in verdict.report_text()
+
+
+def test_a_local_patch_is_a_tenth_of_the_program() -> None:
+    program = Path("examples/chessboard.scene").read_text()
+    line = next(line for line in program.splitlines() if program.count(line) == 1 and "define" in line)
+    assert len(patch(line, line)) < len(program) / 10
