@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo dev check types test test-blender lint install bench eval-recorded gallery docs site viewer build-page blocks tables editors chromium wheel test-gpu test-hostile test-faults test-python fuzz test-grammar test-minecraft test-s3 test-slow test-nightly test-browser train-toy clean
+.PHONY: demo dev check types test test-blender lint install bench faults eval-recorded gallery docs site viewer build-page blocks tables editors chromium wheel test-gpu test-hostile test-faults test-python fuzz test-grammar test-minecraft test-s3 test-slow test-nightly test-browser train-toy clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -205,6 +205,10 @@ wheel: $(PACKAGING)/.ready
 
 bench: install
 	$(BIN)/python benchmarks/run.py
+
+# Recall and precision of the lint and of simulations on planted faults, written into docs/checker.md and docs/physics.md.
+faults: install
+	$(BIN)/python benchmarks/faults.py
 
 # The numbers that tasks state, counted in the responses of language models that the tests keep.
 eval-recorded: install

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenelang.backends.base import Progress
@@ -12,6 +13,7 @@ from scenelang.grammar.settings import fits, typed
 
 if TYPE_CHECKING:
     from scenelang.backends.physics.verdicts import PhysicsReport
+    from scenelang.interpreter.scene.entity import Scene as EntityScene
     from scenelang.scene import Scene
 
 
@@ -110,3 +112,16 @@ def checked_scale(metres_per_unit: float | None) -> float | None:
     if metres_per_unit is not None and not 1e-9 <= metres_per_unit <= 1e9:
         raise SceneError("value", f"`metres_per_unit`: expected a number from 1e-9 to 1e9, got {metres_per_unit!r}")
     return metres_per_unit
+
+
+def picture_finding(
+    scene: EntityScene, path: Path, geometry: bool, simulated: tuple[float | None, float | None] | None
+) -> bool:
+    """Write a picture of the gravest finding of the geometry lint, or else of a simulation of so many seconds and
+    metres per unit; False if there is none."""
+    from scenelang.backends.geometry.lint import picture_of_findings
+    from scenelang.backends.physics.verdicts import SECONDS, picture_of_motion
+
+    if geometry and picture_of_findings(scene, path):
+        return True
+    return simulated is not None and picture_of_motion(scene, path, simulated[0] or SECONDS, simulated[1])

@@ -35,6 +35,7 @@ _TOUCH = 1e-3  # contact tolerance relative to the scene's diagonal
 _TOUCH_OF_BODIES = 0.03  # the same relative to the larger bodies, for small things on wide ground
 _BATCH = 20_000
 _SIDES = 64  # of round surfaces
+_PIECE = 0.03  # of a body's volume: what is less beyond a wall does not come out of it
 _TRACE = 1e-6  # of the smaller volume: what two surfaces share less is a contact
 
 
@@ -184,6 +185,14 @@ class Bodies:
         """Return the volume that two bodies share; 0 if a surface is unknown."""
         a, b = self.surface(i), self.surface(j)
         return 0.0 if a is None or b is None else float((a ^ b).volume())
+
+    def is_cut(self, i: int, wall: int) -> bool:
+        """Return whether a body comes out of the other side of a hollow one: what is outside it is in two places."""
+        a, b = self.surface(i), self.surface(wall)
+        if a is None or b is None or not self.hollow[wall]:
+            return False
+        pieces = [piece.volume() for piece in (a - b).decompose()]
+        return bool(sum(volume > _PIECE * a.volume() for volume in pieces) > 1)
 
     def patch(self, above: int, below: int, drop: float) -> FloatArray:
         """Return points (K, 3) around where a body would meet another if it were lower by ``drop``; none if a surface

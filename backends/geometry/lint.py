@@ -150,6 +150,8 @@ _SUNK_BALL = 0.75  # rocks, bushes and boats are often half in what carries them
 _INLAY = 0.05  # of its breadth: what is flatter is laid into the floor
 _BROAD = 0.4  # of the scene's area: a body this broad is the ground
 _HOVERING = 2.0  # of its size: what floats higher than that is meant to fly
+_MANY = 6  # equal things that float
+_JOINT_GAP = 0.05  # of their size: gaps of many equal things, such as tiles, that are meant
 _MAX_FLOATING = 0.34  # of all clusters: if more of them float, the scene is in the air
 _JOINT = 0.8  # of the outer solid
 _OUTSIDE = 1e-3  # of its volume: what has less outside another solid is inside it
@@ -415,16 +417,21 @@ def _hovering(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
     if len(numbers) < 2:
         return
     standing = {int(c) for c in cluster[low[:, 1] <= ground + 2.0 * bodies.touch]}
-    standing.add(int(numbers[np.argmax(sizes)]))
+    if np.count_nonzero(sizes == sizes.max()) == 1:
+        standing.add(int(numbers[np.argmax(sizes)]))
     firsts = np.unique(cluster, return_index=True)[1]
     words = {int(c): bodies.words(int(i)) for c, i in zip(numbers, firsts, strict=True)}
     flying = [int(c) for c in numbers if int(c) not in standing and not is_airborne(words[int(c)][1:])]
     kinds, floating = {words[c] for c in (*standing, *flying)}, {words[c] for c in flying}
     if len(floating) > max(1.0, _MAX_FLOATING * len(kinds)):
         return
+    often = Counter(words[c] for c in flying)
     for c in flying:
         members = np.flatnonzero(cluster == c)
-        yield from _gap_of(bodies, members, np.flatnonzero(cluster != c), ground)
+        for finding in _gap_of(bodies, members, np.flatnonzero(cluster != c), ground):
+            size = float((bodies.boxes[1][members].max(axis=0) - bodies.boxes[0][members].min(axis=0)).max())
+            if often[words[c]] < _MANY or finding.other is None or finding.amount > _JOINT_GAP * size:
+                yield finding
 
 
 def _gap_of(bodies: Bodies, members: IntArray, others: IntArray, ground: float) -> Iterator[Finding]:
@@ -474,10 +481,11 @@ def _below_ground(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
     dips: dict[int, tuple[float, int | None]] = {}
     if standing >= max(int(np.count_nonzero(sunk)), 1):
         dips |= {int(t): (-float(bottom[t]), None) for t in np.flatnonzero(sunk)}
-    dips |= _in_floors(bodies, contacts, thing, bottom, limit)
+    inside = _in_floors(bodies, contacts, thing, bottom, limit)
+    dips |= inside
     for t, (dip, floor) in dips.items():
         body = int(lowest[t])
-        if floor is not None or not _is_beside(bodies, body, ground):
+        if t in inside or not _is_beside(bodies, body, ground):
             yield Finding("sunk", body, floor, dip, (0.0, dip, 0.0))
 
 

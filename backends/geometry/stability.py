@@ -215,8 +215,9 @@ def are_one_thing(a: Sequence[_Link], b: Sequence[_Link], arrangements: Collecti
 
 
 def is_mounted(words: Sequence[str]) -> bool:
-    """Return whether any of the words names what hangs, flies, or is fastened to a wall."""
-    return is_airborne(words) or _has_noun(words, _MOUNTED)
+    """Return whether any of the words names what hangs or flies, or the last one what is fastened to a wall."""
+    named = [word for word in words if (cls := find(word)) is None or not cls.is_solid]
+    return is_airborne(words) or _has_noun(named[-1:], _MOUNTED)
 
 
 def is_rooted(words: Sequence[str]) -> bool:
@@ -438,8 +439,16 @@ class _Balance:
         return found
 
     def is_supported(self, group: int, but: int) -> bool:
-        """Whether a group stands on the ground, or touches something else than the group ``but``."""
-        return self.feet[group] > 0 or bool(self.neighbours[group] - {group, but})
+        """Whether a group stands on the ground, or touches what does, without the group ``but``."""
+        seen, stack = {group, but}, [group]
+        while stack:
+            at = stack.pop()
+            if self.feet[at]:
+                return True
+            fresh = self.neighbours[at] - seen
+            seen |= fresh
+            stack += fresh
+        return False
 
     def with_load(self, group: int) -> FloatArray:
         """Return the centre of mass (3,) of a group and all that rests on it, alone or with others."""
@@ -586,7 +595,8 @@ def intersecting(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[
     low, high = bodies.boxes
     pairs = contacts.pairs
     solid = bodies.opaque & (bodies.exact | bodies.hollow) & ~contacts.floor
-    deep = contacts.apart & (contacts.depth > 4.0 * bodies.touch) & solid[pairs].all(axis=1)
+    deep = contacts.depth > np.where(bodies.hollow[pairs].any(axis=1), bodies.touch, 4.0 * bodies.touch)
+    deep &= contacts.apart & solid[pairs].all(axis=1)
     extent = np.minimum(*(high - low).min(axis=1)[pairs.T])
     rounded = bodies.solids.that_are("is_rounded")
     own = bodies.masses[0]
@@ -596,7 +606,8 @@ def intersecting(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[
     reported: set[tuple[int, int]] = set()
     for row in np.flatnonzero(deep).tolist()[:MAX_EXACT]:
         i, j = pairs[row].tolist()
-        if _gives_way(bodies, i, j) or _is_ornament(bodies, contacts, i, j) or _are_built(bodies, i, j):
+        cut = bodies.hollow[[i, j]].any() and (bodies.is_cut(i, j) or bodies.is_cut(j, i))
+        if _gives_way(bodies, i, j, not cut) or _is_ornament(bodies, contacts, i, j) or _are_built(bodies, i, j):
             continue
         key = (int(contacts.thing[i]), int(contacts.thing[j]))
         move = contacts.along[row] * contacts.depth[row]
@@ -608,6 +619,8 @@ def intersecting(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[
             same or _pierces(low, high, i, j, bodies.touch, ground) or _pierces(low, high, j, i, bodies.touch, ground)
         ):
             reported.add(key)
+        if cut:
+            reported.add(key)
         if key not in reported and contacts.depth[row] > 0.1 * extent[row]:
             common = bodies.shared_volume(i, j)
             shared[key] = shared.get(key, 0.0) + common
@@ -618,13 +631,14 @@ def intersecting(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[
             yield found
 
 
-def _gives_way(bodies: Bodies, i: int, j: int) -> bool:
-    """Return whether two bodies may overlap by what they are: one is soft, or a slim one is set into a holder."""
+def _gives_way(bodies: Bodies, i: int, j: int, held: bool = True) -> bool:
+    """Return whether two bodies may overlap by what they are: one is soft, or, if ``held``, a slim one is set into a
+    holder."""
     names = [bodies.words(k)[1:] for k in (i, j)]
     if any(is_soft(words) for words in names):
         return True
     low, high = bodies.boxes
-    for slim, holder in ((i, names[1]), (j, names[0])):
+    for slim, holder in ((i, names[1]), (j, names[0])) if held else ():
         size = np.sort(high[slim] - low[slim])
         if size[2] > _SLIM * size[1] and _has_noun(holder, _HOLDERS):
             return True

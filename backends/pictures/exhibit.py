@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.files import check_folder
-from scenelang.grammar.datum import dataclass
+from scenelang.grammar.datum import dataclass, replace
 from scenelang.grammar.diagnostics import UsageError
 from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Matrix, Pair, Vector
 from scenelang.interpreter.scene.entity import Entity, Scene
@@ -27,9 +27,9 @@ FloatArray = npt.NDArray[np.float64]
 
 _MAX_EDGES = 2_000
 _EDGE_RADIUS = 0.006  # of marked edges, relative to the longest side of the mesh
-_GREY, _RED, _BLUE = (0.6, 0.6, 0.62), (0.9, 0.02, 0.02), (0.05, 0.2, 0.9)
+_GREY, _RED, _BLUE = (0.6, 0.6, 0.62), (0.9, 0.02, 0.02), (0.02, 0.1, 0.8)
 _YELLOW, _GREEN, _BLACK = (1.0, 0.8, 0.0), (0.0, 0.7, 0.1), (0.02, 0.02, 0.02)
-_MAX_MARKS = 60
+_MAX_MARKS = 80
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,7 +124,7 @@ def marked_scene(root: Entity, marks: Marks) -> Scene:
         pose = Matrix(matrix.ravel().tolist())
         given = {**entity.embedding.attributes, "color": Vector(color), "opacity": opacity}
         look = Embedding(None, entity.embedding.text, given)
-        parts.append(Pair(Entity(entity.word, look, (), entity.shape), pose))
+        parts.append(Pair(Entity(entity.word, look, (), replace(entity.shape, color=color)), pose))
         if row in marks.subject or row in marks.other:
             boxes.append(np.array(entity.shape.box_under(pose)).reshape(2, 3))
     size = min((float(np.linalg.norm(box[1] - box[0])) for box in boxes), default=1.0)
@@ -134,18 +134,23 @@ def marked_scene(root: Entity, marks: Marks) -> Scene:
 
 def _look_of(row: int, marks: Marks) -> tuple[tuple[float, float, float], float]:
     if row in marks.subject:
-        return _RED, 0.55
-    return (_BLUE, 0.4) if row in marks.other else (_GREY, 0.12)
+        return _RED, 0.45
+    return (_BLUE, 0.35) if row in marks.other else (_GREY, 0.15)
 
 
 def _signs(marks: Marks, size: float) -> list[Any]:
     """Return the points in yellow, the lines in black and the centres of mass in green."""
     radius = 0.015 * size
-    found = [_ball(point, 1.5 * radius, _YELLOW) for point in marks.points[:_MAX_MARKS].tolist()]
+    found = [_ball(point, 1.5 * radius, _YELLOW) for point in _some(marks.points).tolist()]
     found += [_ball(point, 2.5 * radius, _GREEN) for point in marks.centers.tolist()]
-    ends = [(a, b) for a, b in marks.lines[:_MAX_MARKS].tolist() if math.dist(a, b) > 1e-9 * size]
+    ends = [(a, b) for a, b in _some(marks.lines).tolist() if math.dist(a, b) > 1e-9 * size]
     bars = [Cylinder(p0=tuple(a), p1=tuple(b), radius=0.6 * radius, color=_BLACK) for a, b in ends]
     return [*found, *(Pair(_leaf(bar), IDENTITY) for bar in bars)]
+
+
+def _some(rows: FloatArray) -> FloatArray:
+    """Return at most ``_MAX_MARKS`` rows, spread evenly."""
+    return rows[np.unique(np.linspace(0, len(rows) - 1, _MAX_MARKS).round().astype(np.int64))] if len(rows) else rows
 
 
 def _ball(point: Sequence[float], radius: float, color: Point) -> Any:

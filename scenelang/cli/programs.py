@@ -85,13 +85,9 @@ def add_check(parser: argparse.ArgumentParser) -> None:
     )
     add_physics(parser.add_argument_group("physics"), "1.5")
     parser.add_argument(
-        "--picture",
-        metavar="FILE",
-        help="a picture (PNG) of an operand that is no solid, or with --geometry or --physics of the gravest finding",
+        "--picture", metavar="FILE", help="picture (PNG) of an operand that is no solid, or of the gravest finding"
     )
-    parser.add_argument(
-        "--fix", action="store_true", help="apply safe fixes, which do not change the meaning of programs"
-    )
+    parser.add_argument("--fix", action="store_true", help="apply safe fixes, which keep the meaning of programs")
 
 
 def run_check(arguments: argparse.Namespace) -> int:
@@ -146,20 +142,12 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
 
 
 def _picture_finding(arguments: argparse.Namespace, scene: EntityScene) -> None:
-    from scenelang.backends.geometry.lint import picture_of_findings
+    from scenelang.scene_physics import picture_finding
 
-    path, drawn = Path(arguments.picture), False
+    simulated = (arguments.seconds, arguments.metres_per_unit) if arguments.physics else None
     with bounded(arguments):
-        if arguments.geometry:
-            drawn = picture_of_findings(scene, path)
-        if arguments.physics and not drawn:
-            from scenelang.backends.physics.verdicts import SECONDS, picture_of_motion
-
-            drawn = picture_of_motion(scene, path, arguments.seconds or SECONDS, arguments.metres_per_unit)
-    if drawn:
-        if not arguments.quiet:
-            print(f"the finding is shown in {path}", file=sys.stderr)
-        arguments.picture = None
+        if picture_finding(scene, Path(arguments.picture), arguments.geometry, simulated):
+            _say_shown(arguments, "finding")
 
 
 def _lints(
@@ -184,9 +172,13 @@ def _save_picture(arguments: argparse.Namespace, subject: Any) -> None:
 
     with bounded(arguments):
         save_exhibit(subject, Path(arguments.picture))
+        _say_shown(arguments, "operand")
+
+
+def _say_shown(arguments: argparse.Namespace, what: str) -> None:
     if not arguments.quiet:
-        print(f"the operand is shown in {arguments.picture}", file=sys.stderr)
-    arguments.picture = None  # that of the first error
+        print(f"the {what} is shown in {arguments.picture}", file=sys.stderr)
+    arguments.picture = None  # that of the first
 
 
 def run_run(arguments: argparse.Namespace) -> int:
