@@ -30,7 +30,8 @@ from scenelang.interpreter.scene.flatten import flatten_entity
 if TYPE_CHECKING:
     from scenelang.backends.base import Progress
     from scenelang.backends.geometry.arrangement import Vector
-    from scenelang.backends.geometry.lint import Finding
+    from scenelang.backends.geometry.distance import IntArray
+    from scenelang.backends.geometry.lint import CheckedFrame, Finding
     from scenelang.backends.geometry.solids import FloatArray
     from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Entity, Scene
@@ -57,17 +58,23 @@ class Goal:
 
     ``key`` is equal for equal findings of other versions. ``rows`` and ``others`` are the primitives of the two things
     in the layout; ``moves`` are translations of the first thing, each of which would do, ``turn`` an angle about the
-    vertical axis.
+    vertical axis. ``body`` is the part of the first thing that the finding is about, None for all of it.
     """
 
     key: tuple[str, ...]
     message: str
     amount: float
-    rows: tuple[int, int]
-    others: tuple[int, int] | None
+    rows: IntArray
+    others: IntArray
     moves: tuple[Vector, ...]
     turn: float | None = None
     declaration: Declaration | None = None
+    body: IntArray | None = None
+
+    @property
+    def subjects(self) -> tuple[Goal, ...]:
+        """The goal for all of its thing, and for the part that it is about."""
+        return (self,) if self.body is None else (self, replace(self, rows=self.body, body=None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,11 +265,10 @@ class _Search:
             if violation.frame not in offsets:
                 continue
             at = offsets[violation.frame]
-            rows = _shifted(violation.rows, at) or (0, -1)
+            rows, others = _rows(_between(violation.rows), at), _rows(_between(violation.other_rows), at)
             moves = () if violation.move is None else _alternatives(violation.move, violation.declaration.relation)
             key = ("declaration", str(violation.declaration), violation.subject or "", str(violation.rows))
             message = f"{violation.declaration} does not hold: {violation.message}"
-            others = _shifted(violation.other_rows, at)
             turn, declaration = violation.turn, violation.declaration
             found.append(Goal(key, message, violation.amount, rows, others, moves, turn, declaration))
         found.sort(key=lambda goal: -goal.amount)
@@ -346,7 +352,7 @@ class _Search:
 
     def _by_literals(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
         """Yield changes of the literals of one vector that move the two things of a goal to or from each other."""
-        if not goal.moves or goal.rows[1] < goal.rows[0]:
+        if not goal.moves or not len(goal.rows):
             return
         literals, motions = literals_of(Source(self.name, now.text)), self._motions(now)
         groups: dict[int, list[int]] = {}
@@ -355,8 +361,9 @@ class _Search:
                 groups.setdefault(literal.group, []).append(number)
         for numbers in groups.values():
             for chosen in [[number] for number in numbers] + ([numbers] if len(numbers) > 1 else []):
-                for move in goal.moves:
-                    yield from self._solved(now, goal, literals, motions, chosen, move)
+                for subject in goal.subjects:
+                    for move in goal.moves:
+                        yield from self._solved(now, subject, literals, motions, chosen, move)
 
     def _solved(
         self, now: _Version, goal: Goal, literals: Sequence[_Literal], motions: Sequence[FloatArray | None],
@@ -448,8 +455,9 @@ class _Search:
 
     def _by_form(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
         """Yield new placements of the operands of ``union``: moved, aligned with another, or removed."""
-        if goal.rows[1] < goal.rows[0]:
+        if not len(goal.rows):
             return
+        yield from self._unwrapped(now, goal)
         groups = unions_of(Source(self.name, now.text))
         parts = [part for group in groups for part in group][:_MAX_PARTS]
         if goal.key[0] == "twin":
@@ -465,6 +473,21 @@ class _Search:
                     numbers = " ".join(_number(x, places) for x in offset)
                     new = f"(transform {part.span.text} (translate [{numbers}]))"
                     yield _Candidate(((part.span, new),), cost + 1e-9 * places)
+
+    def _unwrapped(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
+        """Yield the program without one of the poses that turn, scale or move what the goal is about."""
+        source = Source(self.name, now.text)
+        changes = [(form.span, form.items[1].span.text) for form in poses_of(source)]
+        changes += [(angle.span, "0") for angle in angles_of(source)]
+        for change in changes[: 2 * _MAX_PARTS]:
+            if not self.has_time():
+                return
+            found = self._applied(now, _Candidate((change,), 0.0))
+            if found is None or found.corners.shape != now.corners.shape:
+                continue
+            motion = found.corners - now.corners
+            if np.abs(motion[goal.rows]).max() > _STILL * now.size:
+                yield _Candidate((change,), float(np.linalg.norm(motion, axis=1).mean()) + _STRUCTURAL * now.size)
 
     def _moved_by(self, now: _Version, goal: Goal, part: Datum) -> tuple[FloatArray, FloatArray] | None:
         """Return how the goal's thing (3, 3) and all corners (N, 3, 3) move with a translation of a part, per unit.
@@ -504,7 +527,7 @@ class _Search:
 def _cost(motion: FloatArray, goal: Goal) -> float:
     """Return what a motion (N, 3) of all corners costs: its mean length, twice for what is in no finding, and how much
     it bends the thing."""
-    rows = slice(goal.rows[0], goal.rows[1] + 1)
+    rows = goal.rows
     bent = float(np.linalg.norm(motion[rows] - motion[rows].mean(axis=0), axis=1).max())
     moved = np.linalg.norm(motion, axis=1)
     return float(2.0 * moved.sum() - moved[rows].sum()) / len(moved) + bent
@@ -569,15 +592,19 @@ def _offsets(scene: Scene) -> dict[int, int]:
     return found
 
 
-def _shifted(rows: tuple[int, int] | None, at: int) -> tuple[int, int] | None:
-    """Return the rows of the layout for the first and last primitive of a frame that begins at ``at``."""
-    return None if rows is None else (2 * (rows[0] + at), 2 * (rows[1] + at) + 1)
+def _between(rows: tuple[int, int] | None) -> IntArray | None:
+    return None if rows is None else np.arange(rows[0], rows[1] + 1)
 
 
-def _mean(motion: FloatArray, rows: tuple[int, int] | None) -> FloatArray:
-    if rows is None or rows[1] < rows[0]:
-        return np.zeros(3)
-    return np.asarray(motion[rows[0] : rows[1] + 1].mean(axis=0), np.float64)
+def _rows(primitives: IntArray | None, at: int) -> IntArray:
+    """Return the rows of the layout for primitives of a frame that begins at ``at``."""
+    if primitives is None:
+        return np.zeros(0, np.int64)
+    return np.stack([2 * (primitives + at), 2 * (primitives + at) + 1], axis=1).reshape(-1)
+
+
+def _mean(motion: FloatArray, rows: IntArray) -> FloatArray:
+    return np.asarray(motion[rows].mean(axis=0), np.float64) if len(rows) else np.zeros(3)
 
 
 def _places(corners: FloatArray, size: float) -> set[tuple[float, ...]]:
@@ -588,24 +615,41 @@ def _places(corners: FloatArray, size: float) -> set[tuple[float, ...]]:
 
 
 def _lint_goals(scene: Scene, offsets: dict[int, int]) -> list[Goal]:
-    from scenelang.backends.geometry.convex import bodies_of, clusters
-    from scenelang.backends.geometry.lint import findings
+    from scenelang.backends.geometry.convex import clusters
+    from scenelang.backends.geometry.lint import CheckedFrame
 
     found = []
     for number, at in offsets.items():
-        bodies = bodies_of(scene.frames[number])
-        if not len(bodies):
-            continue
-        cluster = clusters(len(bodies), bodies.contacts[0].tolist())
-        for each in findings(bodies, scene.frames[number]):
-            rows = bodies.row[cluster == cluster[each.body]] if each.kind == "hovering" else bodies.row[[each.body]]
-            others = None if each.other is None else _shifted((int(bodies.row[each.other]),) * 2, at)
+        frame = CheckedFrame(scene.frames[number])
+        bodies, thing = frame.bodies, frame.contacts.thing
+        cluster = clusters(len(bodies), bodies.contacts[0].tolist()) if frame.findings else thing
+        for each in frame.findings:
+            rows = bodies.row[thing == thing[each.body]]
+            others = None if each.other is None else bodies.row[thing == thing[each.other]]
             words = "/".join(bodies.words(each.body)), "" if each.other is None else "/".join(bodies.words(each.other))
             message = f'{each.kind} "{words[0]}"' + (f' and "{words[1]}"' if words[1] else "")
-            own = _shifted((int(rows.min()), int(rows.max())), at)
-            assert own is not None
-            found.append(Goal((each.kind, *words), message, each.amount, own, others, _moves(bodies, each)))
+            moves = (*_moves(bodies, each), *_falls(frame, cluster, each))
+            body = _rows(bodies.row[[each.body]], at)
+            goal = Goal((each.kind, *words), message, each.amount, _rows(rows, at), _rows(others, at), moves, body=body)
+            found.append(goal)
     return found
+
+
+def _falls(frame: CheckedFrame, cluster: IntArray, finding: Finding) -> Iterator[Vector]:
+    """Yield how far the things that touch the subject of a finding can fall: to the ground, and to what is below."""
+    from scenelang.backends.geometry.lint import ground_height
+
+    if finding.kind not in ("hovering", "hanging", "unstable", "tipping"):
+        return
+    bodies = frame.bodies
+    low, high = bodies.boxes
+    own = cluster == cluster[finding.body]
+    foot, least, most = float(low[own, 1].min()), low[own].min(axis=0), high[own].max(axis=0)
+    below = ~own & (high[:, 1] <= foot + bodies.touch)
+    for axis in (0, 2):
+        below &= (low[:, axis] < most[axis]) & (high[:, axis] > least[axis])
+    heights = {ground_height(bodies), *([float(high[below, 1].max())] if below.any() else [])}
+    yield from ((0.0, height - foot, 0.0) for height in sorted(heights, reverse=True) if foot - height > bodies.touch)
 
 
 def _moves(bodies: Any, finding: Finding) -> tuple[Vector, ...]:
@@ -680,6 +724,37 @@ def unions_of(source: Source) -> list[list[ListDatum]]:
             found.append([item for item in datum.items[1:] if isinstance(item, ListDatum)])
         if _head(datum) in ("for/union", "for*/union") and isinstance(datum, ListDatum):
             found.append([item for item in datum.items[2:] if isinstance(item, ListDatum)])
+        stack.extend(subdatums(datum))
+    return found
+
+
+def poses_of(source: Source) -> list[ListDatum]:
+    """Return the forms ``(transform part (rotate ...))``, and those with ``scale``, ``translate`` or ``@``."""
+    found = []
+    stack: list[Datum] = list(read(source).forms)
+    while stack:
+        datum = stack.pop()
+        if isinstance(datum, Atom):
+            continue
+        if _head(datum) == "transform" and isinstance(datum, ListDatum) and len(datum.items) == 3:
+            if _head(datum.items[2]) in ("rotate", "scale", "translate", "@"):
+                found.append(datum)
+        stack.extend(subdatums(datum))
+    return found
+
+
+def angles_of(source: Source) -> list[Atom]:
+    """Return the numbers that are angles of ``rotate`` and not 0."""
+    found = []
+    stack: list[Datum] = list(read(source).forms)
+    while stack:
+        datum = stack.pop()
+        if isinstance(datum, Atom):
+            continue
+        if _head(datum) == "rotate" and isinstance(datum, ListDatum) and len(datum.items) > 2:
+            angle = datum.items[1]
+            if isinstance(angle, Atom) and type(angle.value) in (int, float) and angle.value != 0:
+                found.append(angle)
         stack.extend(subdatums(datum))
     return found
 
