@@ -2,8 +2,8 @@
 
     python benchmarks/repairs.py [--most N] [--seconds S] [--write]
 
-Programs are those of ``faults`` that are reported. A fault counts if the geometry lint finds it. ``--write`` replaces the
-table in docs/relations.md.
+Programs are those of ``faults`` that are reported. A fault counts if the geometry lint finds it. ``--write`` replaces
+the table in docs/relations.md.
 """
 
 from __future__ import annotations
