@@ -386,7 +386,8 @@ class _Search:
         for places, extra in ((digits - 2, 0.0), (digits, 1e-9 * now.size), (9, 2e-9 * now.size)):
             values = [literals[n].value + step for n, step in zip(chosen, steps.tolist())]
             changes = tuple((literals[n].span, _number(v, places)) for n, v in zip(chosen, values))
-            yield _Candidate(changes, cost + extra, tuple(chosen))
+            written = 1e-7 * now.size * sum(len(new) for _, new in changes)  # of equal ones, the simplest
+            yield _Candidate(changes, cost + extra + written, tuple(chosen))
 
     def _by_amount_or_turn(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
         """Yield changes of one literal by which the amount of a failed declaration becomes 0, and turns of a part."""

@@ -283,7 +283,7 @@ def _diagnostic(group: Sequence[Violation], scene: Scene) -> Diagnostic:
 def _hint(worst: Violation) -> str | None:
     if worst.move is None or not any(abs(x) > 1e-9 for x in worst.move):
         return None
-    return f'`(translate [{" ".join(f"{x + 0.0:.4g}" for x in worst.move)}])` of "{worst.subject}" would fix it'
+    return f'`(translate [{" ".join(f"{round(x, 9) + 0.0:.4g}" for x in worst.move)}])` of "{worst.subject}" would fix it'
 
 
 # --- relations of two things -----------------------------------------------------------------------------------------
