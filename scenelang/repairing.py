@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums
-from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.flatten import flatten_entity
@@ -253,7 +253,20 @@ class _Search:
             if not edits:
                 result.require()
             return None
-        return _Version(text, result.scene, _layout(result.scene), self.goals, edits)
+        try:
+            return _Version(text, result.scene, _layout(result.scene), self.goals, edits)
+        except SceneError:
+            if not edits:
+                raise
+            return None
+
+    def layout(self, text: str) -> FloatArray | None:
+        """Return the corners of a version, None if it is wrong or one of its solids cannot be computed."""
+        scene = self.session.evaluate(Source(self.name, text)).scene
+        try:
+            return None if scene is None else _layout(scene)
+        except SceneError:
+            return None
 
     def goals(self, scene: Scene) -> list[Goal]:
         """Return all findings of a version, failed declarations first."""
@@ -296,7 +309,7 @@ class _Search:
                 if found is None or _is_better(now, found, goal):
                     return found
                 left = next((each for each in found.goals if each.key == goal.key), None)
-            except LimitError:
+            except SceneError:
                 return None
             if left is None or not candidate.literals or left.amount > 0.7 * goal.amount:
                 return None
@@ -341,11 +354,8 @@ class _Search:
             return None
         step = _STEP * max(1.0, abs(literal.value))
         text = now.text[: literal.span.start] + _number(literal.value + step, 12) + now.text[literal.span.end :]
-        result = self.session.evaluate(Source(self.name, text))
-        if result.scene is None:
-            return None
-        corners = _layout(result.scene)
-        if corners.shape != now.corners.shape:
+        corners = self.layout(text)
+        if corners is None or corners.shape != now.corners.shape:
             return None
         motion: FloatArray = (corners - now.corners) / step
         return motion if np.abs(motion).max(initial=0.0) > _STILL * now.size / step else None
@@ -500,13 +510,8 @@ class _Search:
         for axis in range(3):
             offset = " ".join(_number(step if k == axis else 0.0, 12) for k in range(3))
             text = f"(transform {part.span.text} (translate [{offset}]))"
-            changed = self.session.evaluate(
-                Source(self.name, now.text[: part.span.start] + text + now.text[part.span.end :])
-            ).scene
-            if changed is None:
-                return None
-            corners = _layout(changed)
-            if corners.shape != now.corners.shape:
+            corners = self.layout(now.text[: part.span.start] + text + now.text[part.span.end :])
+            if corners is None or corners.shape != now.corners.shape:
                 return None
             motion = (corners - now.corners) / step
             found[:, axis] = _mean(motion, goal.rows) - _mean(motion, goal.others)
@@ -518,11 +523,11 @@ class _Search:
     def _is_double(self, now: _Version, part: Datum) -> bool:
         """Return whether all that a part makes is there without it too."""
         text = now.text[: part.span.start] + now.text[part.span.end :]
-        changed = self.session.evaluate(Source(self.name, text)).scene
-        if changed is None:
+        corners = self.layout(text)
+        if corners is None:
             return False
-        kept, every = _places(_layout(changed), now.size), _places(now.corners, now.size)
-        return len(kept) > 0 and kept == every and len(_layout(changed)) < len(now.corners)
+        kept, every = _places(corners, now.size), _places(now.corners, now.size)
+        return len(kept) > 0 and kept == every and len(corners) < len(now.corners)
 
 
 def _cost(motion: FloatArray, goal: Goal) -> float:

@@ -13,6 +13,7 @@ from scenelang.grammar.settings import fits, typed
 
 if TYPE_CHECKING:
     from scenelang.backends.physics.verdicts import PhysicsReport
+    from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Scene as EntityScene
     from scenelang.scene import Scene
 
@@ -115,13 +116,17 @@ def checked_scale(metres_per_unit: float | None) -> float | None:
 
 
 def picture_finding(
-    scene: EntityScene, path: Path, geometry: bool, simulated: tuple[float | None, float | None] | None
-) -> bool:
-    """Write a picture of the gravest finding of the geometry lint, or else of a simulation of so many seconds and
-    metres per unit; False if there is none."""
+    scene: EntityScene, path: Path, stated: Sequence[Declaration], geometry: bool,
+    simulated: tuple[float | None, float | None] | None,
+) -> bool:  # fmt: skip
+    """Write a picture of the first declaration that does not hold, or else of the gravest finding of the geometry lint,
+    or of a simulation of so many seconds and metres per unit; False if there is none."""
     from scenelang.backends.geometry.lint import picture_of_findings
+    from scenelang.backends.geometry.relations import picture_of_declarations
     from scenelang.backends.physics.verdicts import SECONDS, picture_of_motion
 
+    if picture_of_declarations(scene, stated, path):
+        return True
     if geometry and picture_of_findings(scene, path):
         return True
     return simulated is not None and picture_of_motion(scene, path, simulated[0] or SECONDS, simulated[1])

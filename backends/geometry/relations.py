@@ -8,17 +8,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from scenelang.backends.geometry.arrangement import Arrangement, Thing, Vector
+from scenelang.backends.geometry.convex import bodies_of
 from scenelang.backends.geometry.distance import IntArray, neighbours
 from scenelang.backends.geometry.solids import FloatArray
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError, suggest
 from scenelang.interpreter.scene.declarations import Declaration
-from scenelang.interpreter.scene.entity import Scene, descendants
+from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 
 _MAX_TESTS = 200_000  # pairs of things that are compared for the declarations of a scene
 _MAX_VIOLATIONS = 1_000
@@ -260,6 +262,34 @@ def check_declarations(scene: Scene, extra: Sequence[Declaration] = ()) -> list[
     return [*errors, *(_diagnostic(group, scene) for group in groups.values())]
 
 
+def picture_of_declarations(scene: Scene, extra: Sequence[Declaration], path: Path) -> bool:
+    """Draw the first declaration that does not hold: both things, and the move that would fix it; False if all hold."""
+    from scenelang.backends.pictures.exhibit import Marks, save_marked
+
+    for each in _tested(scene, extra):
+        if isinstance(each, Violation) and each.rows is not None:
+            root = scene.frames[each.frame]
+            own, other = (frozenset(range(r[0], r[1] + 1)) if r else frozenset() for r in (each.rows, each.other_rows))
+            marks = Marks(own, other, np.zeros((0, 3)), _move_lines(root, own, each.move), np.zeros((0, 3)))
+            save_marked(root, marks, path)
+            return True
+    return False
+
+
+def _move_lines(root: Entity, rows: Set[int], move: Vector | None) -> FloatArray:
+    """Return the line (1, 2, 3) along which the foot of a thing moves, none if it is not known."""
+    if move is None:
+        return np.zeros((0, 2, 3))
+    bodies = bodies_of(root)
+    low, high = bodies.boxes
+    own = np.isin(bodies.row, list(rows))
+    if not own.any():
+        return np.zeros((0, 2, 3))
+    foot = (low[own].min(axis=0) + high[own].max(axis=0)) / 2.0
+    foot[1] = low[own, 1].min()
+    return np.array([[foot, foot + np.array(move)]])
+
+
 def _diagnostic(group: Sequence[Violation], scene: Scene) -> Diagnostic:
     frames = sorted({each.frame for each in group})
     first = [each for each in group if each.frame == frames[0]]
@@ -283,7 +313,9 @@ def _diagnostic(group: Sequence[Violation], scene: Scene) -> Diagnostic:
 def _hint(worst: Violation) -> str | None:
     if worst.move is None or not any(abs(x) > 1e-9 for x in worst.move):
         return None
-    return f'`(translate [{" ".join(f"{round(x, 9) + 0.0:.4g}" for x in worst.move)}])` of "{worst.subject}" would fix it'
+    return (
+        f'`(translate [{" ".join(f"{round(x, 9) + 0.0:.4g}" for x in worst.move)}])` of "{worst.subject}" would fix it'
+    )
 
 
 # --- relations of two things -----------------------------------------------------------------------------------------

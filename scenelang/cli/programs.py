@@ -85,7 +85,9 @@ def add_check(parser: argparse.ArgumentParser) -> None:
     )
     add_physics(parser.add_argument_group("physics"), "1.5")
     parser.add_argument(
-        "--picture", metavar="FILE", help="picture (PNG) of an operand that is no solid, or of the gravest finding"
+        "--picture",
+        metavar="FILE",
+        help="picture (PNG) of an operand that is no solid, of a declaration that fails, or of the gravest finding",
     )
     parser.add_argument("--fix", action="store_true", help="apply safe fixes, which keep the meaning of programs")
 
@@ -99,8 +101,8 @@ def run_check(arguments: argparse.Namespace) -> int:
     if arguments.fix and not all(path.endswith(".scene") for path in files):
         raise UsageError("value", "--fix supports only .scene files")
     if arguments.picture:
-        if not (arguments.evaluate or arguments.geometry or arguments.physics):
-            raise UsageError("value", "--picture requires --run, --geometry or --physics")
+        if not (arguments.evaluate or arguments.geometry or arguments.physics or arguments.that):
+            raise UsageError("value", "--picture requires --run, --that, --geometry or --physics")
         from scenelang.backends.pictures.exhibit import check_picture
 
         check_picture(Path(arguments.picture))
@@ -137,16 +139,16 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
     if arguments.picture and subject is not None:
         _save_picture(arguments, subject)
     elif arguments.picture and result.scene is not None:
-        _picture_finding(arguments, result.scene)
+        _picture_finding(arguments, result.scene, stated)
     return found
 
 
-def _picture_finding(arguments: argparse.Namespace, scene: EntityScene) -> None:
+def _picture_finding(arguments: argparse.Namespace, scene: EntityScene, stated: Sequence[Declaration]) -> None:
     from scenelang.scene_physics import picture_finding
 
     simulated = (arguments.seconds, arguments.metres_per_unit) if arguments.physics else None
     with bounded(arguments):
-        if picture_finding(scene, Path(arguments.picture), arguments.geometry, simulated):
+        if picture_finding(scene, Path(arguments.picture), stated, arguments.geometry, simulated):
             _say_shown(arguments, "finding")
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 import scenelang as sl
 from scenelang.cli.main import main
@@ -290,6 +292,12 @@ def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
         "(translate [0 -0.5 0])",
     ):
         assert text in told
+    shown = tmp_path / "shown.png"
+    assert main(["check", str(program), "--that", '(on "cup" "table")', "--picture", str(shown)]) == 1
+    assert "the finding is shown in" in capsys.readouterr().err
+    with Image.open(shown) as picture:
+        red, green, _ = np.asarray(picture.convert("RGB"), float).reshape(-1, 3).T
+    assert 100 < int((red > green + 60).sum()) < 200_000  # the cup, marked
     assert main(["check", str(program), "--that", '(on "cup")']) == 1
     assert main(["check", str(program), "--root", "room", "--that", '(count "cup" 1)']) == 0
     assert main(["check", str(program), "--that", "missing.scene"]) == 1
