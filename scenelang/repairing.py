@@ -42,7 +42,6 @@ MAX_EDITS = 20
 _MAX_LITERALS = 400
 _MAX_PARTS = 60
 _MAX_TESTS = 10  # candidates that are tested for one finding
-_MAX_FRAMES = 6
 _STEP = 1e-4  # of a literal, to measure what it moves
 _STILL = 1e-9  # of the scene's size: less is rounding
 _OFF = 0.3  # of a motion: how far the motion of a candidate may be from it
@@ -565,8 +564,9 @@ def _alternatives(move: Vector, relation: str) -> tuple[Vector, ...]:
 
 
 def _sampled(scene: Scene) -> list[int]:
-    count = len(scene.frames)
-    return sorted({round(i * (count - 1) / max(_MAX_FRAMES - 1, 1)) for i in range(_MAX_FRAMES)}) if count > 1 else [0]
+    from scenelang.backends.geometry.lint import checked_frames
+
+    return checked_frames(scene)
 
 
 def _layout(scene: Scene) -> FloatArray:

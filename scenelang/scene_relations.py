@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.settings import typed
+from scenelang.interpreter.scene.declarations import RELATIONS
 
 if TYPE_CHECKING:
     from scenelang.backends.geometry.relations import Violation
@@ -18,12 +20,18 @@ if TYPE_CHECKING:
     from scenelang.session import Session
 
 
+_BARE = re.compile(r"\s*\(\s*(?:not\s*\(\s*)?([^\s()]+)")  # a relation outside of `assert-that`
+
+
 def declarations_of(session: Session, asked: str) -> tuple[Declaration, ...]:
-    """Return the declarations of a text such as ``(on "cup" "table")``, or of a file of ``assert-that`` forms.
+    """Return the declarations of a text such as ``(on "cup" "table")``, or of a file of them or of ``assert-that`` forms.
 
     Raises SceneError with the first mistake.
     """
     source = declaration_source(asked) if asked.lstrip().startswith("(") else session.source(asked)
+    bare = _BARE.match(source.text)
+    if bare is not None and bare[1] in RELATIONS:
+        source = Source(source.name, declaration_source(source.text.strip()).text)
     found = session.declarations(source)
     if not found:
         hint = 'write `(assert-that (on "cup" "table"))`'

@@ -576,7 +576,8 @@ def _is_covered(bodies: Bodies, shared: SharedFace, i: int, j: int) -> bool:
 
 
 MAX_PRIMITIVES = 100_000
-_MAX_FRAMES = 6
+_LEAST_FRAMES = 6  # of a film that are checked, however large they are
+_MAX_FRAME_PRIMITIVES = 100_000  # of all frames that are checked
 _MAX_SHOWN = 20
 
 
@@ -604,12 +605,10 @@ def picture_of_findings(scene: Scene, path: Path) -> bool:
 def check_geometry(scene: Scene) -> list[Diagnostic]:
     """Return warnings about the geometry of a scene.
 
-    For a film, a sample of its frames is checked and findings in most of them are reported.
+    All frames of a film are checked, of a large one a sample; findings in most of them are reported.
     """
     count = len(scene.frames)
-    frames = sorted(
-        {round(i * (count - 1) / max(_MAX_FRAMES - 1, 1)) for i in range(_MAX_FRAMES)} if count > 1 else {0}
-    )
+    frames = checked_frames(scene)
     found: dict[tuple[str, tuple[str, ...], tuple[str, ...]], list[_Named]] = {}
     remarks: list[Diagnostic] = []
     for number in frames:
@@ -634,6 +633,14 @@ def check_geometry(scene: Scene) -> list[Diagnostic]:
     if len(lasting) > _MAX_SHOWN:
         shown.append(Diagnostic("geometry-limit", f"{len(lasting) - _MAX_SHOWN} more findings are not shown"))
     return [*shown, *remarks[:1]]
+
+
+def checked_frames(scene: Scene) -> list[int]:
+    """Return the numbers of the frames to check, evenly over a film that is too large for all."""
+    count = len(scene.frames)
+    affordable = _MAX_FRAME_PRIMITIVES // max(primitive_count(scene.root), 1)
+    chosen = min(count, max(_LEAST_FRAMES, affordable))
+    return sorted({round(i * (count - 1) / max(chosen - 1, 1)) for i in range(chosen)})
 
 
 def _incomplete(why: str, frame: int, count: int) -> Diagnostic:
