@@ -24,7 +24,7 @@ _BARE = re.compile(r"\s*\(\s*(?:not\s*\(\s*)?([^\s()]+)")  # a relation outside 
 
 
 def declarations_of(session: Session, asked: str) -> tuple[Declaration, ...]:
-    """Return the declarations of a text such as ``(on "cup" "table")``, or of a file of them or of ``assert-that`` forms.
+    """Return the declarations of a text such as ``(on "cup" "table")``, or of a file of these or ``assert-that`` forms.
 
     Raises SceneError with the first mistake.
     """
