@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from scenelang.api import check as check
     from scenelang.api import check_installation as check_installation
     from scenelang.api import diff as diff
+    from scenelang.api import edit_instance as edit_instance
     from scenelang.api import evaluate as evaluate
     from scenelang.api import expand as expand
     from scenelang.api import explain as explain
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from scenelang.api import load as load
     from scenelang.api import parse as parse
     from scenelang.api import repair as repair
+    from scenelang.api import search as search
     from scenelang.api import transpile as transpile
     from scenelang.backends.neural.distillation.training import DistillationSettings as DistillationSettings
     from scenelang.backends.neural.inversion import InversionSettings as InversionSettings
@@ -91,10 +93,9 @@ if not os.path.isdir(os.path.join(os.path.dirname(__file__), "grammar")):
 
 # Module of each public name, imported lazily on first access to keep startup fast.
 _HOMES = {
-    "check": "api", "check_installation": "api", "diff": "api", "evaluate": "api", "expand": "api",
-    "explain": "api", "format": "api", "grammar_text": "api", "import_build": "api", "lift": "api",
-    "list_backends": "api", "load": "api", "parse": "api", "repair": "api",
-    "transpile": "api",
+    "check": "api", "check_installation": "api", "diff": "api", "edit_instance": "api", "evaluate": "api",
+    "expand": "api", "explain": "api", "format": "api", "grammar_text": "api", "import_build": "api", "lift": "api",
+    "list_backends": "api", "load": "api", "parse": "api", "repair": "api", "search": "api", "transpile": "api",
     "DistillationSettings": "backends.neural.distillation.training",
     "InversionSettings": "backends.neural.inversion", "Granularity": "backends.neural.prompts",
     "DatasetProgress": "datasets.running", "DatasetReport": "datasets.running", "dataset": "datasets.running",

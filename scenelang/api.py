@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -18,9 +18,11 @@ from scenelang.session import Checked, Options, Session
 if TYPE_CHECKING:
     from scenelang.backends.base import Backend
     from scenelang.doctor import Check
+    from scenelang.instance_edits import EditedText
     from scenelang.interpreter.transpile.translate import Translation
     from scenelang.repairing import Repair
     from scenelang.scene_changes import Changes
+    from scenelang.searching import SearchResult
 
 
 @typed
@@ -237,6 +239,74 @@ def repair(text: str, *declarations: str, name: str = "<text>", geometry: bool =
     session = Session()
     stated = [each for declaration in declarations for each in declarations_of(session, declaration)]
     return repaired(session, Source(name, text), stated, seconds=seconds, geometry=geometry)
+
+
+@typed
+def edit_instance(
+    text: str,
+    path: str,
+    *,
+    move: Sequence[float] | None = None,
+    attribute: tuple[str, str] | None = None,
+    form: str | None = None,
+    remove: bool = False,
+    name: str = "<text>",
+) -> EditedText:
+    """Edit a program so that only the instances of a path change, which evaluation proves.
+
+    Parameters
+    ----------
+    text : str
+        Program in the Scene Language.
+    path : str
+        The instances, as for ``Scene.instances``.
+    move : (x, y, z), optional
+        Translation along the axes of the scene.
+    attribute : (name, value), optional
+        Attribute to set, and the text of its value.
+    form : str, optional
+        Text of a form that takes the place of the one that makes the instances.
+    remove : bool
+        Remove the instances. Give exactly one of these four.
+    name : str
+        File name for diagnostics.
+
+    Returns
+    -------
+    EditedText
+        The text after the edit, the line of the form, the form before and after, and the number of instances.
+
+    Raises
+    ------
+    SceneError
+        If the program is wrong, there is no such instance, or no form makes these instances only.
+
+    Examples
+    --------
+    >>> pair = '(bind "pair" (lambda () (union (call "cube") (transform (call "cone") (translate [2 0 0])))))'
+    >>> edit_instance(pair, "cone", move=(0, 1, 0)).new
+    '(transform (call "cone") (translate [2 1 0]))'
+    """
+    from scenelang.instance_edits import InstanceEdit, edited
+
+    offset = None if move is None else tuple(map(float, move))
+    if offset is not None and len(offset) != 3:
+        raise SceneError("value", f"`move`: expected three numbers, got {len(offset)}")
+    return edited(Session(), Source(name, text), InstanceEdit(path, offset, attribute, form, remove))
+
+
+@typed
+def search(query: str, limit: int = 8) -> list[SearchResult]:
+    """Search forms, functions, primitives, attributes, relations, diagnostics and examples by meaning, best first.
+
+    Examples
+    --------
+    >>> [found.name for found in search("repeat along a curve", 1)]
+    ['along']
+    """
+    from scenelang.searching import search as found
+
+    return found(query, limit)
 
 
 @typed

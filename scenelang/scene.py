@@ -17,17 +17,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from scenelang import scene_physics, scene_relations
+from scenelang import scene_instances, scene_physics, scene_relations
 from scenelang.backends.base import BackendOptions, Progress, frame_of
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
 from scenelang.grammar.datum import Source, atom_text
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.grammar.settings import fits, typed
-from scenelang.interpreter.runtime.values import Embedding, Pair, Vector
 from scenelang.interpreter.scene.entity import Entity, count_words, descendants, primitive_count
 from scenelang.interpreter.scene.entity import Scene as SceneGraph
-from scenelang.interpreter.scene.primitives.base import color_of
+from scenelang.interpreter.scene.instance_paths import is_plain, selected
+from scenelang.scene_instances import look_value, restyled
 
 if TYPE_CHECKING:
     from scenelang.backends.labels.ground_truth import Boxes, Truth
@@ -449,6 +449,7 @@ class Scene:
     options: Options | None = field(default=None, repr=False)
     physics, settle, simulate = scene_physics.physics, scene_physics.settle, scene_physics.simulate
     violations, relations = scene_relations.violations, scene_relations.relations
+    instances, part = scene_instances.instances, scene_instances.part
 
     @staticmethod
     def of(entity: Entity) -> Scene:
@@ -501,6 +502,8 @@ class Scene:
     def bounds_of(self, word: str) -> FloatArray | None:
         """Return the exact world-space bounding box (2, 3) of all entities of ``word``; None without geometry.
 
+        ``word`` may be a path, such as ``chair/leg[2]``; see ``instances``.
+
         Raises
         ------
         SceneError
@@ -510,7 +513,7 @@ class Scene:
         return self._box(word)
 
     def _require(self, word: str) -> None:
-        if all(entity.word != word for entity in descendants(*self.frames)):
+        if is_plain(word) and all(entity.word != word for entity in descendants(*self.frames)):
             raise SceneError("value", f'no entity has the word "{word}"', suggest(word, self.words))
 
     def _box(self, word: str | None) -> FloatArray | None:
@@ -521,7 +524,7 @@ class Scene:
 
     @typed
     def measure(self, word: str | None = None, frame: int = 0, limit: int = 100_000) -> Measures:
-        """Return volume, surface, centre of mass and inertia of a frame, or of all entities of ``word`` in it.
+        """Return volume, surface, centre of mass and inertia of a frame, or of all entities of a word or path in it.
 
         What overlaps counts once; density is 1. A primitive that meets no other is measured exactly.
 
@@ -540,6 +543,8 @@ class Scene:
 
         if word is not None:
             self._require(word)
+        if word is not None and not is_plain(word):
+            return measures_of(selected(self.graph, word, frame_of(self.graph, frame)), None, limit)
         return measures_of(self._frame(frame), word, limit)
 
     @typed
@@ -638,9 +643,9 @@ class Scene:
         self._require(word)
         look = {"color": color, "roughness": roughness, "metallic": metallic, "opacity": opacity}
         look |= {"emission": emission, "ior": ior}
-        attributes = {name: _look_value(name, value) for name, value in look.items() if value is not None}
+        attributes = {name: look_value(name, value) for name, value in look.items() if value is not None}
         known: dict[tuple[int, bool], Entity] = {}
-        frames = [_restyled(root, word, attributes, known) for root in self.frames]
+        frames = [restyled(root, word, attributes, known) for root in self.frames]
         return replace(self, graph=SceneGraph(self.word, frames, self.animated), program=None)
 
     @typed
@@ -955,46 +960,3 @@ def _crop(image: Image, bbox: Sequence[float], margin: float) -> Image:
     intrinsics[:2, 2] -= (x0, y0)
     camera = replace(image.camera, width=x1 - x0, height=y1 - y0, intrinsics=intrinsics)
     return Image(image.pixels[y0:y1, x0:x1].copy(), image.radiance[y0:y1, x0:x1].copy(), camera)
-
-
-def _look_value(name: str, value: Any) -> Any:
-    if name == "color" and isinstance(value, str):
-        from scenelang.stdlib.colors import color_of
-
-        return color_of(value)
-    if fits(value, "float"):
-        return float(value)
-    if isinstance(value, Sequence | np.ndarray) and all(fits(x, "float") for x in value):
-        return Vector(float(x) for x in value)
-    raise SceneError("value", f"`{name}`: expected a number or a vector, got {value!r}")
-
-
-def _restyled(entity: Entity, word: str, look: Mapping[str, Any], known: dict[tuple[int, bool], Entity]) -> Entity:
-    """Copy the graph below ``entity`` and add the attributes ``look`` to everything at or below ``word``.
-
-    Shared parts stay shared. Iterative, since deep graphs would exceed the recursion limit.
-    """
-    stack = [(entity, False)]
-    while stack:
-        top, inherited = stack[-1]
-        inside = inherited or top.word == word
-        if (id(top), inherited) in known:
-            stack.pop()
-            continue
-        waiting = [(part.car, inside) for part in top.children if (id(part.car), inside) not in known]
-        if waiting:
-            stack.extend(waiting)
-            continue
-        stack.pop()
-        children = tuple(Pair(known[id(part.car), inside], part.cdr) for part in top.children)
-        known[id(top), inherited] = _copy(top, children, look if inside else {})
-    return known[id(entity), False]
-
-
-def _copy(entity: Entity, children: tuple[Any, ...], look: Mapping[str, Any]) -> Entity:
-    own = entity.embedding
-    embedding = Embedding(own.handle, own.text, {**own.attributes, **look}) if look else own
-    shape = entity.shape
-    if shape is not None and "color" in look:
-        shape = replace(shape, color=color_of(entity.word, look["color"]))
-    return Entity(entity.word, embedding, children, shape, entity.tainted, entity.call_sites)

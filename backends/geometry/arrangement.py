@@ -17,10 +17,11 @@ import numpy.typing as npt
 from scenelang.backends.geometry.convex import MAX_PAIRS, Bodies, bodies_of, clusters
 from scenelang.backends.geometry.distance import IntArray, Pairs, depths, distances, neighbours
 from scenelang.backends.geometry.solids import FloatArray
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.values import Matrix, Pair
 from scenelang.interpreter.scene.bounds import parts_box
 from scenelang.interpreter.scene.entity import Entity, Scene, contains_blocks
+from scenelang.interpreter.scene.instance_paths import Locator, is_handle, is_plain
 from scenelang.interpreter.scene.modelling.computing import leaf_mesh, manifold_of_mesh
 from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of, frame_numbers, some_handles
 from scenelang.interpreter.scene.primitives.mesh import Mesh
@@ -140,14 +141,40 @@ class Arrangement:
         return np.asarray(self._within[depth] == instance, bool)
 
     def instances(self, name: str, within: int = 0) -> list[int]:
-        """Return all instances with a word, or with a handle such as "<z3>", that are ``within`` or below it."""
-        if name.startswith("<"):
+        """Return all instances with a word, a handle such as "<z3>", or a path, that are ``within`` or below it."""
+        if name.startswith("<") and is_handle(name):
             return [int(row) for row in self._rows_with_handle(name.strip("<>"), within)]
+        if not is_plain(name):
+            return self._rows_at(name, within)
         rows = self._rows_by_word.get(name, np.zeros(0, np.int64))
         return [int(row) for row in (rows if within == 0 else rows[self._is_below(within)[rows]])]
 
+    def _rows_at(self, path: str, within: int) -> list[int]:
+        """Return the instances that a path means below ``within`` and that have primitives, none if it is wrong."""
+        start = self._locator.at(self.ancestry.path(within))
+        try:
+            found = self._locator.find(path, start)
+        except LimitError:
+            raise
+        except SceneError:
+            return []
+        return sorted(row for each in found if (row := self._row(each.positions)) is not None)
+
+    def _row(self, positions: Sequence[int]) -> int | None:
+        ancestry, row = self.ancestry, 0
+        for position in positions:
+            found = np.flatnonzero((ancestry.parent == row) & (ancestry.position == position))
+            if not len(found):
+                return None
+            row = int(found[0])
+        return row
+
+    @cached_property
+    def _locator(self) -> Locator:
+        return Locator(self.scene, self.scene.frames.index(self.root))
+
     def things(self, name: str, within: int = 0) -> list[Thing]:
-        """Return the outermost instances with a word or handle that are ``within`` or below it."""
+        """Return the outermost instances with a word, handle or path that are ``within`` or below it."""
         rows = self.instances(name, within)
         known = set(rows)
         return [self.thing(row) for row in rows if not self._has_above(row, known)]

@@ -16,6 +16,7 @@ from typing import Any
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.values import IDENTITY, Pair
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
+from scenelang.interpreter.scene.instance_paths import is_plain, part_of
 from scenelang.interpreter.scene.primitives.base import Box
 
 UNIT_BOX: Box = (-0.5, -0.5, -0.5, 0.5, 0.5, 0.5)
@@ -177,12 +178,14 @@ def _maximize(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, bes
 
 
 def word_box(scene: Scene, word: str | None) -> Box | None:
-    """Return the exact world-space box of the scene over all frames, or of all entities of ``word``.
+    """Return the exact world-space box of the scene over all frames, or of all entities of a word or path.
 
     Returns None if there is no geometry. For a word, a filtered copy of the DAG is measured, so that nothing is
-    expanded.
+    expanded. Raises SceneError for a path that means nothing.
     """
     boxes = []
+    if word is not None and not is_plain(word):
+        scene, word = part_of(scene, word), None
     for root in scene.frames:
         selected = root if word is None else _filter_by_word(root, word)
         box = entity_box(selected) if selected is not None else None

@@ -189,6 +189,7 @@ GROUPS: dict[str, dict[str, Command]] = {
     "Integrations and diagnostics": {
         "lsp": Command(SERVER, "programs", "start the language server on standard input and output"),
         "mcp": Command(SERVER, "programs", "start the MCP server on standard input and output"),
+        "search": Command(TEXT, "programs", "search the language and its examples by meaning"),
         "grammar": Command(TEXT, "programs", "export the grammar of the language"),
         "completion": Command(SERVER, "programs", "print a shell completion script"),
         "doctor": Command(TEXT, "programs", "check the installation and report what is missing"),

@@ -98,6 +98,7 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     _add_quality(parser, "of the picture")
     parser.add_argument("--backend", metavar="NAME,...", help="render with these backends side by side")
     add_fields(parser, film.PictureOptions, ("frame",), frame="frame of a 4D scene to render, counted from 0")
+    parser.add_argument("--part", metavar="PATH", help="render only these instances, such as `chair/leg[2]`")
     _add_view(parser)
     add_fields(parser, film.PictureOptions, ("labels",))
     add_fields(parser.add_argument_group("video"), film.FilmOptions)
@@ -117,6 +118,7 @@ def run_render(arguments: argparse.Namespace) -> int:
         film.check_output(output, options.frame, shots, len(backends))
     check_folder(output)
     scene = scene_of(arguments)
+    scene = scene if arguments.part is None else scene.part(arguments.part)
     film.write_drawing(scene.graph, output, options, shots, backends)
     done(arguments, output)
     return 0

@@ -276,7 +276,7 @@ def run_count(arguments: argparse.Namespace) -> int:
 
 
 def add_bounds(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--word", help="word whose entities to measure, in world coordinates")
+    parser.add_argument("--word", help="word or path, such as `chair/leg[2]`, to measure in world coordinates")
 
 
 def run_bounds(arguments: argparse.Namespace) -> int:
@@ -294,7 +294,7 @@ def run_bounds(arguments: argparse.Namespace) -> int:
 
 
 def add_measure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--word", help="word whose entities to measure, in world coordinates")
+    parser.add_argument("--word", help="word or path, such as `chair/leg[2]`, to measure in world coordinates")
     parser.add_argument("--frame", type=whole, default=0, metavar="N", help="frame to measure (default 0)")
 
 
@@ -518,6 +518,20 @@ def run_explain(arguments: argparse.Namespace) -> int:
     return print_result(arguments, [explanation_data(name) for name in names or by_code()], explained(names))
 
 
+def add_search(parser: argparse.ArgumentParser) -> None:
+    parser.description = "Search the names of the language, its diagnostics and examples by meaning."
+    parser.add_argument("words", metavar="WORD", nargs="+", help="what to search for, such as: copies in a circle")
+    parser.add_argument("--limit", type=whole, default=8, metavar="N", help="maximum number of results (default 8)")
+
+
+def run_search(arguments: argparse.Namespace) -> int:
+    from scenelang.searching import search
+
+    found = search(" ".join(arguments.words), arguments.limit)
+    text = "\n".join(each.text() for each in found)
+    return print_result(arguments, [each.data() for each in found], text or "nothing was found")
+
+
 def add_doctor(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Run a quick test of every feature, and report what is missing and how to install it. "
@@ -604,15 +618,16 @@ def run_lsp(arguments: argparse.Namespace) -> int:
 
 def add_mcp(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "Start a server of the Model Context Protocol: agents check, run, count, render and compare "
-        "programs, passed as text or as files of the project folder. It writes no files."
+        "Start a server of the Model Context Protocol: agents write, check, run, measure, render, compare, repair "
+        "and save programs. It reads and writes only in the project folder."
     )
     parser.add_argument(
         "--project",
         metavar="DIR",
         default=".",
-        help="project folder; no other files are read (default: the current folder)",
+        help="project folder; no other files are read or written (default: the current folder)",
     )
+    parser.add_argument("--read-only", action="store_true", help="leave out the tools that write files")
     add_limits(parser)
 
 
@@ -625,7 +640,7 @@ def run_mcp(arguments: argparse.Namespace) -> int:
 
     from scenelang.mcp.server import serve
 
-    serve(folder.resolve(), limits_of(arguments), version("scenelang"))
+    serve(folder.resolve(), limits_of(arguments), version("scenelang"), not arguments.read_only)
     return 0
 
 

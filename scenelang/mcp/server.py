@@ -84,7 +84,7 @@ def work(tool: Callable[..., ToolAnswer], *arguments: Any) -> ToolAnswer:
         raise WrongArguments("the program is nested too deeply for this tool") from None
 
 
-def serve(root: Path, limits: Limits, version: str) -> None:
+def serve(root: Path, limits: Limits, version: str, writes: bool = True) -> None:
     """Serve on standard input and output until it is closed; ``root`` is the only readable folder."""
     os.chdir(root)  # imports and file names in diagnostics are relative to it
     _import_ahead()
