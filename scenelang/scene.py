@@ -310,7 +310,8 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
 
         self.camera = truth.camera
         self.image = image
-        self._scene, self._truth = scene, truth
+        self.graph, self.truth = scene.graph, truth
+        self._scene = scene
         self._arrays: dict[str, npt.NDArray[Any]] = {"color": image.pixels[:, :, :3], **dataset.arrays_of(truth)}
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
@@ -327,7 +328,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         """Mapping from ids in ``semantic`` to words."""
         from scenelang.backends.labels.dataset import word_numbers
 
-        return {number: word for word, number in word_numbers(self._truth).items()}
+        return {number: word for word, number in word_numbers(self.truth).items()}
 
     @cached_property
     def _handles(self) -> list[str]:
@@ -335,13 +336,13 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
 
         graph = self._scene.graph
         numbers = frame_numbers(graph) if len(graph.frames) > 1 else None
-        return instance_handles(graph, self._truth.ancestry, numbers)
+        return instance_handles(graph, self.truth.ancestry, numbers)
 
     @cached_property
     def _boxes(self) -> Boxes:
         from scenelang.backends.labels.ground_truth import boxes_in
 
-        return boxes_in(self._truth)
+        return boxes_in(self.truth)
 
     @typed
     def annotations(self, limit: int = 20_000) -> list[dict[str, Any]]:
@@ -351,7 +352,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         """
         from scenelang.backends.labels.dataset import annotations_of
 
-        return annotations_of(self._truth, self._boxes, self._handles, limit)
+        return annotations_of(self.truth, self._boxes, self._handles, limit)
 
     @typed
     def coco(self, limit: int = 20_000) -> dict[str, Any]:
@@ -366,7 +367,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         """Return the mask (H, W) of the pixels that show an entity of ``word`` or one of its parts."""
         self._scene._require(word)
         found = np.zeros(self["instance"].shape, bool)
-        ancestry = self._truth.ancestry
+        ancestry = self.truth.ancestry
         own = np.array([entity.word == word for entity in ancestry.nodes], bool)
         for level in self["instance_by_depth"]:
             found |= (level >= 0) & own[ancestry.node[np.maximum(level, 0)]]
@@ -401,7 +402,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
             target.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise SceneError("file", f"cannot create the folder `{target}`: {error.strerror}") from error
-        ShotMaps(self._truth, np.ascontiguousarray(self["color"])).write(target, self._handles, 20_000)
+        ShotMaps(self.truth, np.ascontiguousarray(self["color"])).write(target, self._handles, 20_000)
         write_json(target / "coco.json", self.coco())
         return target
 

@@ -27,7 +27,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Instance:
+class SceneInstance:
     """An instance of a scene.
 
     Attributes
@@ -72,11 +72,11 @@ class Instance:
         return data
 
     def __repr__(self) -> str:
-        return f"<Instance {self.path}>"
+        return f"<SceneInstance {self.path}>"
 
 
 @typed
-def instances(self: Scene, path: str, frame: int = 0, limit: int = 20_000) -> list[Instance]:
+def instances(self: Scene, path: str, frame: int = 0, limit: int = 20_000) -> list[SceneInstance]:
     """Return the instances that a path means, in the order of the tree.
 
     Parameters
@@ -99,7 +99,7 @@ def instances(self: Scene, path: str, frame: int = 0, limit: int = 20_000) -> li
     >>> import scenelang as sl
     >>> pair = '(bind "pair" (lambda () (for/union ((i 2)) (transform (call "cube") (translate [i 0 0])))))'
     >>> sl.evaluate(pair).instances("cube[1]")
-    [<Instance cube[1]>]
+    [<SceneInstance cube[1]>]
     """
     locator = Locator(self.graph, frame_of(self.graph, frame))
     words: Mapping[str, Span] = {} if self.program is None else self.program.words
@@ -109,7 +109,7 @@ def instances(self: Scene, path: str, frame: int = 0, limit: int = 20_000) -> li
         pose[:3] = np.array(each.pose, np.float64).reshape(3, 4)
         box = parts_box((Pair(each.entity, each.pose),))
         found.append(
-            Instance(
+            SceneInstance(
                 locator.path(each.positions),
                 locator.handle(each.positions),
                 each.entity.word,

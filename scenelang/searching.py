@@ -104,8 +104,8 @@ def search(query: str, limit: int = 8) -> list[SearchResult]:
 
     Examples
     --------
-    >>> [found.name for found in search("copies in a circle", 1)]
-    ['ring']
+    >>> [found.name for found in search("repeat along a curve", 1)]
+    ['along']
     """
     if len(query) > MAX_QUERY:
         raise SceneError("value", f"a query has at most {MAX_QUERY} characters, got {len(query):,}")

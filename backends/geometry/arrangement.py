@@ -109,6 +109,10 @@ class Arrangement:
         end = int(np.searchsorted(self.bodies.row, last[instance], side="right"))
         return Thing(instance, self.ancestry.entity(instance), start, end)
 
+    def path(self, thing: Thing) -> str:
+        """Return the path that means a thing only."""
+        return self._locator.path(self.ancestry.path(thing.instance))
+
     def rows(self, thing: Thing | None) -> tuple[int, int] | None:
         """Return the first and last primitive of a thing in the flattened frame."""
         first, last = self._ranges

@@ -1,7 +1,7 @@
-"""MCP server: registers the tools, and converts their answers to protocol results.
+"""MCP server: registers the tools, keeps the sessions, and converts answers to protocol results.
 
 Every call that evaluates a program runs in a separate process (``sandbox.worker``), one at a time; the server process
-itself only communicates, so no program can block or crash it.
+itself only communicates, edits texts and saves them, so no program can block or crash it.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import base64
 import os
 from collections.abc import Awaitable, Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import anyio
 import anyio.to_thread
@@ -19,77 +19,121 @@ from mcp.server.mcpserver.exceptions import ToolError, UnexpectedToolError
 from mcp.types import CallToolResult, ContentBlock, ImageContent, InputRequiredResult, TextContent, ToolAnnotations
 from pydantic import Field, ValidationError
 
+from scenelang.grammar.diagnostics import CODES, Diagnostic, SceneError, to_json
+from scenelang.instance_edits import InstanceEdit
 from scenelang.interpreter.runtime.limits import Limits
-from scenelang.mcp import tools
-from scenelang.mcp.tools import Project, ProjectProgram, ToolAnswer, WrongArguments, clipped, primer_text, refused
+from scenelang.mcp import inspection, tools, workbench
+from scenelang.mcp.tools import Project, ProjectProgram, ToolAnswer, WrongArguments, clipped, fitted, refused
+from scenelang.mcp.workbench import OpenProgram, TextSpan, Workbench
 from scenelang.sandbox.supervision import Ended
 from scenelang.sandbox.worker import Worker
 from scenelang.scene_changes import TOLERANCE
+from scenelang.searching import example_names, example_text, search
 
 PRIMER = "scenelang://primer"
+EXAMPLES = "scenelang://examples"
 _INSTRUCTIONS = (
-    "Build 3D and 4D scenes as programs of the Scene Language. First call `help` without a name for a language "
-    "overview. Then write a program, `check` it, fix the reported errors, `run` it, `render` it from several views "
-    f"and inspect the images. `diff` shows the effect of an edit. The resource {PRIMER} contains the same overview."
+    "Build 3D and 4D scenes as programs of the Scene Language. First call `help` without a name for an overview of the "
+    "language, and `search` for what you need. `open` a session, write with `edit` and `replace`, `check` and fix, "
+    "`run`, and look with `views`. `measure` and `query` give exact numbers; `repair` fixes what floats or overlaps; "
+    "`undo` goes back. `save` and `export` write files. Paths such as chair/leg[2] name instances. "
+    f"The resource {PRIMER} has the whole overview."
 )
 _READS = ToolAnnotations(read_only_hint=True, destructive_hint=False, idempotent_hint=True, open_world_hint=False)
+_EDITS = ToolAnnotations(read_only_hint=False, destructive_hint=False, idempotent_hint=False, open_world_hint=False)
+_WRITES = ToolAnnotations(read_only_hint=False, destructive_hint=True, idempotent_hint=True, open_world_hint=False)
 _MAX_ARGUMENT_LENGTH = 4_000  # characters, for arguments other than programs
-_PROGRAMS = ("program", "program_a", "program_b")
+_PROGRAMS = ("program", "program_a", "program_b", "text", "old", "new", "form")
+_MAX_DECLARATIONS = 50
+_MAX_REPAIR = 60.0  # seconds
 
 Result = Callable[..., Awaitable[CallToolResult]]  # (tool, arguments after the project)
-Text = Annotated[str, Field(description="text of a program, or a model's Python; omit if path is given")]
-File = Annotated[str, Field(description="file in the project folder; omit if program is given")]
+Ask = Callable[..., Awaitable[Any]]
+Text = Annotated[str, Field(description="text of a program, or a model's Python; omit if path or session is given")]
+File = Annotated[str, Field(description="file in the project folder; omit if program or session is given")]
+Name = Annotated[str, Field(description="session, as `open` names it")]
 Root = Annotated[str, Field(description="word to evaluate; default: the word that no other word calls")]
 Side = Annotated[int, Field(ge=1, le=tools.MAX_SIDE, description="pixels")]
 Number = Annotated[int, Field(ge=0, le=1_000_000, description="frame of a 4D scene, counted from 0")]
 Part = Annotated[float, Field(gt=0, lt=1, description="relative tolerance, as a fraction of the scene's size")]
+ScenePath = Annotated[
+    str, Field(description="path of instances: leg, chair/leg, chair[0]/leg[2], <z3>, * (numbers from 0)")
+]
+Place = Annotated[int, Field(ge=0, le=10_000_000, description="counted from 1, as in diagnostics; 0: not given")]
+Offset = Annotated[
+    int, Field(ge=-1, le=10_000_000, description="offset in characters from 0, instead of line and column")
+]
+Overwrite = Annotated[bool, Field(description="replace a file that exists")]
+Declarations = Annotated[
+    list[str] | None,
+    Field(max_length=_MAX_DECLARATIONS, description='declarations, such as (on "cup" "table") or (count "chair" 6)'),
+]
 CAMERA = (
     "viewpoint: preset (turntable, top, isometric, follow), parameters (azimuth=40,elevation=20,distance=5,fov=35,"
     "target=0:1:0), or a JSON file; omitted parameters are chosen to frame the scene"
 )
+View = Annotated[str, Field(description=CAMERA)]
 
 
 class SceneServer(MCPServer[Any]):
-    """Server of one project folder. Failures are reported to the client as one line."""
+    """Server of one project folder. Failures are reported to the client as one line with the code of a diagnostic."""
 
     async def call_tool(
         self, name: str, arguments: dict[str, Any], context: Context[Any, Any] | None = None
     ) -> CallToolResult | InputRequiredResult:
         for key, value in arguments.items():
             if isinstance(value, str) and len(value) > _MAX_ARGUMENT_LENGTH and key not in _PROGRAMS:
-                raise ToolError(f"`{clipped(key)}` exceeds {_MAX_ARGUMENT_LENGTH:,} characters")
+                return _failed(f"`{clipped(key)}` exceeds {_MAX_ARGUMENT_LENGTH:,} characters", "size")
         try:
             return await super().call_tool(name, arguments, context)
         except ToolError as error:
-            raise ToolError(_line(error)) from None
+            return _failed(*_reason(error))
 
 
-def _line(error: ToolError) -> str:
-    """Format a failure as one line: invalid arguments by name; internal errors without traceback."""
+def _reason(error: ToolError) -> tuple[str, str]:
+    """Return a failure as one line, and the name of its diagnostic: invalid arguments by name, no tracebacks."""
     cause = error.__cause__
     if isinstance(cause, ValidationError):
         wrong = (f"`{'.'.join(map(str, each['loc']))}`: {each['msg']}" for each in cause.errors()[:5])
-        return clipped("; ".join(wrong)).replace("\n", " ")
+        return "; ".join(wrong), "value"
+    if isinstance(cause, WrongArguments):
+        return str(cause), cause.name
+    if isinstance(cause, SceneError):
+        return "; ".join(part for part in (cause.message, cause.hint) if part), cause.name
     if isinstance(error, UnexpectedToolError) and cause is not None:
-        message = f"{type(cause).__name__}: {cause}"
-        return clipped(f"internal error: {message} (please report it)").replace("\n", " ")
-    return clipped(str(cause or error)).replace("\n", " ")
+        return f"internal error: {type(cause).__name__}: {cause} (please report it)", "crash"
+    return str(cause or error), "value"
 
 
-def work(tool: Callable[..., ToolAnswer], *arguments: Any) -> ToolAnswer:
+def _failed(message: str, name: str) -> CallToolResult:
+    """Return the result of a call that makes no sense: one line with its code, and the diagnostic as data."""
+    line = clipped(message).replace("\n", " ")
+    diagnostic = Diagnostic(name if name in CODES else "value", line)
+    data = {key: value for key, value in to_json(diagnostic).items() if value not in (None, [], "")}
+    text = f"error[{diagnostic.code}]: {line}"
+    return CallToolResult(
+        content=[TextContent(text=text)], structured_content={"ok": False, "diagnostics": [data]}, is_error=True
+    )
+
+
+def work(tool: Callable[..., Any], *arguments: Any) -> Any:
     """Handle a request in a worker's process."""
     try:
         return tool(*arguments)
     except RecursionError:
-        raise WrongArguments("the program is nested too deeply for this tool") from None
+        raise WrongArguments("the program is nested too deeply for this tool", "nesting") from None
 
 
 def serve(root: Path, limits: Limits, version: str, writes: bool = True) -> None:
-    """Serve on standard input and output until it is closed; ``root`` is the only readable folder."""
+    """Serve on standard input and output until it is closed.
+
+    ``root`` is the only folder that is read, and written with ``writes``.
+    """
     os.chdir(root)  # imports and file names in diagnostics are relative to it
     _import_ahead()
     worker = Worker(work, (str(root),))
-    build_server(Project(root, limits), version, worker).run("stdio")
+    writer = Worker(work) if writes else None
+    build_server(Project(root, limits), version, worker, writer).run("stdio")
 
 
 def _import_ahead() -> None:
@@ -102,52 +146,117 @@ def _import_ahead() -> None:
     all_backends()
 
 
-def build_server(project: Project, version: str, worker: Worker) -> SceneServer:
-    """Create the server with all tools and resources; ``worker`` runs ``work``."""
+def build_server(project: Project, version: str, worker: Worker, writer: Worker | None = None) -> SceneServer:
+    """Create the server with all tools and resources; the workers run ``work``.
+
+    ``worker`` cannot write files; without ``writer``, which exports, there are no tools that write.
+    """
     server = SceneServer(
         "scenelang",
         title="The Scene Language",
-        description="check, run, measure, render and compare programs of 3D and 4D scenes",
+        description="write, check, run, measure, render, repair and compare programs of 3D and 4D scenes",
         instructions=_INSTRUCTIONS,
         version=version,
         log_level="CRITICAL",
     )
-    turns = anyio.Lock()
-
-    async def result(tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
-        async with turns:
-            return await _call_tool(worker, tool, project, *arguments)
-
-    _add_facts(server, result)
-    _add_pictures(server, result)
+    bench = Bench(project, worker, writer)
+    _add_facts(server, bench)
+    _add_pictures(server, bench)
     _add_help(server)
+    _add_sessions(server, bench)
+    _add_edits(server, bench)
+    _add_inspection(server, bench)
+    if writer is not None:
+        _add_files(server, bench)
+    _add_resources(server, bench)
+    _add_prompts(server)
     return server
 
 
-def _add_facts(server: SceneServer, result: Result) -> None:
+class Bench:
+    """What the tools of a server share: the project, the workers, of which one runs at a time, and the sessions."""
+
+    def __init__(self, project: Project, worker: Worker, writer: Worker | None) -> None:
+        self.project = project
+        self.sessions = Workbench()
+        self._worker, self._writer = worker, writer
+        self._turns = anyio.Lock()
+
+    async def ask(self, tool: Callable[..., Any], *arguments: Any, writes: bool = False) -> Any:
+        """Run a tool in a worker's process and return its value, or an answer that says why it was killed.
+
+        It is killed if the client cancels the call.
+        """
+        worker = self._writer if writes and self._writer is not None else self._worker
+        async with self._turns:
+            try:
+                return await _in_thread(worker, tool, self.project, *arguments)
+            except Ended as error:
+                return refused([error.problem])
+
+    async def result(self, tool: Callable[..., ToolAnswer], *arguments: Any, writes: bool = False) -> CallToolResult:
+        return _result(await self.ask(tool, *arguments, writes=writes))
+
+    def program(self, program: str, path: str, session: str, root: str = "") -> ProjectProgram:
+        """Return the program of a call, given in one of three ways."""
+        if not session:
+            return ProjectProgram(program, path, root)
+        if program or path:
+            raise WrongArguments("expected one of `session`, `program` (text) and `path` (file of the project folder)")
+        return self.sessions[session].program(root)
+
+    async def changed(self, draft: OpenProgram, lines: list[str], data: dict[str, Any] | None = None) -> CallToolResult:
+        """Return the answer about a session that changed, with what a check finds."""
+        is_empty = not draft.text.strip()
+        found = (0, []) if is_empty else await self.ask(workbench.brief_check, draft.program())
+        if isinstance(found, ToolAnswer):
+            return _result(found)
+        errors, findings = found
+        told, _ = tools.diagnosed(findings[:3])
+        left = [f"... and {len(findings) - 3} more findings"] if len(findings) > 3 else []
+        warnings = len(findings) - errors
+        counted = f"{errors} error{'s' * (errors != 1)}, {warnings} warning{'s' * (warnings != 1)}"
+        state = {"ok": True, **draft.state(), "errors": errors, "warnings": warnings, **(data or {})}
+        if findings:
+            state["findings"] = workbench.findings_data(findings)
+        return _result(tools.answer([*lines, f"check: {counted}", *told, *left], state))
+
+    async def take(self, draft: OpenProgram, found: ToolAnswer) -> CallToolResult:
+        """Put the program of an answer into a session, and return the answer about it."""
+        if found.program is None:
+            return _result(found)
+        draft.set(found.program)
+        return await self.changed(draft, found.text.splitlines(), {**(found.data or {}), **draft.state()})
+
+
+# --- tools that look -------------------------------------------------------------------------------------------------
+
+
+def _add_facts(server: SceneServer, bench: Bench) -> None:
     @server.tool(annotations=_READS)
     async def check(
         program: Text = "",
         path: File = "",
+        session: Name = "",
         geometry: Annotated[bool, Field(description="also evaluate, and run the geometry lint")] = False,
-        that: Annotated[
-            list[str] | None,
-            Field(description='also evaluate, and test declarations, such as (on "cup" "table") or (count "chair" 6)'),
-        ] = None,
+        that: Declarations = None,
+        physics: Annotated[bool, Field(description="also evaluate, and report what moves under gravity")] = False,
     ) -> CallToolResult:
         """Check a program without running it; returns diagnostics with positions and fixes."""
-        return await result(tools.check, ProjectProgram(program, path), geometry, that or ())
+        return await bench.result(tools.check, bench.program(program, path, session), geometry, that or (), physics)
 
     @server.tool(annotations=_READS)
-    async def run(program: Text = "", path: File = "", root: Root = "") -> CallToolResult:
+    async def run(program: Text = "", path: File = "", session: Name = "", root: Root = "") -> CallToolResult:
         """Evaluate a program; returns root, entities, instances, primitives, bounding box, frames and printed
         output."""
-        return await result(tools.run, ProjectProgram(program, path, root))
+        return await bench.result(tools.run, bench.program(program, path, session, root))
 
     @server.tool(annotations=_READS)
-    async def count(program: Text = "", path: File = "", root: Root = "", frame: Number = 0) -> CallToolResult:
+    async def count(
+        program: Text = "", path: File = "", session: Name = "", root: Root = "", frame: Number = 0
+    ) -> CallToolResult:
         """Evaluate a program and count the instances of every word."""
-        return await result(tools.count, ProjectProgram(program, path, root), frame)
+        return await bench.result(tools.count, bench.program(program, path, session, root), frame)
 
     @server.tool(annotations=_READS)
     async def diff(
@@ -155,27 +264,71 @@ def _add_facts(server: SceneServer, result: Result) -> None:
         path_a: File = "",
         program_b: Text = "",
         path_b: File = "",
+        session: Annotated[str, Field(description="session to take as B; A is its saved file unless given")] = "",
         tolerance: Part = TOLERANCE,
     ) -> CallToolResult:
-        """Evaluate two programs A and B, and list moved, recolored, removed and added primitives."""
-        a, b = ProjectProgram(program_a, path_a), ProjectProgram(program_b, path_b)
-        return await result(tools.diff, a, b, tolerance)
+        """Evaluate two programs A and B, and list moved, recolored, removed and added primitives. For a session, also
+        the changed lines since it was saved."""
+        if not session:
+            a, b = ProjectProgram(program_a, path_a), ProjectProgram(program_b, path_b)
+            return await bench.result(tools.diff, a, b, tolerance)
+        draft = bench.sessions[session]
+        if program_b or path_b:
+            raise WrongArguments("with `session`, B is the session; give only A")
+        if program_a or path_a:
+            return await bench.result(tools.diff, ProjectProgram(program_a, path_a), draft.program(), tolerance)
+        names = draft.path or "nothing", draft.name
+        lines = await bench.ask(workbench.changed_lines, draft.saved or "", draft.text, names)
+        if not draft.saved or not lines.text:
+            return _result(ToolAnswer(lines.text or "nothing changed", {**lines.data, **draft.state()}))
+        before = ProjectProgram(draft.saved, "", "", draft.path)
+        found = await bench.ask(tools.diff, before, draft.program(), tolerance)
+        return _result(ToolAnswer(f"{lines.text}\n{found.text}", {**(found.data or {}), **draft.state()}))
 
 
-def _add_pictures(server: SceneServer, result: Result) -> None:
+def _add_pictures(server: SceneServer, bench: Bench) -> None:
     @server.tool(annotations=_READS)
     async def render(
         program: Text = "",
         path: File = "",
+        session: Name = "",
         root: Root = "",
-        camera: Annotated[str, Field(description=CAMERA)] = "",
+        camera: View = "",
         frame: Number = 0,
         width: Side = tools.SIZE,
         height: Side = tools.SIZE,
+        part: ScenePath = "",
     ) -> CallToolResult:
-        """Evaluate a program and render a draft image (PNG)."""
-        view = tools.ToolView(camera, frame, width, height)
-        return await result(tools.render, ProjectProgram(program, path, root), view)
+        """Evaluate a program and render a draft image (PNG), of everything or of one part."""
+        view = tools.ToolView(camera, frame, width, height, part)
+        return await bench.result(tools.render, bench.program(program, path, session, root), view)
+
+    @server.tool(annotations=_READS)
+    async def views(
+        session: Name,
+        cameras: Annotated[list[str] | None, Field(max_length=inspection.MAX_CAMERAS, description=CAMERA)] = None,
+        overlay: Annotated[
+            Literal["none", "word", "instance", "depth"], Field(description="colour by word or instance, or show depth")
+        ] = "none",
+        frame: Number = 0,
+        part: ScenePath = "",
+        side: Annotated[int, Field(ge=32, le=512, description="pixels of each picture")] = 384,
+    ) -> CallToolResult:
+        """Render a contact sheet (PNG) from several cameras; default: isometric, front, right and top."""
+        view = inspection.SheetView(tuple(cameras or inspection.CAMERAS), overlay, frame, part, side)
+        return await bench.result(inspection.views, bench.sessions[session].program(), view)
+
+    @server.tool(annotations=_READS)
+    async def compare(
+        session: Name,
+        reference: Annotated[str, Field(description="picture in the project folder: .png, .jpg or .webp")],
+        camera: View = "",
+        frame: Number = 0,
+        score: Annotated[bool, Field(description="also the CLIP similarity, if installed; takes seconds")] = False,
+    ) -> CallToolResult:
+        """Render the scene (right) beside a reference picture (left), PNG."""
+        program = bench.sessions[session].program()
+        return await bench.result(inspection.compare, program, reference, camera, frame, score, writes=True)
 
 
 def _add_help(server: SceneServer) -> None:
@@ -187,38 +340,306 @@ def _add_help(server: SceneServer) -> None:
     ) -> CallToolResult:
         """Describe a form, function, primitive or attribute of the language, or a diagnostic by its code.
         Without a name: an overview of the language."""
-        try:
-            return _result(tools.explain(name))
-        except WrongArguments as error:
-            raise ToolError(str(error)) from None
+        return _result(tools.explain(name))
 
+    @server.tool(name="search", annotations=_READS)
+    def find(
+        query: Annotated[str, Field(min_length=1, max_length=500, description="such as: copies in a circle")],
+        limit: Annotated[int, Field(ge=1, le=20, description="number of results")] = 6,
+    ) -> CallToolResult:
+        """Search forms, functions, combinators, primitives, attributes, relations, diagnostics and examples by
+        meaning."""
+        found = search(query, limit)
+        data = {"ok": True, "results": [[each.kind, each.name] for each in found]}
+        return _result(tools.answer([each.text() for each in found] or ["nothing was found"], data))
+
+
+def _add_inspection(server: SceneServer, bench: Bench) -> None:
+    @server.tool(annotations=_READS)
+    async def query(session: Name, path: ScenePath = "*", frame: Number = 0) -> CallToolResult:
+        """List the instances that a path means: their own paths, handles, places, boxes, attributes and lines."""
+        return await bench.result(inspection.query, bench.sessions[session].program(), path, frame)
+
+    @server.tool(annotations=_READS)
+    async def measure(
+        session: Name,
+        a: ScenePath = "",
+        b: ScenePath = "",
+        that: Declarations = None,
+        frame: Number = 0,
+    ) -> CallToolResult:
+        """Measure exactly. Nothing: the scene's box. `a`: boxes, volume, support, symmetry. `a` and `b`: distance or
+        overlap, clearance, and which relations hold. `that`: declarations, with the move that would fix them."""
+        program = bench.sessions[session].program()
+        return await bench.result(inspection.measure, program, a, b, tuple(that or ()), frame)
+
+    @server.tool(annotations=_READS)
+    async def relations(
+        session: Name,
+        words: Annotated[list[str] | None, Field(max_length=50, description="words to compare; default: all")] = None,
+        frame: Number = 0,
+    ) -> CallToolResult:
+        """List what is on, inside of, touching or overlapping what."""
+        return await bench.result(inspection.related, bench.sessions[session].program(), tuple(words or ()), frame)
+
+
+# --- tools that work -------------------------------------------------------------------------------------------------
+
+
+def _add_sessions(server: SceneServer, bench: Bench) -> None:
+    @server.tool(name="open", annotations=_EDITS)
+    async def open_session(program: Text = "", path: File = "") -> CallToolResult:
+        """Open a session: a file of the project, a given text, or an empty program. Python is translated."""
+        if not program and not path:
+            draft = bench.sessions.open("")
+            return await bench.changed(draft, [f"session {draft.name}, an empty program"])
+        found = await bench.ask(workbench.opened_text, ProjectProgram(program, path))
+        if found.program is None:
+            return _result(found)
+        is_file = bool(path) and not found.data["translated"]
+        own = str(bench.project.file(path).relative_to(bench.project.root)) if is_file else ""
+        draft = bench.sessions.open(found.program, own, found.program if is_file else None)
+        count = workbench.line_count(draft.text)
+        return await bench.changed(draft, [f"session {draft.name}, {count:,} lines", *found.text.splitlines()])
+
+    @server.tool(annotations=_EDITS)
+    async def transpile(program: Text = "", path: File = "") -> CallToolResult:
+        """Translate a model's Python to a program of the language, and open it as a session. It is never executed."""
+        found = await bench.ask(workbench.opened_text, ProjectProgram(program, path))
+        if found.program is None:
+            return _result(found)
+        draft = bench.sessions.open(found.program)
+        return await bench.changed(draft, [f"session {draft.name}", *workbench.numbered(draft.text, 1, 60)])
+
+    @server.tool(annotations=_READS)
+    def read(session: Name, first: Place = 1, last: Place = 0) -> CallToolResult:
+        """Show lines of a session with their numbers, at most 60 at a time."""
+        draft = bench.sessions[session]
+        count = workbench.line_count(draft.text)
+        if first > max(count, 1):
+            raise WrongArguments(f"line {first} does not exist; the program has {count:,}")
+        lines = workbench.numbered(draft.text, first or 1, last or count)
+        shown = max(first, 1) + len(lines) - 1
+        more = [f"... and {count - shown:,} more lines; go on at line {shown + 1}"] if shown < (last or count) else []
+        return _result(tools.answer([*lines, *more], {"ok": True, **draft.state(), "lines": count}))
+
+    @server.tool(annotations=_READS)
+    def sessions() -> CallToolResult:
+        """List the open sessions, their files and whether they are saved."""
+        drafts = [bench.sessions[name] for name in bench.sessions.names()]
+        rows = [f"{d.name}  {d.path or 'no file'}  {'unsaved' if d.state()['unsaved'] else 'saved'}" for d in drafts]
+        data = {"ok": True, "sessions": [d.state() | {"path": d.path} for d in drafts]}
+        return _result(tools.answer(rows or ["no session is open"], data))
+
+    @server.tool(annotations=_EDITS)
+    def close(
+        session: Name, discard: Annotated[bool, Field(description="close it although it is not saved")] = False
+    ) -> CallToolResult:
+        """Close a session."""
+        draft = bench.sessions[session]
+        if draft.state()["unsaved"] and not discard:
+            raise WrongArguments(f"`{session}` is not saved; call `save`, or pass `discard`")
+        bench.sessions.close(session)
+        return _result(tools.answer([f"closed {session}"], {"ok": True}))
+
+
+def _add_edits(server: SceneServer, bench: Bench) -> None:
+    @server.tool(annotations=_EDITS)
+    async def edit(
+        session: Name,
+        text: Annotated[str, Field(description="new text of the span; empty: delete it")],
+        line: Place = 0,
+        column: Place = 1,
+        end_line: Place = 0,
+        end_column: Place = 0,
+        start: Offset = -1,
+        end: Offset = -1,
+        old: Annotated[str | None, Field(description="text that must be there; its length is the default end")] = None,
+    ) -> CallToolResult:
+        """Replace a span of a session: line and column to the excluded end, as in diagnostics, or offsets. Without an
+        end the text is inserted. Undoable."""
+        draft = bench.sessions[session]
+        span = TextSpan(line, column, end_line, end_column, start, end, old)
+        changed, at = workbench.spliced(draft.text, span, text)
+        draft.set(changed)
+        return await bench.changed(draft, workbench.around(draft.text, at, len(text)))
+
+    @server.tool(annotations=_EDITS)
+    async def replace(
+        session: Name,
+        old: Annotated[str, Field(description="exact text; it must occur once, unless `every`")],
+        new: Annotated[str, Field(description="text in its place")],
+        every: Annotated[bool, Field(description="replace all occurrences")] = False,
+    ) -> CallToolResult:
+        """Search and replace in a session. Undoable."""
+        draft = bench.sessions[session]
+        changed, at, count = workbench.substituted(draft.text, old, new, every)
+        draft.set(changed)
+        return await bench.changed(draft, workbench.around(draft.text, at, len(new)), {"replaced": count})
+
+    @server.tool(annotations=_EDITS)
+    async def edit_part(
+        session: Name,
+        path: ScenePath,
+        move: Annotated[
+            list[float] | None, Field(min_length=3, max_length=3, description="translation along the scene's axes")
+        ] = None,
+        attribute: Annotated[str, Field(description="attribute to set, such as color")] = "",
+        value: Annotated[str, Field(description="its value, an expression, such as [1 0 0]")] = "",
+        form: Annotated[str, Field(description='form in its place, such as (call "cone")')] = "",
+        remove: Annotated[bool, Field(description="remove it")] = False,
+    ) -> CallToolResult:
+        """Change the form that makes the instances of a path: move them, set an attribute, replace or remove them.
+        Refused if anything else would change. Undoable."""
+        draft = bench.sessions[session]
+        offset = None if move is None else (move[0], move[1], move[2])
+        change = InstanceEdit(path, offset, (attribute, value) if attribute else None, form or None, remove)
+        seconds = min(20.0, bench.project.limits.seconds)
+        return await bench.take(draft, await bench.ask(workbench.edit_part, draft.program(), change, seconds))
+
+    @server.tool(annotations=_EDITS)
+    async def repair(
+        session: Name,
+        that: Declarations = None,
+        geometry: Annotated[bool, Field(description="also resolve overlaps and gaps")] = True,
+        seconds: Annotated[float, Field(gt=0, le=_MAX_REPAIR, description="time to search")] = 20.0,
+    ) -> CallToolResult:
+        """Edit numbers of a session so that failed declarations and findings of the geometry are resolved; one line for
+        each edit. Undoable."""
+        draft = bench.sessions[session]
+        found = await bench.ask(workbench.repair, draft.program(), tuple(that or ()), geometry, seconds)
+        return await bench.take(draft, found)
+
+    @server.tool(annotations=_EDITS)
+    async def undo(
+        session: Name, steps: Annotated[int, Field(ge=1, le=200, description="number of edits")] = 1
+    ) -> CallToolResult:
+        """Undo edits of a session."""
+        draft = bench.sessions[session]
+        taken = draft.step(steps, back=True)
+        return await bench.changed(
+            draft, [f"undid {taken} of {steps}" if taken else "nothing to undo"], {"steps": taken}
+        )
+
+    @server.tool(annotations=_EDITS)
+    async def redo(
+        session: Name, steps: Annotated[int, Field(ge=1, le=200, description="number of edits")] = 1
+    ) -> CallToolResult:
+        """Redo edits that were undone."""
+        draft = bench.sessions[session]
+        taken = draft.step(steps, back=False)
+        return await bench.changed(
+            draft, [f"redid {taken} of {steps}" if taken else "nothing to redo"], {"steps": taken}
+        )
+
+
+def _add_files(server: SceneServer, bench: Bench) -> None:
+    @server.tool(annotations=_WRITES)
+    def save(
+        session: Name,
+        path: Annotated[
+            str, Field(description=".scene file in an existing folder of the project; default: its own")
+        ] = "",
+        overwrite: Overwrite = False,
+    ) -> CallToolResult:
+        """Write a session to a file of the project, atomically."""
+        draft = bench.sessions[session]
+        target = workbench.save(bench.project, draft, path, overwrite)
+        size = target.stat().st_size
+        data = {"ok": True, **draft.state(), "path": draft.path, "bytes": size}
+        return _result(tools.answer([f"saved {draft.path}, {size:,} bytes"], data))
+
+    @server.tool(annotations=_WRITES)
+    async def export(
+        session: Name,
+        path: Annotated[str, Field(description="file in the project: .glb .usda .obj .stl .ply .json and others")],
+        frame: Annotated[
+            int | None, Field(ge=0, description="frame of a 4D scene; default: as the format has it")
+        ] = None,
+        overwrite: Overwrite = False,
+    ) -> CallToolResult:
+        """Export the scene of a session to another format, in the project folder."""
+        program = bench.sessions[session].program()
+        return await bench.result(workbench.export, program, path, frame, overwrite, writes=True)
+
+
+# --- resources and prompts -------------------------------------------------------------------------------------------
+
+
+def _add_resources(server: SceneServer, bench: Bench) -> None:
     @server.resource(PRIMER, title="Overview of the Scene Language", mime_type="text/markdown")
     def overview() -> str:
-        return primer_text()
+        return tools.primer_text()
+
+    @server.resource(EXAMPLES, title="Names of example programs", mime_type="text/plain")
+    def examples() -> str:
+        return "\n".join(f"{EXAMPLES}/{name}" for name in example_names())
+
+    @server.resource(EXAMPLES + "/{name}", title="Example program", mime_type="text/plain")
+    def example(name: str) -> str:
+        text = example_text(name)
+        if text is None:
+            raise ValueError(f"no example `{clipped(name[:40])}`")
+        return text
+
+    @server.resource("scenelang://sessions/{session}", title="Current program of a session", mime_type="text/plain")
+    def current(session: str) -> str:
+        try:
+            return bench.sessions[session].text
+        except WrongArguments as error:
+            raise ValueError(str(error)) from None
 
 
-async def _call_tool(worker: Worker, tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
-    """Run a tool in a worker's process; it is killed if the client cancels the call."""
-    try:
-        return _result(await _in_thread(worker, tool, *arguments))
-    except Ended as error:
-        return _result(refused([error.problem]))
-    except WrongArguments as error:
-        raise ToolError(str(error)) from None
+def _add_prompts(server: SceneServer) -> None:
+    @server.prompt(description="Build a scene from a description")
+    def build(task: str) -> str:
+        return (
+            f"Build this scene as a program of the Scene Language: {task[:_MAX_ARGUMENT_LENGTH]}\n"
+            "1. Call `help`, then `search` for the forms and combinators that you need.\n"
+            "2. `open` an empty session and write the program with `edit`: one word for each kind of thing.\n"
+            "3. State what must hold with `assert-that`, `check` with `geometry`, and fix or `repair` what is found.\n"
+            "4. Look at `views`, once with the overlay `word`; `measure` what matters.\n"
+            "5. `save` the program."
+        )
+
+    @server.prompt(description="Change a program of the project")
+    def edit(path: str, instruction: str) -> str:
+        return (
+            f"Change `{path[:200]}`: {instruction[:_MAX_ARGUMENT_LENGTH]}\n"
+            "`open` and `read` it, find the parts with `query`, and change as little as possible with `edit_part`, "
+            "`replace` or `edit`. `diff` with the session must show only what was asked. `check` with `geometry`, look "
+            "at `views`, then `save`."
+        )
+
+    @server.prompt(description="Report what a program shows and what is wrong with it")
+    def inspect(path: str) -> str:
+        return (
+            f"Inspect `{path[:200]}` and change nothing. `open` it; `run`, `check` with `geometry` and `physics`, list "
+            "`relations`, and look at `views` with the overlays `none` and `instance`. Report what is there, with "
+            "counts and sizes, and every finding with its line and a fix."
+        )
+
+    @server.prompt(description="Reconstruct a scene from an image of the project")
+    def reconstruct(image: str) -> str:
+        return (
+            f"Reconstruct `{image[:200]}` as a program of the Scene Language. `open` an empty session and `compare` it "
+            "with the image early and often, from a camera that fits. First get the layout and the counts right, then "
+            "proportions, then colours and materials. `check` with `geometry`, `repair`, and `save` the program."
+        )
 
 
-async def _in_thread(worker: Worker, *arguments: Any) -> ToolAnswer:
+async def _in_thread(worker: Worker, *arguments: Any) -> Any:
     ask = lambda: worker.ask(*arguments)
     try:
-        answer: ToolAnswer = await anyio.to_thread.run_sync(ask, abandon_on_cancel=True)
-        return answer
+        return await anyio.to_thread.run_sync(ask, abandon_on_cancel=True)
     except anyio.get_cancelled_exc_class():
         worker.interrupt()
         raise
 
 
 def _result(answer: ToolAnswer) -> CallToolResult:
-    content: list[ContentBlock] = [TextContent(text=answer.text)]
-    if answer.png is not None:
-        content.insert(0, ImageContent(data=base64.b64encode(answer.png).decode("ascii"), mime_type="image/png"))
-    return CallToolResult(content=content, structured_content=answer.data)
+    found = fitted(answer)
+    content: list[ContentBlock] = [TextContent(text=found.text)]
+    if found.png is not None:
+        content.insert(0, ImageContent(data=base64.b64encode(found.png).decode("ascii"), mime_type="image/png"))
+    return CallToolResult(content=content, structured_content=found.data)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,12 +17,15 @@ from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, printable, render_text, suggest, to_json
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.scene.entity import Scene, count_words
+from scenelang.interpreter.scene.instance_paths import part_of
 from scenelang.interpreter.scene.outline import summary, summary_rows
+from scenelang.interpreter.scene.primitives import docs_of_words
 from scenelang.primer import description, known_names, primer
 from scenelang.sandbox.supervision import limited
 from scenelang.scene_changes import TOLERANCE, change_lines, changes_between, compared_frames, compared_frames_in
 from scenelang.scene_relations import declaration_source
 from scenelang.session import Options, Session, linted
+from scenelang.stdlib.reference import TOPICS, records
 from scenelang.zfile import beside, read_entries
 
 if TYPE_CHECKING:
@@ -40,15 +44,22 @@ _MAX_DIAGNOSTICS = 20
 _MAX_INSIDE = 10  # items of nested lists
 _MAX_TEXT_LENGTH = 20_000  # characters
 _MAX_STRING_LENGTH = 500
+MAX_ANSWER = 4_000  # bytes of text and data together
+_TEXT_SHARE = 2_200  # bytes of text beside data that needs more than the rest
+_STEPS = ((100, 500), (50, 400), (20, 300), (10, 200), (5, 160), (3, 120), (2, 80), (1, 60), (0, 40))
 
 
 @dataclass(frozen=True, slots=True)
 class ToolAnswer:
-    """Answer of a tool. ``data`` is None if the image is the whole answer; ``png`` is the image."""
+    """Answer of a tool. ``data`` is None if the image or the text is the whole answer; ``png`` is the image.
+
+    ``program`` is a new text of the program, for the server and not for the client.
+    """
 
     text: str
     data: dict[str, Any] | None = None
     png: bytes | None = None
+    program: str | None = None
 
 
 def answer(lines: Iterable[str], data: dict[str, Any]) -> ToolAnswer:
@@ -62,6 +73,61 @@ def bounded_text(lines: Iterable[str]) -> str:
     if len(text) <= _MAX_TEXT_LENGTH:
         return text
     return f"{text[:_MAX_TEXT_LENGTH]}\n... and {len(text) - _MAX_TEXT_LENGTH:,} more characters"
+
+
+def fitted(found: ToolAnswer) -> ToolAnswer:
+    """Return an answer whose text and data have at most 4,000 bytes together; what is left out is told."""
+    needed = 0 if found.data is None else len(json.dumps(found.data))
+    text = _cut(found.text, MAX_ANSWER - min(needed, MAX_ANSWER - _TEXT_SHARE))
+    if found.data is None:
+        return replace(found, text=text)
+    return replace(found, text=text, data=_shrunk(found.data, MAX_ANSWER - len(text.encode("utf-8"))))
+
+
+def _cut(text: str, most: int) -> str:
+    """Truncate a text at the end of a line."""
+    if len(text.encode("utf-8")) <= most:
+        return text
+    kept = text.encode("utf-8")[: most - 60].decode("utf-8", "ignore")
+    kept = kept[: kept.rfind("\n")] if kept.rfind("\n") > most // 2 else kept
+    return f"{kept}\n... and {len(text) - len(kept):,} more characters"
+
+
+def _shrunk(data: dict[str, Any], room: int) -> dict[str, Any]:
+    """Truncate lists, tables and strings until the data fits."""
+    for most, length in _STEPS:
+        found = _with_fewer(data, most, length)
+        if len(json.dumps(found)) <= room:
+            return found
+    plain = {name: value for name, value in data.items() if isinstance(value, bool | int | float)}
+    return {**plain, "truncated": True}
+
+
+def _with_fewer(data: dict[str, Any], most: int, length: int) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, value in data.items():
+        left = f"{name}_left_out"
+        if isinstance(value, list):
+            found[name] = [_shortened(item, most, length) for item in value[:most]]
+        elif isinstance(value, dict):
+            found[name] = {k: _shortened(value[k], most, length) for k in islice(value, max(2 * most, 12))}
+        else:
+            found.setdefault(name, _shortened(value, most, length))
+            continue
+        missing = len(value) - len(found[name])
+        if missing:
+            found[left] = missing + int(data.get(left, 0))
+    return found
+
+
+def _shortened(value: Any, most: int, length: int) -> Any:
+    if isinstance(value, str):
+        return value if len(value) <= length else f"{value[:length]}..."
+    if isinstance(value, dict):
+        return {name: _shortened(each, most, length) for name, each in value.items()}
+    if isinstance(value, list):
+        return [_shortened(item, most, length) for item in value[: max(most, 4)]]
+    return value
 
 
 def bounded(data: dict[str, Any], most: int = MAX_ITEMS) -> dict[str, Any]:
@@ -101,8 +167,13 @@ def diagnosed(diagnostics: Sequence[Diagnostic]) -> tuple[list[str], dict[str, A
     shown = ordered[:_MAX_DIAGNOSTICS]
     left = len(ordered) - len(shown)
     lines = [render_text(diagnostic) for diagnostic in shown] + ([f"... and {left:,} more"] if left else [])
-    data: dict[str, Any] = {"diagnostics": [to_json(diagnostic) for diagnostic in shown]}
+    data: dict[str, Any] = {"diagnostics": [_filled(to_json(diagnostic)) for diagnostic in shown]}
     return lines, data | ({"diagnostics_left_out": left} if left else {})
+
+
+def _filled(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields of a diagnostic that are not empty."""
+    return {name: value for name, value in data.items() if value not in (None, [], "")}
 
 
 def printed(log: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
@@ -145,7 +216,7 @@ y is up, lengths are the scene's units, angles radians. Colours are linear, `[re
 
 A 4D scene is a root whose value is `(frames list)`, one entity for every moment.
 """
-_END = "\nUse the tool `help` for the description of a name."
+_END = "\nUse the tool `help` for the description of a name, and `search` to find one."
 
 
 def primer_text() -> str:
@@ -153,31 +224,52 @@ def primer_text() -> str:
     return "\n".join([_START, primer(), _END])
 
 
+def overview_text() -> str:
+    """Return the beginning of the primer and the names for scenes, short enough for a tool."""
+    topics = ("paper", "poses", "combinators", "solids", "entities")
+    lines = [f"{title}: {', '.join(r.name for r in records() if r.topic == topic)}" for topic, title in _titles(topics)]
+    words = f"Primitives: {', '.join(docs_of_words())}"
+    return "\n".join([_START, words, *lines, _END.strip(), "The resource scenelang://primer has all of it."])
+
+
+def _titles(topics: Sequence[str]) -> list[tuple[str, str]]:
+    return [(topic, TOPICS[topic][0]) for topic in topics]
+
+
 # Project folder: the only folder that agents may read, and the programs in it.
 
 
 _NAME = "<program>"
-_MAX_PROGRAM_LENGTH = 1_000_000  # characters; larger programs can be passed as files
+MAX_PROGRAM_LENGTH = 1_000_000  # characters; larger programs can be passed as files
 _SHOWN = 120
 
 
 class WrongArguments(Exception):
-    """Raised for an invalid call, independent of the program. The message is one line for the agent."""
+    """Raised for an invalid call, independent of the program. The message is one line for the agent, ``name`` that of
+    its diagnostic."""
+
+    def __init__(self, message: str, name: str = "value") -> None:
+        super().__init__(message, name)
+        self.name = name
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 def wrong_arguments(error: SceneError) -> WrongArguments:
     """Convert a SceneError about arguments to one line."""
-    return WrongArguments("; ".join(part for part in (error.message, error.hint) if part))
+    return WrongArguments("; ".join(part for part in (error.message, error.hint) if part), error.name)
 
 
 @dataclass(frozen=True, slots=True)
 class ProjectProgram:
     """Program of a call: either its text or a file, the other is empty. ``root`` is the word to evaluate (empty: the
-    program's default)."""
+    program's default), ``name`` the file that a text of a session is from."""
 
     text: str = ""
     path: str = ""
     root: str = ""
+    name: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,20 +287,22 @@ class Project:
             target = (self.root / path).resolve()
             is_inside, is_file = target.is_relative_to(self.root), target.is_file()
         except (OSError, ValueError, RuntimeError):
-            raise WrongArguments(f"invalid path `{shown}`") from None
+            raise WrongArguments(f"invalid path `{shown}`", "file") from None
         if not is_inside:
-            raise WrongArguments(f"`{shown}` is outside the project folder")
+            raise WrongArguments(f"`{shown}` is outside the project folder", "import-outside")
         if not is_file:
-            raise WrongArguments(f"no file `{shown}` in the project folder")
+            raise WrongArguments(f"no file `{shown}` in the project folder", "file")
         return target
 
     def opened(self, program: ProjectProgram) -> tuple[Session, Source]:
         """Return session and source to check or evaluate. Raises WrongArguments if the call specifies no program,
         SceneError if the file cannot be read."""
         if bool(program.text) == bool(program.path):
-            raise WrongArguments("expected either `program` (text) or `path` (file of the project folder)")
+            raise WrongArguments("expected one of `session`, `program` (text) and `path` (file of the project folder)")
         if program.text:
-            return self._session(program, {}), Source(_NAME, _checked(program.text))
+            near = self.root / program.name if program.name else None
+            session = self._session(program, {} if near is None else self._embeddings(near))
+            return session, Source(program.name or _NAME, _checked(program.text))
         file = self.file(program.path)
         session = self._session(program, self._embeddings(file))
         return session, Source(str(file.relative_to(self.root)), session.source(str(file)).text)
@@ -223,8 +317,10 @@ class Project:
 
 
 def _checked(text: str) -> str:
-    if len(text) > _MAX_PROGRAM_LENGTH:
-        raise WrongArguments(f"`program` exceeds {_MAX_PROGRAM_LENGTH:,} characters; save it as a file and use `path`")
+    if len(text) > MAX_PROGRAM_LENGTH:
+        raise WrongArguments(
+            f"`program` exceeds {MAX_PROGRAM_LENGTH:,} characters; save it as a file and use `path`", "size"
+        )
     return text
 
 
@@ -237,34 +333,45 @@ _CHANGES_TOLD = 20
 
 @dataclass(frozen=True, slots=True)
 class ToolView:
-    """View of an image: frame of a 4D scene (None: the first), camera, size in pixels."""
+    """View of an image: frame of a 4D scene (None: the first), camera, size in pixels, and the path of what is shown
+    (empty: everything)."""
 
     camera: str = ""
     frame: int | None = None
     width: int = SIZE
     height: int = SIZE
+    part: str = ""
 
 
-def check(project: Project, program: ProjectProgram, geometry: bool, that: Sequence[str] = ()) -> ToolAnswer:
+def check(
+    project: Project, program: ProjectProgram, geometry: bool, that: Sequence[str] = (), physics: bool = False
+) -> ToolAnswer:
     """Return all errors and warnings.
 
-    ``geometry`` also evaluates the program and runs the geometry lint; ``that`` are declarations, which are tested
-    besides those of the program.
+    ``geometry`` also evaluates the program and runs the geometry lint, ``physics`` simulates it; ``that`` are
+    declarations, which are tested besides those of the program.
     """
     try:
         with limited(project.limits):
             session, source = project.opened(program)
             stated = [each for text in that for each in session.declarations(declaration_source(text))]
             found: Sequence[Diagnostic] = session.check(source).diagnostics
-            if geometry or stated:
+            if geometry or stated or physics:
                 result = session.evaluate(source)
                 lints = [lambda scene: check_declarations(scene, stated), *([check_geometry] if geometry else [])]
+                lints += [_check_physics] if physics else []
                 found = [*result.diagnostics, *linted(result, *lints)]
     except SceneError as error:
         return refused([error.diagnostic])
     lines, data = diagnosed(found)
     ok = not any(diagnostic.is_error for diagnostic in found)
     return answer(lines or ["no errors and no warnings"], {"ok": ok, **data})
+
+
+def _check_physics(scene: Scene) -> list[Diagnostic]:
+    from scenelang.backends.physics.verdicts import SECONDS, check_physics
+
+    return check_physics(scene, SECONDS)
 
 
 def run(project: Project, program: ProjectProgram) -> ToolAnswer:
@@ -277,31 +384,32 @@ def run(project: Project, program: ProjectProgram) -> ToolAnswer:
         rows = [f"{name}: {value}" for name, value in summary_rows(facts)]
         return answer([*rows, *printed_lines, *lines], {"ok": True, **facts, **log, **data})
 
-    return _of_scene(project, program, reply)
+    return of_scene(project, program, reply)
 
 
 def count(project: Project, program: ProjectProgram, frame: int) -> ToolAnswer:
     """Return the instances of every word in a frame, in order of first appearance."""
 
     def reply(scene: Scene, _: Evaluated) -> ToolAnswer:
-        counts = count_words(scene.frames[_frame(scene, frame)])
+        counts = count_words(scene.frames[frame_in(scene, frame)])
         shown = dict(islice(((word, n) for word, n in counts.items() if len(word) <= _MAX_WORD_LENGTH), _MAX_WORDS))
         left = len(counts) - len(shown)
         lines = [f"{n:,} {word}" for word, n in shown.items()] + ([f"... and {left:,} more words"] if left else [])
         data: dict[str, Any] = {"ok": True, "frame": frame, "counts": shown}
         return answer(lines, data | ({"counts_left_out": left} if left else {}))
 
-    return _of_scene(project, program, reply)
+    return of_scene(project, program, reply)
 
 
 def render(project: Project, program: ProjectProgram, view: ToolView) -> ToolAnswer:
     """Render a draft image of a frame."""
-    camera = _camera(project, view.camera)
+    camera = camera_in(project, view.camera)
 
     def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
         from scenelang.backends.pictures import film
 
-        frame = _frame(scene, view.frame)
+        scene = part_of(scene, view.part) if view.part else scene
+        frame = frame_in(scene, view.frame)
         warned = list(result.diagnostics)
         options = film.PictureOptions(
             frame=frame,
@@ -314,9 +422,11 @@ def render(project: Project, program: ProjectProgram, view: ToolView) -> ToolAns
         png = film.png_of(film.render(scene, options))
         of = f", frame {frame} of {len(scene.frames)} (0 to {len(scene.frames) - 1})" if scene.animated else ""
         lines, _ = diagnosed(warned)
-        return ToolAnswer(bounded_text([f"{scene.word}{of}, {view.width} x {view.height} pixels", *lines]), None, png)
+        return ToolAnswer(
+            bounded_text([f"{view.part or scene.word}{of}, {view.width} x {view.height} pixels", *lines]), None, png
+        )
 
-    return _of_scene(project, program, reply)
+    return of_scene(project, program, reply)
 
 
 def diff(project: Project, a: ProjectProgram, b: ProjectProgram, tolerance: float = TOLERANCE) -> ToolAnswer:
@@ -345,7 +455,7 @@ def explain(name: str) -> ToolAnswer:
     """Describe a name of the language, a primitive, an attribute or a diagnostic; without a name, return the primer."""
     query = name.strip()
     if not query:
-        return ToolAnswer(primer_text())
+        return ToolAnswer(overview_text())
     lines = description(query)
     if not lines:
         hint = suggest(query, known_names()) or "call help without a name for an overview"
@@ -356,7 +466,7 @@ def explain(name: str) -> ToolAnswer:
 # --- shared --------------------------------------------------------------------------------------------------------
 
 
-def _of_scene(project: Project, program: ProjectProgram, reply: Callable[[Scene, Evaluated], ToolAnswer]) -> ToolAnswer:
+def of_scene(project: Project, program: ProjectProgram, reply: Callable[[Scene, Evaluated], ToolAnswer]) -> ToolAnswer:
     """Apply ``reply`` to the program's scene; return its diagnostics if the program has errors or ``reply`` raises."""
     try:
         with limited(project.limits):
@@ -390,14 +500,14 @@ def _compared_frames(project: Project, program: ProjectProgram) -> list[Compared
         return refused([error.diagnostic])
 
 
-def _frame(scene: Scene, frame: int | None) -> int:
+def frame_in(scene: Scene, frame: int | None) -> int:
     try:
         return frame_of(scene, frame)
     except SceneError as error:
         raise wrong_arguments(error) from None
 
 
-def _camera(project: Project, text: str) -> Viewpoint | Camera:
+def camera_in(project: Project, text: str) -> Viewpoint | Camera:
     """Parse a camera as `--camera` does; camera files must be in the project folder."""
     from scenelang.backends.pictures.camera import parse_viewpoint
 

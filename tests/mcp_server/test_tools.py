@@ -41,13 +41,21 @@ def picture(result: CallToolResult) -> Any:
     return Image.open(io.BytesIO(base64.b64decode(image.data)))
 
 
-def test_the_tools_only_read(agent: Any) -> None:
+LOOK = {
+    "check", "run", "count", "diff", "render", "views", "compare", "help", "search", "query", "measure", "relations", "read",
+    "sessions",
+}  # fmt: skip
+WORK = {"open", "transpile", "close", "edit", "replace", "edit_part", "repair", "undo", "redo"}
+
+
+def test_tools_say_what_they_do(agent: Any) -> None:
     tools = agent.portal.call(agent.session.list_tools).tools
-    assert [tool.name for tool in tools] == ["check", "run", "count", "diff", "render", "help"]
+    assert {tool.name for tool in tools} == LOOK | WORK | {"save", "export"}
     for tool in tools:
         assert tool.description
-        assert tool.annotations.read_only_hint
-        assert all(each.get("description") for each in tool.input_schema["properties"].values())
+        assert tool.annotations.read_only_hint == (tool.name in LOOK)
+        assert tool.annotations.destructive_hint == (tool.name in ("save", "export"))
+        assert all(each.get("description") for each in tool.input_schema["properties"].values()), tool.name
 
 
 def test_an_agent_mends_a_program_and_looks_at_it(agent: Any) -> None:

@@ -1,0 +1,465 @@
+"""Programs that an agent works on: texts in memory with undo, and files that are written in the project folder.
+
+``Workbench`` lives in the server; the functions below it evaluate, and run in a worker.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import stat
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from scenelang.backends import base
+from scenelang.backends.files import atomic_write_all, read_regular, write_text
+from scenelang.grammar.datum import Source
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, printable, to_json
+from scenelang.instance_edits import InstanceEdit, edited
+from scenelang.mcp.tools import (
+    MAX_PROGRAM_LENGTH,
+    Project,
+    ProjectProgram,
+    ToolAnswer,
+    WrongArguments,
+    answer,
+    clipped,
+    diagnosed,
+    refused,
+)
+from scenelang.repairing import repaired
+from scenelang.sandbox.supervision import limited
+from scenelang.scene_relations import declaration_source
+from scenelang.session import is_python
+
+MAX_SESSIONS = 16
+MAX_EXPORT = 200_000_000  # bytes
+_MAX_UNDO = 200
+_MAX_DIFF = 40  # lines
+_MAX_KEPT = 20_000_000  # characters of all versions of a session
+_MAX_SHOWN = 60  # lines
+_CONTEXT = 2  # lines around an edit
+_MAX_MATCHES = 10_000
+_MAX_READ = 16_000_000  # bytes
+_MAX_COMPARED = (500, 120)  # lines, and characters of a line, that are searched for one like another
+_MAX_BYTES = 3_000  # of lines that are read
+_MAX_NAME = 200  # bytes of the name of a file
+_SAVED = (".scene",)
+
+
+# --- sessions --------------------------------------------------------------------------------------------------------
+
+
+@dataclass(slots=True)
+class OpenProgram:
+    """A program in memory.
+
+    ``path`` is the file that it is from, relative to the project ("" for none), ``saved`` the text of that file, and
+    ``before`` and ``after`` the texts to go back and forward to.
+    """
+
+    name: str
+    text: str
+    path: str = ""
+    saved: str | None = None
+    before: list[str] = field(default_factory=list)
+    after: list[str] = field(default_factory=list)
+
+    def program(self, root: str = "") -> ProjectProgram:
+        """Return the program for a worker."""
+        return ProjectProgram(self.text or "\n", "", root, self.path)
+
+    def state(self) -> dict[str, Any]:
+        """Return what an agent needs to know after each call."""
+        return {"session": self.name, "version": len(self.before), "unsaved": self.text != (self.saved or "")}
+
+    def set(self, text: str) -> None:
+        """Replace the text; the last one can be undone."""
+        if len(text) > MAX_PROGRAM_LENGTH:
+            raise WrongArguments(f"the program would exceed {MAX_PROGRAM_LENGTH:,} characters", "size")
+        if text == self.text:
+            return
+        self.before.append(self.text)
+        self.after.clear()
+        self.text = text
+        while len(self.before) > _MAX_UNDO or (len(self.before) > 1 and sum(map(len, self.before)) > _MAX_KEPT):
+            del self.before[0]
+
+    def step(self, steps: int, back: bool) -> int:
+        """Go back or forward; returns the number of steps that there were."""
+        source, target = (self.before, self.after) if back else (self.after, self.before)
+        taken = 0
+        while source and taken < steps:
+            target.append(self.text)
+            self.text = source.pop()
+            taken += 1
+        return taken
+
+
+class Workbench:
+    """The open sessions of a server, by name."""
+
+    def __init__(self) -> None:
+        self._drafts: dict[str, OpenProgram] = {}
+        self._number = 0
+
+    def open(self, text: str, path: str = "", saved: str | None = None) -> OpenProgram:
+        """Open a session; raises WrongArguments if there are too many."""
+        if len(self._drafts) >= MAX_SESSIONS:
+            raise WrongArguments(f"{MAX_SESSIONS} sessions are open; close one", "size")
+        if len(text) > MAX_PROGRAM_LENGTH:
+            raise WrongArguments(f"the program exceeds {MAX_PROGRAM_LENGTH:,} characters", "size")
+        self._number += 1
+        draft = OpenProgram(f"s{self._number}", text, path, saved)
+        self._drafts[draft.name] = draft
+        return draft
+
+    def __getitem__(self, name: str) -> OpenProgram:
+        draft = self._drafts.get(name)
+        if draft is None:
+            known = f"open are {', '.join(self._drafts)}" if self._drafts else "none is open; call `open`"
+            raise WrongArguments(f"no session `{clipped(name[:40])}`; {known}")
+        return draft
+
+    def close(self, name: str) -> OpenProgram:
+        """Close a session and return it."""
+        draft = self[name]
+        del self._drafts[name]
+        return draft
+
+    def names(self) -> list[str]:
+        return list(self._drafts)
+
+
+# --- edits of text ---------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class TextSpan:
+    """A range of a text: lines and columns from 1 as in diagnostics, the end excluded, or offsets from 0.
+
+    Without an end it is empty, which inserts. ``old`` is the text that is expected there, if it is given.
+    """
+
+    line: int = 0
+    column: int = 1
+    end_line: int = 0
+    end_column: int = 0
+    start: int = -1
+    end: int = -1
+    old: str | None = None
+
+    def offsets(self, text: str) -> tuple[int, int]:
+        """Return the range as offsets; raises WrongArguments if it is none of the text."""
+        by_line = self.line > 0
+        if by_line == (self.start >= 0):
+            raise WrongArguments("expected either `line` and `column`, or the offset `start`")
+        if by_line:
+            start = _offset(text, self.line, self.column)
+            end = _offset(text, self.end_line or self.line, self.end_column) if self.end_column else start
+            if not self.end_column and self.old is not None:
+                end = start + len(self.old)
+            elif self.end_line and not self.end_column:
+                raise WrongArguments("`end_line` needs `end_column`")
+        else:
+            start = self.start
+            end = self.end if self.end >= 0 else start + len(self.old or "")
+        if not 0 <= start <= end <= len(text):
+            raise WrongArguments(f"the span {start} to {end} is no range of a text of {len(text):,} characters")
+        if self.old is not None and text[start:end] != self.old:
+            found = clipped(text[start:end][:80]).replace("\n", " ")
+            raise WrongArguments(f"`old` differs from the text of the span, which is `{found}`")
+        return start, end
+
+
+def _offset(text: str, line: int, column: int) -> int:
+    lines = text.count("\n") + 1
+    if line > lines:
+        raise WrongArguments(f"line {line} does not exist; the program has {lines:,}")
+    source = Source("<program>", text)
+    start, length = source.line_start(line), len(source.line(line))
+    if not 1 <= column <= length + 1:
+        raise WrongArguments(f"column {column} does not exist; line {line} has {length:,} characters")
+    return start + column - 1
+
+
+def spliced(text: str, span: TextSpan, new: str) -> tuple[str, int]:
+    """Return a text with a range replaced, and the offset of the change."""
+    start, end = span.offsets(text)
+    return text[:start] + new + text[end:], start
+
+
+def substituted(text: str, old: str, new: str, every: bool) -> tuple[str, int, int]:
+    """Return a text with ``old`` replaced, the offset of the first change, and the number of changes.
+
+    Raises WrongArguments if it does not occur, or more than once without ``every``.
+    """
+    if not old:
+        raise WrongArguments("`old` is empty; insert text with `edit`")
+    count = text.count(old)
+    if count == 0:
+        raise WrongArguments(f"`old` does not occur in the program{_nearest(text, old)}")
+    if count > 1 and not every:
+        lines = [text.count("\n", 0, at) + 1 for at in _places(text, old, 5)]
+        shown = ", ".join(map(str, lines))
+        raise WrongArguments(f"`old` occurs {count:,} times (lines {shown}); add more context, or pass `every`")
+    if count > _MAX_MATCHES or len(text) + count * (len(new) - len(old)) > MAX_PROGRAM_LENGTH:
+        raise WrongArguments(f"replacing {count:,} places would exceed the limits of a program", "size")
+    return text.replace(old, new), text.index(old), count
+
+
+def _nearest(text: str, old: str) -> str:
+    """Return a hint with the line that is most like the first one of a text that does not occur."""
+    lines, length = _MAX_COMPARED
+    line = next((part for part in old[:10_000].splitlines() if part.strip()), old).strip()[:length]
+    every = [part.strip() for part in text.splitlines() if len(part) <= length][:lines]
+    near = difflib.get_close_matches(line, every, 1, 0.6)
+    return f"; the nearest line is `{clipped(near[0])}`" if near else ""
+
+
+def _places(text: str, old: str, most: int) -> list[int]:
+    found: list[int] = []
+    at = text.find(old)
+    while at >= 0 and len(found) < most:
+        found.append(at)
+        at = text.find(old, at + len(old))
+    return found
+
+
+def numbered(text: str, first: int, last: int) -> list[str]:
+    """Return lines with their numbers, at most 60 and about 3,000 bytes."""
+    source = Source("<program>", text)
+    first, last = max(1, first), min(last, line_count(text), first + _MAX_SHOWN - 1)
+    found: list[str] = []
+    size = 0
+    for number in range(first, last + 1):
+        line = f"{number:>4}  {clipped(source.line(number))}"
+        size += len(line.encode("utf-8")) + 1
+        if size > _MAX_BYTES and found:
+            break
+        found.append(line)
+    return found
+
+
+def line_count(text: str) -> int:
+    """Return the number of lines of a text, 0 for an empty one."""
+    return text.count("\n") + (not text.endswith("\n")) if text else 0
+
+
+def around(text: str, offset: int, length: int) -> list[str]:
+    """Return the lines of a change with some around it."""
+    first = text.count("\n", 0, offset) + 1
+    last = first + text.count("\n", offset, offset + length)
+    return numbered(text, first - _CONTEXT, min(last, first + 10) + _CONTEXT)
+
+
+# --- files -----------------------------------------------------------------------------------------------------------
+
+
+def target_of(project: Project, path: str, endings: Iterable[str], overwrite: bool) -> Path:
+    """Return the file to write, in an existing folder of the project.
+
+    Raises WrongArguments for a path outside, through a link, to something that is no file, hidden, with another ending,
+    or to an existing file without ``overwrite``.
+    """
+    shown = clipped(path[:120]).replace("\n", " ")
+    known = tuple(endings)
+    if not path or "\0" in path or not printable(path) == path:
+        raise WrongArguments("expected the path of a file in the project folder", "file")
+    relative = Path(path)
+    if relative.is_absolute():
+        if not relative.is_relative_to(project.root):
+            raise WrongArguments(f"`{shown}` is outside the project folder", "import-outside")
+        relative = relative.relative_to(project.root)
+    if any(len(part.encode("utf-8", "replace")) > _MAX_NAME for part in relative.parts):
+        raise WrongArguments(f"the name `{shown}` is too long", "file")
+    if ".." in relative.parts:
+        raise WrongArguments(f"`{shown}` is outside the project folder", "import-outside")
+    if any(part.startswith(".") for part in relative.parts):
+        raise WrongArguments(f"`{shown}` is hidden; write another name", "file")
+    if relative.suffix.lower() not in known:
+        raise WrongArguments(f"`{shown}` cannot be written; expected the ending {', '.join(known)}", "file")
+    target = project.root / relative
+    try:
+        _check_folders(project.root, target, shown)
+        _check_file(target, shown, overwrite)
+    except (OSError, ValueError):
+        raise WrongArguments(f"invalid path `{shown}`", "file") from None
+    return target
+
+
+def _check_folders(root: Path, target: Path, shown: str) -> None:
+    """Check that all folders on the way exist, and that none is a link."""
+    folder = root
+    for part in target.relative_to(root).parts[:-1]:
+        folder = folder / part
+        if not os.path.lexists(folder):
+            raise WrongArguments(f"the folder of `{shown}` does not exist", "file")
+        if not stat.S_ISDIR(os.lstat(folder).st_mode):
+            raise WrongArguments(f"`{shown}` is below a link or a file; folders of the project only", "file")
+
+
+def _check_file(target: Path, shown: str, overwrite: bool) -> None:
+    if not os.path.lexists(target):
+        return
+    status = os.lstat(target)
+    if not stat.S_ISREG(status.st_mode) or status.st_nlink > 1:
+        raise WrongArguments(f"`{shown}` exists and is a link, a folder or a special file", "file")
+    if not overwrite:
+        raise WrongArguments(f"`{shown}` exists; pass `overwrite` to replace it", "file")
+
+
+def save(project: Project, draft: OpenProgram, path: str, overwrite: bool) -> Path:
+    """Write a session to a file, atomically, and return it."""
+    name = path or draft.path
+    if not name:
+        raise WrongArguments("the session has no file yet; pass `path`", "file")
+    target = target_of(project, name, _SAVED, overwrite or _is_own(project, draft, name))
+    text = draft.text if draft.text.endswith("\n") or not draft.text else draft.text + "\n"
+    try:
+        text.encode("utf-8")
+        write_text(target, text)
+    except UnicodeEncodeError:
+        raise WrongArguments("the program has characters that UTF-8 cannot encode", "encoding") from None
+    except SceneError as error:
+        raise WrongArguments(error.message.replace(str(project.root) + os.sep, ""), error.name) from None
+    draft.path, draft.saved = str(target.relative_to(project.root)), draft.text
+    return target
+
+
+def _is_own(project: Project, draft: OpenProgram, name: str) -> bool:
+    """Return whether a file is the session's own and still as it was; raises WrongArguments if it was changed."""
+    if not draft.path or draft.saved is None or (project.root / name) != project.root / draft.path:
+        return False
+    try:
+        now = read_regular(project.root / draft.path, _MAX_READ).decode("utf-8", "replace")
+    except OSError:
+        return True
+    if now.rstrip("\n") != draft.saved.rstrip("\n"):
+        raise WrongArguments(f"`{draft.path}` was changed since it was opened; pass `overwrite` to replace it", "file")
+    return True
+
+
+# --- work in a worker ------------------------------------------------------------------------------------------------
+
+
+def opened_text(project: Project, program: ProjectProgram) -> ToolAnswer:
+    """Read a program of the project, or translate a model's Python; ``program`` of the answer is its text."""
+    try:
+        with limited(project.limits):
+            session, source = project.opened(program)
+            if not is_python(source):
+                return ToolAnswer("", {"ok": True, "translated": False}, program=source.text)
+            found = session.transpile(source)
+    except SceneError as error:
+        return refused([error.diagnostic])
+    if not found.ok:
+        return refused(found.diagnostics)
+    lines, data = diagnosed(found.diagnostics)
+    return ToolAnswer("\n".join(lines), {"ok": True, "translated": True, **data}, program=found.text)
+
+
+def changed_lines(project: Project, old: str, new: str, names: tuple[str, str]) -> ToolAnswer:
+    """Return a unified diff of two texts, at most 40 lines."""
+    try:
+        with limited(project.limits):
+            found = list(difflib.unified_diff(old.splitlines(), new.splitlines(), *names, lineterm="", n=1))
+    except SceneError as error:
+        return refused([error.diagnostic])
+    left = len(found) - _MAX_DIFF
+    lines = [*map(clipped, found[:_MAX_DIFF]), *([f"... and {left:,} more lines"] if left > 0 else [])]
+    return answer(lines, {"ok": True})
+
+
+def brief_check(project: Project, program: ProjectProgram) -> tuple[int, list[Diagnostic]]:
+    """Return the number of errors of a program, and its findings, errors first."""
+    try:
+        with limited(project.limits):
+            session, source = project.opened(program)
+            found = list(session.check(source).diagnostics)
+    except SceneError as error:
+        found = [error.diagnostic]
+    return sum(each.is_error for each in found), sorted(found, key=lambda each: not each.is_error)
+
+
+def repair(
+    project: Project, program: ProjectProgram, that: Sequence[str], geometry: bool, seconds: float
+) -> ToolAnswer:
+    """Repair a program without a model; one line for each edit."""
+    try:
+        session, source = project.opened(program)
+        stated = [each for text in that for each in session.declarations(declaration_source(text))]
+        found = repaired(session, source, stated, seconds=seconds, geometry=geometry)
+    except SceneError as error:
+        return refused([error.diagnostic])
+    lines = [
+        f"line {edit.line}: {_line(edit.old)} -> {_line(edit.new) or 'nothing'}, since {_line(edit.resolves)}"
+        for edit in found.edits
+    ]
+    lines += [f"remains: {_line(message)}" for message in found.left]
+    data = {"ok": not found.left, **found.data()}
+    return ToolAnswer("\n".join(lines) or "nothing to repair", data, program=found.text)
+
+
+def _line(text: str) -> str:
+    line = " ".join(text.split())
+    return line if len(line) <= 160 else line[:157] + "..."
+
+
+def edit_part(project: Project, program: ProjectProgram, edit: InstanceEdit, seconds: float) -> ToolAnswer:
+    """Edit the form that makes the instances of a path."""
+    try:
+        session, source = project.opened(program)
+        found = edited(session, source, edit, seconds)
+    except SceneError as error:
+        return refused([error.diagnostic])
+    many = f"{found.instances:,} instance{'s' * (found.instances != 1)}"
+    line = f"line {found.line}: {_line(found.old)} -> {_line(found.new) or 'nothing'} ({many}, nothing else changes)"
+    data = {"ok": True, "line": found.line, "instances": found.instances}
+    return ToolAnswer(line, data, program=found.text)
+
+
+def export(project: Project, program: ProjectProgram, path: str, frame: int | None, overwrite: bool) -> ToolAnswer:
+    """Export the scene of a program to a file of the project, with the files that belong to it."""
+    endings = sorted({ending for backend in base.all_backends(base.Work.EXPORT) for ending in backend.endings})
+    target = target_of(project, path, endings, overwrite)
+    warned: list[Diagnostic] = []
+    try:
+        session, source = project.opened(program)
+        with limited(project.limits):
+            result = session.evaluate(source)
+            if result.scene is None:
+                return refused(result.diagnostics, result.log)
+            backend = base.for_file(target, base.Work.EXPORT)
+            options = base.BackendOptions(frame, project.limits.primitives, None, {}, warned.append)
+            with atomic_write_all(target.parent) as folder:
+                backend.run(result.scene, folder / target.name, options)
+                files = _written(folder, target, overwrite)
+    except SceneError as error:
+        return refused([error.diagnostic])
+    lines, data = diagnosed(warned)
+    rows = [f"wrote {name}, {size:,} bytes" for name, size in files]
+    return answer([*rows, *lines], {"ok": True, "files": [name for name, _ in files], **data})
+
+
+def _written(folder: Path, target: Path, overwrite: bool) -> list[tuple[str, int]]:
+    """Check the files of an export before they are moved to their place, and return their names and sizes."""
+    files = []
+    for made in sorted(folder.iterdir()):
+        if made.name != target.name:
+            _check_file(target.parent / made.name, made.name, overwrite)
+        if not stat.S_ISREG(os.lstat(made).st_mode):
+            raise SceneError("unsupported", f"an export to `{target.name}` makes a folder; use the command line")
+        files.append((made.name, made.stat().st_size))
+    total = sum(size for _, size in files)
+    if total > MAX_EXPORT:
+        raise SceneError("size", f"the export has {total:,} bytes, more than {MAX_EXPORT:,}")
+    return files
+
+
+def findings_data(found: Sequence[Diagnostic]) -> list[dict[str, Any]]:
+    """Return the essentials of the first findings as JSON data."""
+    every = [to_json(each) for each in found[:3]]
+    return [{key: each[key] for key in ("code", "message", "place", "hint") if each[key]} for each in every]
