@@ -22,6 +22,7 @@ from scenelang.cli.main import build_parser
 from scenelang.grammar.diagnostics import CODES, REMEDIES, render_text
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import FORM_EXAMPLES, FORMS
+from scenelang.interpreter.scene.declarations import RELATIONS
 from scenelang.shell_completion import subcommands
 from scenelang.stdlib.reference import combinators, records
 
@@ -51,6 +52,7 @@ def test_every_program_of_the_tutorial_is_drawn_and_no_picture_is_left_over() ->
     assert [step.program for step in STEPS] == [text for _, text in blocks("docs/tutorial.md", "scene")]
     assert {path.name for path in (DOCS / "tutorial").iterdir()} == {Path(step.picture).name for step in STEPS}
     drawn_names = {f"{record.name}.png" for record in records() if record.picture is not None}
+    drawn_names |= {f"relation-{name}.png" for name in RELATIONS}
     assert {path.name for path in (DOCS / "reference" / PICTURES).iterdir()} == drawn_names
 
 

@@ -8,6 +8,7 @@ root. ``leg[2]`` is the third of them below each, in the order of the tree, ``<z
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import accumulate
 
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
@@ -18,6 +19,7 @@ from scenelang.interpreter.scene.pose import compose
 
 MAX_INSTANCES = 100_000
 _MAX_LENGTH = 2_000  # characters
+_MAX_KEPT = 64  # words whose counts are kept
 _SPECIAL = frozenset("/[]\\")
 _ANY = "*"
 
@@ -131,9 +133,11 @@ class Locator:
         self.scene = scene
         self.root = scene.frames[frame]
         self._below: dict[str, dict[int, int]] = {}
+        self._before: dict[tuple[int, str], list[int]] = {}
         self._entities: list[Entity] | None = None
         self._numbering: Numbering | None = None
         self._numbers: dict[tuple[int, ...], int] | None = None
+        self._offsets: dict[int, list[int]] = {}  # instances without a handle before each part
         self._paths: dict[int, tuple[int, ...]] = {}
 
     def find(self, text: str, start: Located | None = None) -> list[Located]:
@@ -224,6 +228,8 @@ class Locator:
     def _counts(self, word: str) -> dict[int, int]:
         """Return for each entity the number of outermost instances of a word in it, by ``id``."""
         if word not in self._below:
+            if len(self._below) >= _MAX_KEPT:
+                self._below.clear()
             if self._entities is None:
                 self._entities = list(descendants(self.root))
             counts: dict[int, int] = {}
@@ -232,6 +238,16 @@ class Locator:
                 counts[id(entity)] = inside
             self._below[word] = counts
         return self._below[word]
+
+    def _running(self, entity: Entity, word: str) -> list[int]:
+        """Return the number of outermost instances of a word before each part of an entity, and in all of them."""
+        key = id(entity), word
+        if key not in self._before:
+            if len(self._before) >= _MAX_KEPT:
+                self._before.clear()
+            counts = self._counts(word)
+            self._before[key] = [0, *accumulate(counts[id(part.car)] for part in entity.children)]
+        return self._before[key]
 
     # --- handles -----------------------------------------------------------------------------------------------
 
@@ -296,8 +312,10 @@ class Locator:
         numbering = self._numbers_of_scene()
         entity, before = self.root, 0
         for position in positions:
-            part, before = list(numbering.children(entity, before))[position]
-            entity = part.car
+            if id(entity) not in self._offsets:
+                self._offsets[id(entity)] = [count for _, count in numbering.children(entity, 0)]
+            before += self._offsets[id(entity)][position]
+            entity = entity.children[position].car
         return numbering.handle(entity, before)
 
     # --- places ------------------------------------------------------------------------------------------------
@@ -314,9 +332,8 @@ class Locator:
         entity, steps = self.root, list[str]()
         for position in positions:
             child = entity.children[position].car
-            counts = self._counts(child.word)
-            total = sum(counts[id(part.car)] for part in entity.children)
-            before = sum(counts[id(part.car)] for part in entity.children[:position])
+            places = self._running(entity, child.word)
+            total, before = places[-1], places[position]
             if not steps and child.word == self.root.word:
                 steps.append(escaped(self.root.word))
             steps.append(str(PathStep(child.word, "word", before if total > 1 else None)))

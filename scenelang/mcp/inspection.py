@@ -73,8 +73,10 @@ def query(project: Project, program: ProjectProgram, path: str, frame: int) -> T
     """Return the instances that a path means: poses, boxes, attributes and places in the text."""
 
     def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
-        found = _api(result, project).instances(path or "*", frame_in(scene, frame))
-        lines = [f"{len(found):,} instance{'s' * (len(found) != 1)} of {path or '*'}"]
+        number = frame_in(scene, frame)
+        count = len(Locator(scene, number).find(path or "*"))
+        found = _api(result, project).instances(path or "*", number, _THINGS)
+        lines = [f"{count:,} instance{'s' * (count != 1)} of {path or '*'}"]
         for each in found:
             parts = [each.path, f"<{each.handle}>"]
             parts.append(f"at {_triple(each.pose[:3, 3])}")
@@ -85,9 +87,10 @@ def query(project: Project, program: ProjectProgram, path: str, frame: int) -> T
             places = [("defined", each.definition), ("made", each.place)]
             parts += [f"{what} in line {span.source.position(span.start)[0]}" for what, span in places if span]
             lines.append("  ".join(parts))
-        data = [_with_rounded(each.data()) for each in found[:_THINGS]]
-        left = {"instances_left_out": len(found) - len(data)} if len(found) > len(data) else {}
-        return answer(lines, {"ok": True, "count": len(found), "instances": data, **left})
+        left = count - len(found)
+        lines += [f"... and {left:,} more; name fewer, such as {path or '*'}[{len(found)}]"] if left else []
+        data: dict[str, Any] = {"ok": True, "count": count, "instances": [_with_rounded(each.data()) for each in found]}
+        return answer(lines, data | ({"instances_left_out": left} if left else {}))
 
     return of_scene(project, program, reply)
 

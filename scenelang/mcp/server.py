@@ -24,7 +24,7 @@ from scenelang.instance_edits import InstanceEdit
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.mcp import inspection, tools, workbench
 from scenelang.mcp.tools import Project, ProjectProgram, ToolAnswer, WrongArguments, clipped, fitted, refused
-from scenelang.mcp.workbench import OpenProgram, TextSpan, Workbench
+from scenelang.mcp.workbench import TextSpan, Workbench, WorkingProgram
 from scenelang.sandbox.supervision import Ended
 from scenelang.sandbox.worker import Worker
 from scenelang.scene_changes import TOLERANCE
@@ -205,7 +205,9 @@ class Bench:
             raise WrongArguments("expected one of `session`, `program` (text) and `path` (file of the project folder)")
         return self.sessions[session].program(root)
 
-    async def changed(self, draft: OpenProgram, lines: list[str], data: dict[str, Any] | None = None) -> CallToolResult:
+    async def changed(
+        self, draft: WorkingProgram, lines: list[str], data: dict[str, Any] | None = None
+    ) -> CallToolResult:
         """Return the answer about a session that changed, with what a check finds."""
         is_empty = not draft.text.strip()
         found = (0, []) if is_empty else await self.ask(workbench.brief_check, draft.program())
@@ -221,7 +223,7 @@ class Bench:
             state["findings"] = workbench.findings_data(findings)
         return _result(tools.answer([*lines, f"check: {counted}", *told, *left], state))
 
-    async def take(self, draft: OpenProgram, found: ToolAnswer) -> CallToolResult:
+    async def take(self, draft: WorkingProgram, found: ToolAnswer) -> CallToolResult:
         """Put the program of an answer into a session, and return the answer about it."""
         if found.program is None:
             return _result(found)
@@ -328,7 +330,7 @@ def _add_pictures(server: SceneServer, bench: Bench) -> None:
     ) -> CallToolResult:
         """Render the scene (right) beside a reference picture (left), PNG."""
         program = bench.sessions[session].program()
-        return await bench.result(inspection.compare, program, reference, camera, frame, score, writes=True)
+        return await bench.result(inspection.compare, program, reference, camera, frame, score, writes=score)
 
 
 def _add_help(server: SceneServer) -> None:

@@ -53,7 +53,7 @@ _SAVED = (".scene",)
 
 
 @dataclass(slots=True)
-class OpenProgram:
+class WorkingProgram:
     """A program in memory.
 
     ``path`` is the file that it is from, relative to the project ("" for none), ``saved`` the text of that file, and
@@ -102,28 +102,28 @@ class Workbench:
     """The open sessions of a server, by name."""
 
     def __init__(self) -> None:
-        self._drafts: dict[str, OpenProgram] = {}
+        self._drafts: dict[str, WorkingProgram] = {}
         self._number = 0
 
-    def open(self, text: str, path: str = "", saved: str | None = None) -> OpenProgram:
+    def open(self, text: str, path: str = "", saved: str | None = None) -> WorkingProgram:
         """Open a session; raises WrongArguments if there are too many."""
         if len(self._drafts) >= MAX_SESSIONS:
             raise WrongArguments(f"{MAX_SESSIONS} sessions are open; close one", "size")
         if len(text) > MAX_PROGRAM_LENGTH:
             raise WrongArguments(f"the program exceeds {MAX_PROGRAM_LENGTH:,} characters", "size")
         self._number += 1
-        draft = OpenProgram(f"s{self._number}", text, path, saved)
+        draft = WorkingProgram(f"s{self._number}", text, path, saved)
         self._drafts[draft.name] = draft
         return draft
 
-    def __getitem__(self, name: str) -> OpenProgram:
+    def __getitem__(self, name: str) -> WorkingProgram:
         draft = self._drafts.get(name)
         if draft is None:
             known = f"open are {', '.join(self._drafts)}" if self._drafts else "none is open; call `open`"
             raise WrongArguments(f"no session `{clipped(name[:40])}`; {known}")
         return draft
 
-    def close(self, name: str) -> OpenProgram:
+    def close(self, name: str) -> WorkingProgram:
         """Close a session and return it."""
         draft = self[name]
         del self._drafts[name]
@@ -311,7 +311,7 @@ def _check_file(target: Path, shown: str, overwrite: bool) -> None:
         raise WrongArguments(f"`{shown}` exists; pass `overwrite` to replace it", "file")
 
 
-def save(project: Project, draft: OpenProgram, path: str, overwrite: bool) -> Path:
+def save(project: Project, draft: WorkingProgram, path: str, overwrite: bool) -> Path:
     """Write a session to a file, atomically, and return it."""
     name = path or draft.path
     if not name:
@@ -329,7 +329,7 @@ def save(project: Project, draft: OpenProgram, path: str, overwrite: bool) -> Pa
     return target
 
 
-def _is_own(project: Project, draft: OpenProgram, name: str) -> bool:
+def _is_own(project: Project, draft: WorkingProgram, name: str) -> bool:
     """Return whether a file is the session's own and still as it was; raises WrongArguments if it was changed."""
     if not draft.path or draft.saved is None or (project.root / name) != project.root / draft.path:
         return False

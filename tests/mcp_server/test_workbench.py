@@ -414,13 +414,13 @@ def test_text_and_data_are_cut_where_it_is_told() -> None:
 
 
 def test_the_size_of_versions_is_limited() -> None:
-    from scenelang.mcp.workbench import OpenProgram
+    from scenelang.mcp.workbench import WorkingProgram
 
-    draft = OpenProgram("s1", "")
+    draft = WorkingProgram("s1", "")
     for number in range(300):
         draft.set(f"; {number}")
     assert draft.step(1_000, back=True) == 200
-    big = OpenProgram("s1", "")
+    big = WorkingProgram("s1", "")
     for number in range(40):
         big.set(f"{number}" + "x" * 990_000)
     assert sum(map(len, big.before)) <= 20_000_000
