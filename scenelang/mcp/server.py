@@ -43,7 +43,7 @@ _READS = ToolAnnotations(read_only_hint=True, destructive_hint=False, idempotent
 _EDITS = ToolAnnotations(read_only_hint=False, destructive_hint=False, idempotent_hint=False, open_world_hint=False)
 _WRITES = ToolAnnotations(read_only_hint=False, destructive_hint=True, idempotent_hint=True, open_world_hint=False)
 _MAX_ARGUMENT_LENGTH = 4_000  # characters, for arguments other than programs
-_PROGRAMS = ("program", "program_a", "program_b", "text", "old", "new", "form")
+_PROGRAMS = ("program", "program_a", "program_b", "text", "old", "new")
 _MAX_DECLARATIONS = 50
 _MAX_REPAIR = 60.0  # seconds
 

@@ -178,6 +178,30 @@ def test_an_edit_that_would_change_more_is_refused(path: str, edit: dict[str, ob
     assert part in str(error.value)
 
 
+def test_an_edit_changes_all_frames_of_a_film_and_draws_the_same_numbers() -> None:
+    film = """
+(bind "ball" (lambda () (call "sphere" :radius (uniform .1 .2))))
+(bind "film" (lambda () (frames (for/list ((i 3))
+  (union (transform (call "ball") (translate (vector i 0 0))) (transform (call "cube") (translate [0 5 0])))))))
+"""
+    found = sl.edit_instance(film, "cube", move=(0, 1, 0))
+    assert found.new == '(transform (call "cube") (translate [0 6 0]))'
+    changes = sl.evaluate(film).diff(sl.evaluate(found.text))
+    assert (changes.counts, changes.matched) == ({"moved": 3}, 3)
+    drawn = '(bind "dot" (lambda () (call "cube" :scale (uniform 1 2))))'
+    pair = f'{drawn} (bind "two" (lambda () (union (call "cone" :scale (uniform 1 2)) (transform (call "dot") (translate [4 0 0])))))'
+    with pytest.raises(sl.SceneError, match="also makes 1 other primitive"):
+        sl.edit_instance(pair, "cone", form='(call "cube")')  # the numbers that are drawn later would change
+
+
+def test_many_instances_are_found_quickly() -> None:
+    many = sl.evaluate(
+        '(bind "a" (lambda () (union-loop 5000 (lambda (i) (transform (call "cube") (translate [i 0 0]))))))'
+    )
+    assert many.instances("*")[-1].path == "cube[4999]"
+    assert many.instances("cube[4321]")[0].pose[0, 3] == 4321
+
+
 # --- search ----------------------------------------------------------------------------------------------------------
 
 
