@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from scenelang.backends.geometry.distance import IntArray
     from scenelang.backends.geometry.lint import CheckedFrame, Finding
     from scenelang.backends.geometry.solids import FloatArray
+    from scenelang.editing import Editing
     from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Entity, Scene
     from scenelang.session import Session
@@ -242,12 +243,19 @@ class _Search:
     deadline: float
     motions: dict[str, list[FloatArray | None]] = field(default_factory=dict)
 
+    @cached_property
+    def editing(self) -> Editing:
+        """Evaluates versions, of each only what differs from the one before."""
+        from scenelang.editing import Editing
+
+        return Editing(self.session)
+
     def has_time(self) -> bool:
         return time.monotonic() < self.deadline
 
     def version(self, text: str, edits: tuple[ProgramEdit, ...] = ()) -> _Version | None:
         """Evaluate a version; None if it is wrong or has no geometry."""
-        result = self.session.evaluate(Source(self.name, text))
+        result = self.editing.evaluate(Source(self.name, text))
         if result.scene is None:
             if not edits:
                 result.require()
@@ -261,7 +269,7 @@ class _Search:
 
     def layout(self, text: str) -> FloatArray | None:
         """Return the corners of a version, None if it is wrong or one of its solids cannot be computed."""
-        scene = self.session.evaluate(Source(self.name, text)).scene
+        scene = self.editing.evaluate(Source(self.name, text)).scene
         try:
             return None if scene is None else _layout(scene)
         except SceneError:
@@ -450,7 +458,7 @@ class _Search:
     def _amount(self, now: _Version, goal: Goal, literal: _Literal, value: float) -> float | None:
         """Return how far the goal's declaration is from holding with another value of a literal; 0 if it holds."""
         text = now.text[: literal.span.start] + _number(value, 12) + now.text[literal.span.end :]
-        found = self.session.evaluate(Source(self.name, text)).scene
+        found = self.editing.evaluate(Source(self.name, text)).scene
         if found is None:
             return None
         from scenelang.backends.geometry.relations import violations
