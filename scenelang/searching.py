@@ -32,7 +32,7 @@ _SCENES = frozenset(
 _EXACT = 100.0  # what is asked for by its name comes first
 _SYNONYM_WEIGHT = 0.7
 _OTHER = 0.5  # weight of what works as in any other language, and of diagnostics
-_EXAMPLES = Path(__file__).parents[1] / "examples"  # beside the sources; not part of installed packages
+_EXAMPLES = Path(__file__).parents[1] / "examples"  # of a checkout; not part of installed packages
 _WORD = re.compile(r"[a-z]+|\d+")
 _ENDINGS = ("ations", "ation", "ings", "ing", "ies", "ied", "ers", "er", "ed", "es", "s", "e", "y")
 _STOP = frozenset(
@@ -206,7 +206,8 @@ def _documents() -> Iterator[tuple[SearchResult, float]]:
 
 def _examples() -> Iterator[tuple[SearchResult, float]]:
     """Yield the example programs, by the comment at their head and the words that they bind."""
-    for path in sorted(_EXAMPLES.glob("*.scene")):
+    for name in example_names():
+        path = _EXAMPLES / f"{name}.scene"
         try:
             text = read_regular(path, _MAX_EXAMPLE_SIZE).decode("utf-8", "replace")
         except OSError:
@@ -219,13 +220,15 @@ def _examples() -> Iterator[tuple[SearchResult, float]]:
 def example_text(name: str) -> str | None:
     """Return the text of an example program that ``search`` finds, None if there is none."""
     path = _EXAMPLES / f"{name}.scene"
-    if not re.fullmatch(r"[\w-]{1,80}", name) or not path.is_file():
+    if name not in example_names():
         return None
     return read_regular(path, _MAX_EXAMPLE_SIZE).decode("utf-8", "replace")
 
 
 def example_names() -> list[str]:
-    """Return the names of the example programs."""
+    """Return the names of the example programs; none without a checkout."""
+    if not (_EXAMPLES.parent / "pyproject.toml").is_file():
+        return []
     return sorted(path.stem for path in _EXAMPLES.glob("*.scene"))
 
 

@@ -223,10 +223,17 @@ class Bench:
             state["findings"] = workbench.findings_data(findings)
         return _result(tools.answer([*lines, f"check: {counted}", *told, *left], state))
 
-    async def take(self, draft: WorkingProgram, found: ToolAnswer) -> CallToolResult:
-        """Put the program of an answer into a session, and return the answer about it."""
+    async def rewrite(self, draft: WorkingProgram, tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
+        """Run a tool that returns a new program, put that into the session, and return the answer about it.
+
+        Raises WrongArguments if another call has changed the session meanwhile.
+        """
+        base = draft.text
+        found = await self.ask(tool, draft.program(), *arguments)
         if found.program is None:
             return _result(found)
+        if draft.text != base:
+            raise WrongArguments(f"`{draft.name}` was changed while the program was edited; call again")
         draft.set(found.program)
         return await self.changed(draft, found.text.splitlines(), {**(found.data or {}), **draft.state()})
 
@@ -497,7 +504,7 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         offset = None if move is None else (move[0], move[1], move[2])
         change = InstanceEdit(path, offset, (attribute, value) if attribute else None, form or None, remove)
         seconds = min(20.0, bench.project.limits.seconds)
-        return await bench.take(draft, await bench.ask(workbench.edit_part, draft.program(), change, seconds))
+        return await bench.rewrite(draft, workbench.edit_part, change, seconds)
 
     @server.tool(annotations=_EDITS)
     async def repair(
@@ -509,8 +516,7 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         """Edit numbers of a session so that failed declarations and findings of the geometry are resolved; one line for
         each edit. Undoable."""
         draft = bench.sessions[session]
-        found = await bench.ask(workbench.repair, draft.program(), tuple(that or ()), geometry, seconds)
-        return await bench.take(draft, found)
+        return await bench.rewrite(draft, workbench.repair, tuple(that or ()), geometry, seconds)
 
     @server.tool(annotations=_EDITS)
     async def undo(

@@ -206,6 +206,15 @@ def test_edits_at_a_path(agent: Any, room: str) -> None:
     assert agent.told("undo", session=room, steps=3)["steps"] == 3
 
 
+def test_a_slow_edit_does_not_undo_what_happens_meanwhile(agent: Any, room: str) -> None:
+    slow = ("repair", {"session": room, "that": ['(on "cup" "chair")']})
+    quick = ("replace", {"session": room, "old": "[1 0 0]", "new": "[0 1 0]"})
+    answers = agent.at_once(slow, quick)
+    if answers[0].is_error:
+        assert "was changed while" in text(answers[0])
+    assert "[0 1 0]" in text(agent.call("read", session=room))
+
+
 def test_query_by_path_and_relations(agent: Any, room: str) -> None:
     found = agent.told("query", session=room, path="chair/leg[2]")
     assert [each["path"] for each in found["instances"]] == ["chair[0]/leg[2]", "chair[1]/leg[2]"]
