@@ -32,10 +32,11 @@ ROOM = """
 TABLE = '(call "table")'
 
 
-def repair(things: str, *stated: str, geometry: bool = False) -> Repair:
+def repair(things: str, *stated: str, geometry: bool = False, seconds: float = 60.0) -> Repair:
     session = Session()
     extra = [each for text in stated for each in declarations_of(session, text)]
-    return repaired(session, Source("room.scene", ROOM.replace("THINGS", things)), extra, geometry=geometry)
+    source = Source("room.scene", ROOM.replace("THINGS", things))
+    return repaired(session, source, extra, geometry=geometry, seconds=seconds)
 
 
 FAULTS = [
@@ -108,7 +109,7 @@ def test_sound_programs_stay() -> None:
 
 def test_what_cannot_be_repaired_is_told() -> None:
     both = ('(on "cup" "table")', '(not (on "cup" "table"))')
-    found = repair(TABLE + '(transform (call "cup") (translate [.3 1.5 0]))', *both)
+    found = repair(TABLE + '(transform (call "cup") (translate [.3 1.5 0]))', *both, seconds=1.5)
     assert found.left
     assert not found.changed  # nothing gets better by breaking the other
 
