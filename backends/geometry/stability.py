@@ -47,7 +47,7 @@ AIRBORNE = _words(
     aeroplane airplane airship angel arrow asteroid atom balloon banner bat bee bird blimp bubble bulb butterfly
     chandelier cloud comet confetti dragon dragonfly drone droplet dust eagle electron fairy feather fire
     firefly firework fish flake flame fly ghost glow gull halo hanging helicopter jet kite label lamp lantern
-    letter light lightbulb logo meteor mist molecule moon mote nebula neutron orb particle pendant petal plane
+    letter light lightbulb logo meteor mist molecule moon mote nebula neutron orb orbit particle pendant petal plane
     planet proton rain raindrop ray rocket satellite seagull sign sky smoke snow snowflake spaceship spark
     sparkle sprite star steam sun text ufo wave
     """
@@ -148,7 +148,7 @@ class Fault(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class _Link:
+class Link:
     """One instance on the way to a primitive: the number of the instance and its entity."""
 
     number: int
@@ -174,22 +174,22 @@ def is_part_of_thing(entity: Entity) -> bool:
     return (cls is not None and cls.is_solid) or noun_of(entity.word) in PARTS
 
 
-def chains_of(root: Entity) -> list[tuple[_Link, ...]]:
+def chains_of(root: Entity) -> list[tuple[Link, ...]]:
     """Return for each primitive below ``root``, in depth-first order, the instances from the root to it."""
-    found: list[tuple[_Link, ...]] = []
+    found: list[tuple[Link, ...]] = []
     number = 0
-    stack: list[tuple[Entity, tuple[_Link, ...]]] = [(root, ())]
+    stack: list[tuple[Entity, tuple[Link, ...]]] = [(root, ())]
     while stack:
         entity, above = stack.pop()
         number += 1
-        chain = (*above, _Link(number, entity))
+        chain = (*above, Link(number, entity))
         if entity.is_primitive:
             found.append(chain)
         stack.extend((part.car, chain) for part in reversed(entity.children))
     return found
 
 
-def are_one_thing(a: Sequence[_Link], b: Sequence[_Link], arrangements: Collection[int] = ()) -> bool:
+def are_one_thing(a: Sequence[Link], b: Sequence[Link], arrangements: Collection[int] = ()) -> bool:
     """Return whether two primitives that touch belong to one thing.
 
     In what contains both, one of them is a part: a shape, or by its noun; but not of what a person would lift from it,

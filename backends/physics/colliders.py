@@ -12,7 +12,7 @@ import hashlib
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -203,6 +203,62 @@ def _is_thin(points: FloatArray) -> bool:
         return True
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     return bool(spread[2] <= _THIN * spread[0])
+
+
+# --- parts of colliders -----------------------------------------------------------------------------------------------
+
+
+def reach_of(shape: Collider, along: FloatArray) -> float:
+    """Return how far a collider reaches in a direction: the greatest product of its points with it."""
+    return float((_points(shape) @ along).max())
+
+
+def trimmed(shape: Collider, along: FloatArray, level: float) -> Collider | None:
+    """Return the part of a collider whose points have a product with the unit vector ``along`` of at most ``level``;
+    None if nothing is left."""
+    import manifold3d
+
+    own, level_there = shape.rotation.T @ along, level - float(along @ shape.center)
+    axis = int(np.argmax(np.abs(own)))
+    if abs(own[axis]) > 1.0 - 1e-3 * _SAME and (shape.kind == "box" or (shape.kind == "cylinder" and axis == 2)):
+        where = 1 if shape.kind == "cylinder" else axis
+        half = (shape.size[where] + level_there) / 2.0
+        if half <= 0.0:
+            return None
+        size = shape.size.copy()
+        size[where] = half
+        return replace(shape, size=size, center=shape.center + along * (half - shape.size[where]))
+    points = (_points(shape) - shape.center) @ shape.rotation
+    solid = manifold3d.Manifold.hull_points(np.ascontiguousarray(points))
+    solid = solid.trim_by_plane(tuple(-own), -level_there)
+    hull = _hull(np.asarray(solid.to_mesh64().vert_properties[:, :3], np.float64)) if not solid.is_empty() else None
+    if hull is None or _is_thin(hull[0]):
+        return None
+    return Collider("mesh", np.zeros(3), shape.rotation, shape.center, hull[0])
+
+
+def volume_of_collider(shape: Collider) -> float:
+    """Return the volume of a collider; of a round one that of its mesh."""
+    if shape.kind == "box":
+        return 8.0 * float(shape.size.prod())
+    if shape.kind == "cylinder":
+        return 2.0 * np.pi * float(shape.size[0] ** 2 * shape.size[1])
+    hull = _hull(_points(shape))
+    return 0.0 if hull is None else hull[1]
+
+
+def _points(shape: Collider) -> FloatArray:
+    """Return points (K, 3) in the world whose hull is a collider, or for a round one its mesh."""
+    if shape.kind in ("box", "mesh"):
+        return shape.corners
+    a, b = float(shape.size[0]), float(shape.size[1])
+    if shape.kind == "cylinder":
+        points = CYLINDER.mesh(SEGMENTS, ()).vertices * [a, b, a] @ _ALONG_Y
+    elif shape.kind == "capsule":
+        points = CAPSULE.mesh(SEGMENTS, (a / (a + b),)).vertices * (a + b) @ _ALONG_Y
+    else:
+        points = BALL.mesh(SEGMENTS, ()).vertices * shape.half
+    return np.asarray(points @ shape.rotation.T + shape.center, np.float64)
 
 
 # --- pieces of shapes that are not convex -----------------------------------------------------------------------------

@@ -39,41 +39,72 @@ _STIFF = 4.0  # time steps in which a contact is resolved; MuJoCo needs 2 or mor
 _TINY = 1e-9  # m: smaller pieces have no volume in MuJoCo's arithmetic
 _EARLY = 5  # steps after which contacts are what bodies stand on
 
+# A cylinder that is upright but for its last digits has false contacts with a plane in MuJoCo 4.0, which divides by
+# what is left of the plane's normal without the axis: turned by a millionth, it does not stand like that.
+_ASKEW = np.array([[1.0, 0.0, 1e-6], [0.0, 1.0, 0.0], [-1e-6, 0.0, 1.0]])
+
 TO_MODEL = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # from y up to z up
 
 
-def gaps_of(colliders: Sequence[Sequence[Collider]], pairs: IntArray, margin: float) -> FloatArray:
-    """Return the gap of each pair (M, 2) of things that consist of convex colliders, negative for a depth.
+class Distances:
+    """Distances between things that consist of convex colliders: those of MuJoCo, of the shapes that move."""
 
-    Gaps of ``margin`` or more are not measured further. Distances are those of MuJoCo, of the shapes that move.
-    """
-    if not len(pairs):
-        return np.zeros(0)
-    mujoco = require("mujoco", INSTALL)
-    sizes = [float(np.linalg.norm(np.subtract(*each.box()))) for group in colliders for each in group]
-    scale = 1.0 / float(np.median(sizes))
-    spec = mujoco.MjSpec()
-    meshes = _Meshes(mujoco, spec, scale)
-    origin = colliders[0][0].center
-    for group in colliders:
-        for each in group:
-            if not _add_shape(mujoco, spec.worldbody, meshes, each, origin, scale, {}):
-                # what vanishes in MuJoCo's arithmetic counts as a point
-                spec.worldbody.add_geom(
-                    type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_TINY, 0, 0], pos=TO_MODEL @ (each.center - origin) * scale
-                )
-    model, data = compiled(spec)
-    mujoco.mj_forward(model, data)
-    ends = np.cumsum([len(group) for group in colliders]).tolist()  # every collider is one geom
-    first = [0, *ends[:-1]]
-    found = np.empty(len(pairs))
-    for row, (i, j) in enumerate(pairs.tolist()):
-        found[row] = min(
-            mujoco.mj_geomDistance(model, data, a, b, margin * scale, None)
-            for a in range(first[i], ends[i])
-            for b in range(first[j], ends[j])
-        )
-    return found / scale
+    def __init__(self, colliders: Sequence[Sequence[Collider]]) -> None:
+        mujoco = require("mujoco", INSTALL)
+        sizes = [float(np.linalg.norm(np.subtract(*each.box()))) for group in colliders for each in group]
+        self.scale = 1.0 / float(np.median(sizes))
+        spec = mujoco.MjSpec()
+        meshes = _Meshes(mujoco, spec, self.scale)
+        origin = colliders[0][0].center
+        for group in colliders:
+            for each in group:
+                if not _add_shape(mujoco, spec.worldbody, meshes, each, origin, self.scale, {}):
+                    # what vanishes in MuJoCo's arithmetic counts as a point
+                    place = TO_MODEL @ (each.center - origin) * self.scale
+                    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_TINY, 0, 0], pos=place)
+        self.model, self.data = compiled(spec)
+        mujoco.mj_forward(self.model, self.data)
+        self.measure = mujoco.mj_geomDistance
+        ends = np.cumsum([len(group) for group in colliders]).tolist()  # every collider is one geom
+        self.geoms = [range(start, end) for start, end in zip([0, *ends[:-1]], ends)]
+
+    def gaps(self, pairs: IntArray, margin: float) -> FloatArray:
+        """Return the gap of each pair (M, 2) of things, negative for a depth; those of ``margin`` or more are not
+        measured further."""
+        found = [
+            min(
+                self.measure(self.model, self.data, a, b, margin * self.scale, None)
+                for a in self.geoms[i]
+                for b in self.geoms[j]
+            )
+            for i, j in pairs.tolist()
+        ]
+        return np.array(found, np.float64) / self.scale
+
+    def overlap(self, i: int, j: int) -> Overlap | None:
+        """Return the deepest overlap of colliders of two things, None if there is none."""
+        return max(self.overlaps(i, j), key=lambda each: each.depth, default=None)
+
+    def overlaps(self, i: int, j: int) -> Iterator[Overlap]:
+        """Yield the overlaps of the colliders of two things."""
+        ends = np.zeros(6)
+        for a, first in enumerate(self.geoms[i]):
+            for b, second in enumerate(self.geoms[j]):
+                depth = -self.measure(self.model, self.data, first, second, 0.0, ends)
+                length = float(np.linalg.norm(ends[:3] - ends[3:]))
+                if depth > 0.0 and length > 0.0:
+                    yield Overlap(a, b, depth / self.scale, TO_MODEL.T @ (ends[:3] - ends[3:]) / length)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Overlap:
+    """An overlap of two colliders: their numbers in the two things, its depth, and the direction (3,) in which the
+    second leaves the first."""
+
+    first: int
+    second: int
+    depth: float
+    along: FloatArray
 
 
 # --- models -----------------------------------------------------------------------------------------------------------
@@ -114,6 +145,8 @@ def _add_shape(
             return False
         look = {**look, "meshname": meshes.name(shape.vertices)}
         rotation = rotation @ TO_MODEL.T  # the corners are turned already
+    if shape.kind == "cylinder":
+        rotation = rotation @ _ASKEW
     owner.add_geom(
         type=kind, size=(shape.size * unit).tolist(), pos=TO_MODEL @ (shape.center - origin) * unit,
         quat=quaternion(rotation), **look,
@@ -243,6 +276,8 @@ class Motion:
     supports
         For each body the points (K, 3), in scene units, at which something below touched it in the beginning, and the
         numbers of those bodies; -1 is the ground.
+    landed
+        For each body the numbers of those that touch it from below in the end.
     broken
         Number of the sample at which the simulation lost its numbers, None if it did not.
     launch
@@ -254,6 +289,7 @@ class Motion:
     rotations: FloatArray
     speeds: FloatArray
     supports: tuple[tuple[FloatArray, tuple[int, ...]], ...]
+    landed: tuple[tuple[int, ...], ...]
     broken: int | None
     launch: float
 
@@ -354,9 +390,9 @@ def _run(
         tell(sample / samples)
     last = samples + 1 if broken is None else max(1, broken)
     times = np.arange(last, dtype=np.float64) * (each * float(model.opt.timestep))
-    return Motion(
-        times, centers[:last], turns[:last], fastest, supports or _supports(mujoco, model, data, bodies), broken, launch
-    )
+    ends = _supports(mujoco, model, data, bodies)
+    landed = tuple(below for _, below in ends)
+    return Motion(times, centers[:last], turns[:last], fastest, supports or ends, landed, broken, launch)
 
 
 def _lost(mujoco: Any, data: Any) -> bool:

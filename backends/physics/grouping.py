@@ -5,8 +5,8 @@
 2. An entity whose parts all touch is one body: a chair of legs, a seat and a back.
 3. If at least half of its parts touch, it is a thing with strays, and each connected cluster is a body.
 4. Otherwise it is an arrangement, such as "chess pieces", and what holds for the root holds for it.
-5. Parts of different bodies that overlap deeper than ``WELD`` of the smaller one's least side are glued, not stacked:
-   their bodies are one. What reaches deeper into the ground stands fast.
+5. Parts of different bodies that overlap deeper than ``WELD`` of the smaller one's least side are glued: their bodies
+   are one, unless one thing is set into another from above. What reaches deeper into the ground stands fast.
 
 The attributes ``:body``, ``:fixed``, ``:mass``, ``:density`` and ``:friction`` of entities override what is found.
 """
@@ -14,7 +14,7 @@ The attributes ``:body``, ``:fixed``, ``:mass``, ``:density`` and ``:friction`` 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -24,14 +24,23 @@ import numpy.typing as npt
 from scenelang.backends.geometry.convex import clusters
 from scenelang.backends.geometry.distance import neighbours
 from scenelang.backends.geometry.stability import (
+    Link,
+    are_one_thing,
     is_airborne,
     is_mounted,
     is_part_of_thing,
     is_portable,
     is_rooted,
 )
-from scenelang.backends.physics.colliders import Collider, FloatArray, colliders_of
-from scenelang.backends.physics.dynamics import gaps_of
+from scenelang.backends.physics.colliders import (
+    Collider,
+    FloatArray,
+    colliders_of,
+    reach_of,
+    trimmed,
+    volume_of_collider,
+)
+from scenelang.backends.physics.dynamics import Distances, Overlap
 from scenelang.backends.physics.masses import Moments, entity_moments, primitive_moments, total, united_moments
 from scenelang.backends.pictures.appearance import look_of
 from scenelang.grammar.datum import Span
@@ -50,7 +59,10 @@ MAX_BODIES = 4_000
 MAX_UNITED = 400  # parts of a body that are joined to be measured; in larger ones overlaps count in each part
 TOUCH = 2e-3  # of the smaller part's diagonal: parts that are closer touch
 DIAGONAL = 2.0  # metres: what a scene is taken to measure unless a unit is given
-WELD = 1e-2  # of the smaller part's least side: parts that overlap deeper are one body
+WELD = 1e-2  # of the smaller part's least side: parts that overlap deeper are one body, unless they are two things
+LOOSE = 1e-3  # the same: a simulation need not know of less
+SUNK = 0.25  # of the upper thing's height: as deep may it be set into what it stands on
+UPRIGHT = 0.8  # of the direction in which one leaves the other
 _LARGEST = 1e12  # coordinates beyond it lose the digits that a simulation needs
 _READERS = {attribute.name: attribute for attribute in PHYSICS}
 
@@ -289,7 +301,8 @@ class _Grouping:
             for at in self._upwards(part.node):
                 self.below[at].append(number)
         self.touching: list[list[int]] = [[] for _ in parts]
-        self.welds: list[tuple[int, int]] = []
+        self.deep: list[tuple[int, int]] = []  # pairs of parts that overlap: too deep to be ignored, and less
+        self.shallow: list[tuple[int, int]] = []
         self._find_contacts()
 
     def _find_contacts(self) -> None:
@@ -300,17 +313,21 @@ class _Grouping:
             raise LimitError("size", message, "simulate a part of the scene with `--root WORD`")
         smaller = np.minimum(self.diagonal[pairs[:, 0]], self.diagonal[pairs[:, 1]])
         least = np.minimum(*((self.high - self.low)[pairs[:, k]].min(axis=1) for k in (0, 1)))
-        gaps = gaps_of([part.colliders for part in self.parts], pairs, margin)
+        self.distances = Distances([part.colliders for part in self.parts])
+        gaps = self.distances.gaps(pairs, margin)
         for (i, j), gap, size, side in zip(pairs.tolist(), gaps.tolist(), smaller.tolist(), least.tolist()):
             if gap <= TOUCH * size:
                 self.touching[i].append(j)
                 self.touching[j].append(i)
             if -gap > WELD * side:
-                self.welds.append((i, j))
+                self.deep.append((i, j))
+            elif -gap > LOOSE * side:
+                self.shallow.append((i, j))
 
     def grouped(self) -> BodySet:
         """Return the bodies, in the order of their first parts."""
         groups = self._welded(self._things())
+        self._part(groups)
         ground = self._ground(groups)
         if len(groups) > MAX_BODIES:
             raise LimitError("size", f"the scene has {len(groups):,} bodies, more than the limit of {MAX_BODIES:,}")
@@ -387,11 +404,48 @@ class _Grouping:
     def _welded(self, groups: Sequence[Sequence[int]]) -> list[list[int]]:
         """Return the groups, of which those with a weld between them are one."""
         owner = {part: number for number, group in enumerate(groups) for part in group}
-        joined = [(owner[i], owner[j]) for i, j in self.welds if not (self._is_apart(i) or self._is_apart(j))]
+        heights = [float(np.ptp(np.stack([self.low[group, 1].min(), self.high[group, 1].max()]))) for group in groups]
+        joined = [
+            (owner[i], owner[j])
+            for i, j in self.deep
+            if owner[i] != owner[j]
+            and not (self._is_apart(i) or self._is_apart(j))
+            and not self._rests(i, j, SUNK * heights[owner[i]], SUNK * heights[owner[j]])
+        ]
         merged: dict[int, list[int]] = {}
         for name, group in zip(clusters(len(groups), joined).tolist(), groups, strict=True):
             merged.setdefault(name, []).extend(group)
         return sorted((sorted(group) for group in merged.values()), key=lambda group: group[0])
+
+    def _rests(self, i: int, j: int, room: float, other_room: float) -> bool:
+        """Whether one of two parts stands on the other, although it is set into it by up to ``room``, or ``other_room``
+        if it is the second: they are parts of two things, and one leaves the other upwards."""
+        if are_one_thing(self._chain(i), self._chain(j)):
+            return False
+        found = self.distances.overlap(i, j)
+        if found is None or abs(found.along[1]) < UPRIGHT:
+            return False
+        return found.depth <= (other_room if found.along[1] > 0.0 else room)
+
+    def _chain(self, part: int) -> list[Link]:
+        return [Link(at, self.nodes[at].entity) for at in self._upwards(self.parts[part].node)][::-1]
+
+    def _part(self, groups: Sequence[Sequence[int]]) -> None:
+        """Cut off what parts of one body have in another, so that nothing starts inside something.
+
+        Of two colliders that overlap, the one is cut that loses less, along the plane in which it leaves the other.
+        """
+        owner = {part: number for number, group in enumerate(groups) for part in group}
+        parts = list(self.parts)
+        for i, j in [*self.shallow, *self.deep]:
+            if owner[i] == owner[j]:
+                continue
+            for each in self.distances.overlaps(i, j):
+                least = min(float(np.ptp(parts[k].box(), axis=0).min()) for k in (i, j))
+                apart = self._is_apart(i) or self._is_apart(j)
+                if LOOSE * least < each.depth and not (apart and each.depth > WELD * least):
+                    _cut(parts, i, j, each)
+        self.parts = tuple(parts)
 
     def _is_apart(self, part: int) -> bool:
         """Whether an attribute says what body a part belongs to, so that overlaps do not."""
@@ -430,10 +484,10 @@ class _Grouping:
         if is_rooted(words) and (low[1] <= ground + room or (beside & self.broad).any()):
             return True
         touched = {other for part in rows for other in self.touching[part]} - set(rows)
-        below = [other for other in touched if self.high[other, 1] <= low[1] + max(room, 0.05 * (high - low)[1])]
+        below = [other for other in touched if self.high[other, 1] <= low[1] + max(room, SUNK * (high - low)[1])]
         if low[1] <= ground + room or below:
             return False
-        return bool(touched) if not is_airborne(words) else bool(touched) or not beside.any()
+        return bool(touched) or is_airborne(words)
 
     @cached_property
     def broad(self) -> npt.NDArray[np.bool_]:
@@ -514,6 +568,26 @@ class _Grouping:
     @cached_property
     def _known(self) -> dict[int, Moments]:
         return {}
+
+
+def _cut(parts: list[BodyPart], i: int, j: int, overlap: Overlap) -> None:
+    """Cut one of two overlapping colliders of two parts, so that they touch."""
+    first, second = parts[i].colliders[overlap.first], parts[j].colliders[overlap.second]
+    cuts = [
+        (i, overlap.first, first, trimmed(first, overlap.along, -reach_of(second, -overlap.along))),
+        (j, overlap.second, second, trimmed(second, -overlap.along, -reach_of(first, overlap.along))),
+    ]
+    lost = [
+        (volume_of_collider(old) - volume_of_collider(new), row)
+        for row, (_, _, old, new) in enumerate(cuts)
+        if new is not None
+    ]
+    if lost:
+        part, number, _, new = cuts[min(lost)[1]]
+        shapes = list(parts[part].colliders)
+        assert new is not None
+        shapes[number] = new
+        parts[part] = replace(parts[part], colliders=tuple(shapes))
 
 
 def _is_whole(given: dict[str, Any]) -> bool:

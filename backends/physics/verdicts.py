@@ -26,7 +26,7 @@ from scenelang.interpreter.scene.entity import Scene
 
 SECONDS = 1.5
 MOVES = 0.03  # of the body's longest side
-TURNS = 5.0  # degrees
+TURNS = 15.0  # degrees
 TIPS = 20.0  # degrees between the body's upright axis before and after
 FALLS = 0.5  # of the body's height
 _EXPLODES = 1.5  # of the energy that a fall from the top of the scene gives
@@ -133,19 +133,31 @@ def report_of(
 def reported(bodies: BodySet, motion: Motion, seconds: float) -> PhysicsReport:
     """Return the verdicts about a motion."""
     fastest = _fastest(bodies, motion)
-    found = [_report(bodies, motion, number, fastest) for number in range(len(bodies.bodies))]
-    return PhysicsReport(tuple(_with_causes(found, motion)), seconds, bodies.unit, bodies.ground)
+    found: dict[int, BodyReport] = {}
+    for number in np.argsort(motion.centers[-1, :, 1], kind="stable").tolist():  # what carries others comes first
+        resting = [below for below in motion.landed[number] if below in found and found[below].kind == "rests"]
+        found[number] = _report(bodies, motion, number, fastest, resting)
+    told = _with_causes([found[number] for number in range(len(found))], motion)
+    return PhysicsReport(tuple(told), seconds, bodies.unit, bodies.ground)
 
 
-def _report(bodies: BodySet, motion: Motion, number: int, fastest: float) -> BodyReport:
+def _report(bodies: BodySet, motion: Motion, number: int, fastest: float, resting: Sequence[int]) -> BodyReport:
+    """Return what becomes of a body that comes to stand on those of ``resting``, which all but rest.
+
+    How far it sinks counts from the lowest of these: courses of bricks with small gaps between them rest.
+    """
     body = bodies.bodies[number]
-    path = motion.centers[:, number] - motion.centers[0, number]
+    paths = motion.centers - motion.centers[0]
+    path = paths[:, number].copy()
+    sunk = min(resting, key=lambda below: float(paths[-1, below, 1]), default=None)
+    if sunk is not None and paths[-1, sunk, 1] < 0.0:
+        path[:, 1] = np.minimum(path[:, 1] - paths[:, sunk, 1], np.maximum(path[:, 1], 0.0))
     tilts = np.degrees(np.arccos(np.clip(motion.rotations[:, number, 1, 1], -1.0, 1.0)))
     turns = np.degrees(np.arccos(np.clip((np.trace(motion.rotations[:, number], axis1=1, axis2=2) - 1) / 2, -1.0, 1.0)))
     moved = np.linalg.norm(path, axis=1)
     # A ball may turn where it lies; nothing can be seen of that.
     noticed = (moved > MOVES * body.size) | ((turns > TURNS) & (moved > 1e-3 * body.size)) | (tilts > TIPS)
-    drop, tilt = float(-path[-1, 1]), float(tilts[-1])
+    drop, tilt = float(-paths[-1, number, 1]), float(tilts[-1])
     exploded = not body.fixed and (motion.broken is not None or motion.speeds[number] > fastest)
     when = None if body.fixed or not (noticed.any() or exploded) else float(motion.times[int(np.argmax(noticed))])
     kind = "rests"
@@ -157,7 +169,8 @@ def _report(bodies: BodySet, motion: Motion, number: int, fastest: float) -> Bod
         kind = "explodes" if exploded else "falls" if falls else "tips" if tilt > TIPS else "moves"
     return BodyReport(
         body.words, kind, body.moments.mass, body.fixed, body.size, _triple(body.moments.center),
-        float(moved[-1]), drop, tilt, when, _why(bodies, motion, number, kind), None, bodies.place(body),
+        float(np.linalg.norm(paths[-1, number])), drop, tilt, when, _why(bodies, motion, number, kind), None,
+        bodies.place(body),
     )  # fmt: skip
 
 

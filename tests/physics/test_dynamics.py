@@ -10,7 +10,7 @@ import pytest
 
 import scenelang as sl
 from scenelang.backends.geometry.convex import beyond_edge
-from scenelang.backends.physics.dynamics import GRAVITY, Motion, quaternion, simulate
+from scenelang.backends.physics.dynamics import GRAVITY, Motion, compiled, model_of, quaternion, simulate
 from scenelang.backends.physics.grouping import BodySet, bodies_of
 from scenelang.backends.physics.robots import roll_pitch_yaw
 
@@ -82,6 +82,28 @@ def test_what_rests_does_not_drift(shape: str, size: float) -> None:
     motion = simulate(found, 5.0)
     for number, body in enumerate(found.bodies):
         assert np.linalg.norm(shift(motion, number)) < 2e-3 * body.size
+
+
+def test_an_upright_cylinder_rests_on_a_plane_however_its_last_digits_are() -> None:
+    """Rounding that turns an axis by 1e-15 must not make contacts below the ground."""
+    mujoco = pytest.importorskip("mujoco")
+    found = bodies('(bind "a" (lambda () (transform (call "cylinder" :radius .6 :p1 [0 .1 0]) (rotate .3 [0 1 0]))))')
+    model, data = compiled(model_of(found))
+    deepest = 0.0
+    for tilt in np.linspace(1e-16, 4e-15, 200):
+        data.qpos[3:7] = [1.0, tilt, tilt / 3, 0.0]
+        data.qpos[2] = 0.05 - 1e-5
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        deepest = min(deepest, *(float(contact.dist) for contact in data.contact))
+    assert -2e-5 < deepest < 0.0
+
+
+def test_courses_with_small_gaps_rest() -> None:
+    text = """(bind "brick" (lambda () (call "cube" :scale [1 .5 .5])))
+    (bind "wall" (lambda () (for/union ((k (iota 8))) (transform (call "brick") (translate (vector 0 (+ .25 (* {} k)) 0))))))"""
+    assert {body.kind for body in sl.evaluate(text.format(0.51)).physics().bodies} == {"rests"}
+    assert "falls" in {body.kind for body in sl.evaluate(text.format(0.6)).physics().bodies}
 
 
 def test_runs_are_equal() -> None:

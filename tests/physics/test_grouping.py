@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import scenelang as sl
-from scenelang.backends.physics.colliders import Collider, colliders_of
+from scenelang.backends.physics.colliders import Collider, colliders_of, reach_of, trimmed, volume_of_collider
 from scenelang.backends.physics.grouping import BodySet, bodies_of
 from scenelang.interpreter.scene.primitives import shape_of
 
@@ -202,6 +202,94 @@ def test_solids_are_decomposed_once(monkeypatch: pytest.MonkeyPatch, tmp_path: P
     for clear in (colliders._pieces_of, colliders._decomposed):
         clear.cache_clear()
     assert len(bodies(text).parts[0].colliders) == len(found.parts[0].colliders)
+
+
+def test_where_coacd_fails_a_mesh_is_halved(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    from scenelang.backends.physics import colliders
+
+    monkeypatch.setattr(colliders.subprocess, "run", lambda *_, **__: None)  # it aborts before it writes
+    for clear in (colliders._pieces_of, colliders._decomposed):
+        clear.cache_clear()
+    frame = '(difference (call "cube" :scale [3.1 .5 3]) (call "cube" :scale [2 1 1.9]))'
+    (part,) = bodies(f'(bind "frame" (lambda () {frame}))').parts
+    for clear in (colliders._pieces_of, colliders._decomposed):
+        clear.cache_clear()
+    assert 4 <= len(part.colliders) <= colliders.MAX_PIECES
+    volume = 0.5 * (3.1 * 3 - 2 * 1.9)
+    assert sum(map(volume_of, part.colliders)) == pytest.approx(volume, rel=0.06)
+    assert all(np.abs(piece.corners[:, [0, 2]]).max() > 0.94 for piece in part.colliders)  # none fills the hole
+
+
+@pytest.mark.parametrize("word", list(EXACT))
+@pytest.mark.parametrize("along", [(0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.48, -0.6, 0.64)])
+def test_a_trimmed_collider_ends_at_the_plane(word: str, along: tuple[float, float, float]) -> None:
+    (whole,) = colliders_of(shape_of(word, {}), linear(*POSES["turned"]))
+    normal = np.array(along)
+    top, bottom = reach_of(whole, normal), -reach_of(whole, -normal)
+    level = bottom + 0.7 * (top - bottom)
+    found = trimmed(whole, normal, level)
+    assert found is not None
+    assert reach_of(found, normal) == pytest.approx(level, abs=1e-9)
+    assert -reach_of(found, -normal) == pytest.approx(bottom, abs=1e-9)
+    other = trimmed(whole, -normal, -level)
+    assert other is not None
+    parts = volume_of_collider(found) + volume_of_collider(other)
+    assert parts == pytest.approx(volume_of_collider(whole), rel=0.02)
+    assert trimmed(whole, normal, bottom - 0.1) is None
+
+
+PRESENT = """(bind "present" (lambda () (union (transform (call "cube" :scale [.3 .2 .3]) (translate [0 .1 0]))
+  (transform (call "cube" :scale [.31 .214 .04]) (translate [0 .1 0])))))
+(bind "desk" (lambda () (union (transform (call "cube" :scale [1 .1 1]) (translate [0 .45 0])) (call "cube" :scale [.2 .9 .2]))))
+"""
+
+
+@pytest.mark.parametrize(("at", "expected"), [(0.0, "rests"), (0.52, "falls"), (0.6, "falls")])
+def test_a_thing_that_is_set_into_another_stands_on_it(at: float, expected: str) -> None:
+    scene = sl.evaluate(
+        f'{PRESENT} (bind "room" (lambda () (union (call "desk" :fixed #f) (transform (call "present") (translate [{at} .5 0])))))'
+    )
+    report = scene.physics()
+    assert [body.words[-1] for body in report.bodies] == ["desk", "present"]
+    assert report.bodies[1].kind in ({expected, "tips"} if expected == "falls" else {expected})
+
+
+def test_overlaps_of_pieces_push_nothing_away() -> None:
+    """Convex pieces bulge over a bowl's hollow, in which an orange lies."""
+    text = """(bind "bowl" (lambda () (lathe '([0 0] [.12 0] [.3 .2] [.28 .2] [.11 .02] [0 .02]))))
+    (bind "orange" (lambda () (call "sphere" :radius .1)))
+    (bind "desk" (lambda () (call "cube" :scale [1 .1 1])))
+    (bind "room" (lambda () (union (call "desk") (transform (call "bowl") (translate [0 .048 0]))
+      (transform (call "orange") (translate [0 .166 0])))))"""
+    report = sl.evaluate(text).physics()
+    assert [(body.words[-1], body.kind) for body in report.bodies] == [
+        ("desk", "rests"), ("bowl", "rests"), ("orange", "rests"),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("thing", "place", "stays"),
+    [
+        ('"picture"', "[0 1.5 .06]", True),  # on the wall
+        ('"picture" :fixed #f', "[0 1.5 .06]", False),
+        ('"picture"', "[0 1.5 .5]", False),  # before it
+        ('"vase"', "[0 1.5 .06]", False),
+        ('"tree"', "[2 .1 2]", True),  # in the ground
+        ('"tree"', "[2 .6 2]", False),
+        ('"crate"', "[2 .1 2]", False),
+        ('"star"', "[2 3 2]", True),  # in the sky
+    ],
+)  # fmt: skip
+def test_what_is_mounted_or_rooted_stays(thing: str, place: str, stays: bool) -> None:
+    slabs = " ".join(f'(bind "{word}" (lambda () (call "cube" :scale .2)))' for word in ("tree", "crate", "vase"))
+    frames = " ".join(f'(bind "{word}" (lambda () (call "cube" :scale [.4 .3 .02])))' for word in ("picture", "star"))
+    room = '(bind "room" (lambda () (union (call "cube" :scale [9 .02 9]) (transform (call "wall") (translate [0 1 0]))'
+    found = bodies(
+        f'{slabs} {frames} (bind "wall" (lambda () (call "cube" :scale [4 2 .1] :fixed #t)))'
+        f'{room} (transform (call {thing}) (translate {place}))))) (scene "room")'
+    )
+    assert found.bodies[-1].fixed == stays
 
 
 @pytest.mark.parametrize(

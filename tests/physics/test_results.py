@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 
 import scenelang as sl
+from scenelang.backends.physics import verdicts
 from scenelang.backends.physics.dynamics import TO_MODEL
 from scenelang.backends.physics.grouping import bodies_of
 from scenelang.backends.physics.verdicts import diagnostics_of
+from scenelang.backends.pictures.exhibit import Marks
 from scenelang.cli.main import main
 from scenelang.interpreter.scene.flatten import flatten_entity
 
@@ -124,6 +126,21 @@ def test_check_physics(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file.write_text("; lint: allow-file body-falls\n" + EDGE, "utf-8")
     assert main(["check", "--physics", "--json", "room.scene"]) == 0
     assert json.loads(capsys.readouterr().out) == []
+
+
+def test_a_picture_of_what_falls(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The picture itself is drawn as that of ``--geometry`` is; here it is what it shows."""
+    shown: list[Marks] = []
+    monkeypatch.setattr(verdicts, "save_marked", lambda root, marks, path: shown.append(marks))
+    assert main(["check", "--physics", "--picture", "a.png", "-q", "room.scene"]) == 0
+    (marks,) = shown
+    assert (sorted(marks.subject), sorted(marks.other)) == ([5], [0, 1, 2, 3, 4])  # the vase on the table
+    assert marks.points[:, 0].max() == pytest.approx(1.0, abs=1e-3)  # the table's edge
+    assert marks.centers == pytest.approx(np.array([[1.04, 1.2, 0.0]]))
+    assert [1.04, 1.2, 0.0] in np.round(marks.lines, 6).tolist()[0]  # the plumb line starts at the centre of mass
+    file.write_text(SOUND, "utf-8")
+    assert main(["check", "--physics", "--picture", "b.png", "-q", "room.scene"]) == 0
+    assert len(shown) == 1
 
 
 def test_settle_writes_literals(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
