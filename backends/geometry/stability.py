@@ -148,7 +148,7 @@ class Fault(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Link:
+class ChainLink:
     """One instance on the way to a primitive: the number of the instance and its entity."""
 
     number: int
@@ -174,22 +174,22 @@ def is_part_of_thing(entity: Entity) -> bool:
     return (cls is not None and cls.is_solid) or noun_of(entity.word) in PARTS
 
 
-def chains_of(root: Entity) -> list[tuple[Link, ...]]:
+def chains_of(root: Entity) -> list[tuple[ChainLink, ...]]:
     """Return for each primitive below ``root``, in depth-first order, the instances from the root to it."""
-    found: list[tuple[Link, ...]] = []
+    found: list[tuple[ChainLink, ...]] = []
     number = 0
-    stack: list[tuple[Entity, tuple[Link, ...]]] = [(root, ())]
+    stack: list[tuple[Entity, tuple[ChainLink, ...]]] = [(root, ())]
     while stack:
         entity, above = stack.pop()
         number += 1
-        chain = (*above, Link(number, entity))
+        chain = (*above, ChainLink(number, entity))
         if entity.is_primitive:
             found.append(chain)
         stack.extend((part.car, chain) for part in reversed(entity.children))
     return found
 
 
-def are_one_thing(a: Sequence[Link], b: Sequence[Link], arrangements: Collection[int] = ()) -> bool:
+def are_one_thing(a: Sequence[ChainLink], b: Sequence[ChainLink], arrangements: Collection[int] = ()) -> bool:
     """Return whether two primitives that touch belong to one thing.
 
     In what contains both, one of them is a part: a shape, or by its noun; but not of what a person would lift from it,

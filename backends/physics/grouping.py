@@ -24,7 +24,7 @@ import numpy.typing as npt
 from scenelang.backends.geometry.convex import clusters
 from scenelang.backends.geometry.distance import neighbours
 from scenelang.backends.geometry.stability import (
-    Link,
+    ChainLink,
     are_one_thing,
     is_airborne,
     is_mounted,
@@ -427,8 +427,8 @@ class _Grouping:
             return False
         return found.depth <= (other_room if found.along[1] > 0.0 else room)
 
-    def _chain(self, part: int) -> list[Link]:
-        return [Link(at, self.nodes[at].entity) for at in self._upwards(self.parts[part].node)][::-1]
+    def _chain(self, part: int) -> list[ChainLink]:
+        return [ChainLink(at, self.nodes[at].entity) for at in self._upwards(self.parts[part].node)][::-1]
 
     def _part(self, groups: Sequence[Sequence[int]]) -> None:
         """Cut off what parts of one body have in another, so that nothing starts inside something.
