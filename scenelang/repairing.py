@@ -49,6 +49,7 @@ _OFF = 0.3  # of a motion: how far the motion of a candidate may be from it
 _TIDY = 5e-3  # of the scene's size: what one more changed literal costs
 _STRUCTURAL = 0.02  # of the scene's size: what a new form in the program costs
 _CORRECTIONS = 4
+_OVERLAPS = ("twin", "through", "deep", "buried", "fighting")
 _NO_LITERALS = frozenset({"color", "quote", "import", "format", "embedding"})
 
 
@@ -478,8 +479,9 @@ class _Search:
         yield from self._unwrapped(now, goal)
         groups = unions_of(Source(self.name, now.text))
         parts = [part for group in groups for part in group][:_MAX_PARTS]
-        if goal.key[0] == "twin":
+        if goal.key[0] in _OVERLAPS:
             yield from (_Candidate(((part.span, ""),), 0.0) for part in parts if self._is_double(now, part))
+        if goal.key[0] == "twin":
             return
         for part in parts:
             moved = self._moved_by(now, goal, part) if self.has_time() else None
