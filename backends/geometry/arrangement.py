@@ -384,11 +384,6 @@ class Arrangement:
             apart = (low[a] + high[a] - low[b] - high[b]) / 2.0 + shift
         return _three(apart / max(float(np.linalg.norm(apart)), 1e-300))
 
-    def contact(self, a: Thing, b: Thing, reach: float) -> bool:
-        """Return whether two things are within ``reach``."""
-        pairs = self._pairs(a, b, reach, np.zeros(3))
-        return bool(len(pairs)) and bool((self._gaps(pairs, np.zeros(3), 2.0 * reach + 1e-12) <= reach).any())
-
     def is_blocked(self, a: Thing, b: Thing, reach: float) -> bool:
         """Return whether ``b`` is within ``reach`` of ``a`` and keeps it from moving down.
 
