@@ -12,6 +12,7 @@ import hashlib
 import subprocess
 import sys
 import tempfile
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -40,6 +41,7 @@ INSTALL = "'scenelang[physics]'"
 SEGMENTS = 24  # sides of the meshes of round shapes that simulators do not have
 MAX_PIECES = 64  # of one non-convex primitive
 MAX_DECOMPOSED = 200_000  # triangles of a mesh that is decomposed
+_TIMEOUT = 180.0  # seconds of CoACD for one mesh, which is halved if that is not enough
 _CONCAVITY = 0.05  # of CoACD, relative to the size: its own default
 _CONVEX = 2e-3  # of the hull's volume: a mesh that lacks less counts as convex
 _WEDGES = 16  # of a torus
@@ -323,7 +325,8 @@ def _coacd(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
         np.savez(given, vertices=(vertices - middle) / scale, faces=faces.astype(np.int32))
         script = _SCRIPT.format(given=str(given), made=str(made), concavity=_CONCAVITY, pieces=MAX_PIECES)
         run = [sys.executable, "-c", script]
-        subprocess.run(run, check=False, capture_output=True)  # noqa: S603
+        with suppress(subprocess.TimeoutExpired):
+            subprocess.run(run, check=False, capture_output=True, timeout=_TIMEOUT)  # noqa: S603  # nosec B603
         if not made.is_file():
             return _halved(vertices, faces)
         with np.load(made) as arrays:
