@@ -208,7 +208,7 @@ bench: install
 
 # Recall and precision of the lint and of simulations on planted faults, written into docs/checker.md and docs/physics.md.
 faults: install
-	$(BIN)/python benchmarks/faults.py
+	$(BIN)/python benchmarks/planted.py
 
 # The numbers that tasks state, counted in the responses of language models that the tests keep.
 eval-recorded: install

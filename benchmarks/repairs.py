@@ -2,7 +2,7 @@
 
     python benchmarks/repairs.py [--most N] [--seconds S] [--write]
 
-Programs are those of ``faults`` that are reported. A fault counts if the geometry lint finds it. ``--write`` replaces
+Programs are those of ``planted`` that are reported. A fault counts if the geometry lint finds it. ``--write`` replaces
 the table in docs/relations.md.
 """
 
@@ -15,10 +15,8 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from faults import half_of, programs
 from faulty import KINDS, Fault, Planter, Program
+from planted import half_of, programs
 
 from scenelang.grammar.datum import Source
 from scenelang.interpreter.scene.flatten import flatten_entity

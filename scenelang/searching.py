@@ -32,7 +32,8 @@ _SCENES = frozenset(
 _EXACT = 100.0  # what is asked for by its name comes first
 _SYNONYM_WEIGHT = 0.7
 _OTHER = 0.5  # weight of what works as in any other language, and of diagnostics
-_EXAMPLES = Path(__file__).parents[1] / "examples"  # of a checkout; not part of installed packages
+_INSTALLED, _CHECKOUT = Path(__file__).parent / "examples", Path(__file__).parents[1] / "examples"
+_EXAMPLES = _INSTALLED if _INSTALLED.is_dir() else _CHECKOUT
 _WORD = re.compile(r"[a-z]+|\d+")
 _ENDINGS = ("ations", "ation", "ings", "ing", "ies", "ied", "ers", "er", "ed", "es", "s", "e", "y")
 _STOP = frozenset(
@@ -226,9 +227,7 @@ def example_text(name: str) -> str | None:
 
 
 def example_names() -> list[str]:
-    """Return the names of the example programs; none without a checkout."""
-    if not (_EXAMPLES.parent / "pyproject.toml").is_file():
-        return []
+    """Return the names of the example programs."""
     return sorted(path.stem for path in _EXAMPLES.glob("*.scene"))
 
 

@@ -101,11 +101,17 @@ def test_the_wheel_has_every_module_and_data_file_and_no_other(built: Built) -> 
         f"scenelang/interpreter/scene/modelling/fonts/{path.name}": path.read_bytes()
         for path in (ROOT / "interpreter/scene/modelling/fonts").iterdir()
     }
+    examples = {f"scenelang/examples/{path.name}": path.read_bytes() for path in (ROOT / "examples").glob("*.scene")}
+    examples |= {
+        f"scenelang/examples/datasets/{path.name}": path.read_bytes()
+        for path in (ROOT / "examples/datasets").glob("*.py")
+    }
     wanted = (
         _sources(".py", ".lark", ".json", ".scene", ".toml", ".md", ".gz")
         | static
         | study
         | fonts
+        | examples
         | {"scenelang/py.typed": b""}
     )
     inside = {name: text for name, text in built.wheel.items() if ".dist-info/" not in name}

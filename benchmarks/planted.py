@@ -16,8 +16,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 from faulty import KINDS, Fault, Planter, Program
 
 from scenelang.backends.geometry.lint import CheckedFrame
