@@ -3,9 +3,10 @@
 A program is changed, not its scene: a literal moves everything that is made from it, so loops and symmetries are kept.
 For each finding, the motion of all primitives with each numeric literal is measured by finite differences; the literals
 of a vector are solved for the motion that resolves the finding (least squares), and the candidates are tested in the
-order of how little they move. What no literal can do is done by placing a part with ``translate`` or ``align``, or by
-removing a part that is there twice. The search follows "Procedural Scene Programs for Open-Universe Scene Generation:
-LLM-Free Error Correction via Program Search" (arXiv 2510.16147), with derivatives in place of sampled proposals.
+order of how little they move. What no literal can do is done by placing a part with ``translate``, by leaving out a
+pose, or by removing a part that is there twice. The search follows "Procedural Scene Programs for Open-Universe Scene
+Generation: LLM-Free Error Correction via Program Search" (arXiv 2510.16147), with derivatives in place of sampled
+proposals.
 """
 
 from __future__ import annotations
@@ -21,10 +22,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums, walk
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.values import IDENTITY
+from scenelang.interpreter.scene.entity import primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 
 if TYPE_CHECKING:
@@ -50,7 +52,7 @@ _TIDY = 5e-3  # of the scene's size: what one more changed literal costs
 _STRUCTURAL = 0.02  # of the scene's size: what a new form in the program costs
 _CORRECTIONS = 4
 _OVERLAPS = ("twin", "through", "deep", "buried", "fighting")
-_NO_LITERALS = frozenset({"color", "quote", "import", "format", "embedding"})
+_NO_LITERALS = frozenset({"color", "import", "format", "embedding"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -344,7 +346,7 @@ class _Search:
                 continue
             line, _ = span.source.position(span.start)
             edits.append(ProgramEdit(line, span.text, new, ""))
-            text = text[: span.start] + new + text[span.end :]
+            text = _replaced(text, span, new)
         return self.version(text, tuple(reversed(edits)))
 
     # --- literals ----------------------------------------------------------------------------------------------
@@ -361,7 +363,7 @@ class _Search:
         if not self.has_time():
             return None
         step = _STEP * max(1.0, abs(literal.value))
-        text = now.text[: literal.span.start] + _number(literal.value + step, 12) + now.text[literal.span.end :]
+        text = _replaced(now.text, literal.span, _number(literal.value + step, 12))
         corners = self.layout(text)
         if corners is None or corners.shape != now.corners.shape:
             return None
@@ -413,7 +415,7 @@ class _Search:
             return
         if goal.turn is not None:
             yield from self._turned(now, goal)
-        for literal in literals_of(Source(self.name, now.text))[:_MAX_LITERALS]:
+        for literal in literals_of(Source(self.name, now.text)):
             if not self.has_time():
                 return
             found = self._root_of(now, goal, literal)
@@ -458,7 +460,7 @@ class _Search:
 
     def _amount(self, now: _Version, goal: Goal, literal: _Literal, value: float) -> float | None:
         """Return how far the goal's declaration is from holding with another value of a literal; 0 if it holds."""
-        text = now.text[: literal.span.start] + _number(value, 12) + now.text[literal.span.end :]
+        text = _replaced(now.text, literal.span, _number(value, 12))
         found = self.editing.evaluate(Source(self.name, text)).scene
         if found is None:
             return None
@@ -473,7 +475,7 @@ class _Search:
     # --- forms -------------------------------------------------------------------------------------------------
 
     def _by_form(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
-        """Yield new placements of the operands of ``union``: moved, aligned with another, or removed."""
+        """Yield new placements of the operands of ``union``: moved, without a pose, or removed."""
         if not len(goal.rows):
             return
         yield from self._unwrapped(now, goal)
@@ -519,7 +521,7 @@ class _Search:
         for axis in range(3):
             offset = " ".join(_number(step if k == axis else 0.0, 12) for k in range(3))
             text = f"(transform {part.span.text} (translate [{offset}]))"
-            corners = self.layout(now.text[: part.span.start] + text + now.text[part.span.end :])
+            corners = self.layout(_replaced(now.text, part.span, text))
             if corners is None or corners.shape != now.corners.shape:
                 return None
             motion = (corners - now.corners) / step
@@ -531,8 +533,7 @@ class _Search:
 
     def _is_double(self, now: _Version, part: Datum) -> bool:
         """Return whether all that a part makes is there without it too."""
-        text = now.text[: part.span.start] + now.text[part.span.end :]
-        corners = self.layout(text)
+        corners = self.layout(_replaced(now.text, part.span, ""))
         if corners is None:
             return False
         kept, every = _places(corners, now.size), _places(now.corners, now.size)
@@ -604,7 +605,7 @@ def _offsets(scene: Scene) -> dict[int, int]:
     found, at = {}, 0
     for number in _sampled(scene):
         found[number] = at
-        at += len(flatten_entity(scene.frames[number]))
+        at += primitive_count(scene.frames[number])
     return found
 
 
@@ -716,7 +717,7 @@ def _head(datum: Datum) -> str | None:
 def _placing(datum: Datum) -> Iterator[Datum]:
     """Yield the parts of a form that may place things: not colours, bounds of params and seeds."""
     head = _head(datum)
-    if head in _NO_LITERALS - {"quote"}:
+    if head in _NO_LITERALS:
         return
     skip = False
     for child in subdatums(datum):
@@ -730,49 +731,40 @@ def _placing(datum: Datum) -> Iterator[Datum]:
 
 def unions_of(source: Source) -> list[list[ListDatum]]:
     """Return the operands of each ``union`` of a program that are forms, and the bodies of loops that make parts."""
-    found: list[list[ListDatum]] = []
-    stack: list[Datum] = list(read(source).forms)
-    while stack:
-        datum = stack.pop()
-        if isinstance(datum, Atom):
-            continue
-        if _head(datum) == "union" and isinstance(datum, ListDatum):
-            found.append([item for item in datum.items[1:] if isinstance(item, ListDatum)])
-        if _head(datum) in ("for/union", "for*/union") and isinstance(datum, ListDatum):
-            found.append([item for item in datum.items[2:] if isinstance(item, ListDatum)])
-        stack.extend(subdatums(datum))
-    return found
+    first = {"union": 1, "for/union": 2, "for*/union": 2}
+    return [
+        [item for item in form.items[first[head] :] if isinstance(item, ListDatum)]
+        for head, form in _forms(source)
+        if head in first
+    ]
 
 
 def poses_of(source: Source) -> list[ListDatum]:
     """Return the forms ``(transform part (rotate ...))``, and those with ``scale``, ``translate`` or ``@``."""
-    found = []
-    stack: list[Datum] = list(read(source).forms)
-    while stack:
-        datum = stack.pop()
-        if isinstance(datum, Atom):
-            continue
-        if _head(datum) == "transform" and isinstance(datum, ListDatum) and len(datum.items) == 3:
-            if _head(datum.items[2]) in ("rotate", "scale", "translate", "@"):
-                found.append(datum)
-        stack.extend(subdatums(datum))
-    return found
+    heads = ("rotate", "scale", "translate", "@")
+    return [
+        form
+        for head, form in _forms(source)
+        if head == "transform" and len(form.items) == 3 and _head(form.items[2]) in heads
+    ]
 
 
 def angles_of(source: Source) -> list[Atom]:
     """Return the numbers that are angles of ``rotate`` and not 0."""
-    found = []
-    stack: list[Datum] = list(read(source).forms)
-    while stack:
-        datum = stack.pop()
-        if isinstance(datum, Atom):
-            continue
-        if _head(datum) == "rotate" and isinstance(datum, ListDatum) and len(datum.items) > 2:
-            angle = datum.items[1]
-            if isinstance(angle, Atom) and type(angle.value) in (int, float) and angle.value != 0:
-                found.append(angle)
-        stack.extend(subdatums(datum))
-    return found
+    angles = [form.items[1] for head, form in _forms(source) if head == "rotate" and len(form.items) > 2]
+    return [each for each in angles if isinstance(each, Atom) and type(each.value) in (int, float) and each.value != 0]
+
+
+def _forms(source: Source) -> Iterator[tuple[str, ListDatum]]:
+    """Yield the forms of a program that begin with a name, and these names."""
+    for datum in walk(*read(source).forms):
+        head = _head(datum)
+        if head is not None and isinstance(datum, ListDatum):
+            yield head, datum
+
+
+def _replaced(text: str, span: Span, new: str) -> str:
+    return text[: span.start] + new + text[span.end :]
 
 
 def _digits(size: float) -> int:

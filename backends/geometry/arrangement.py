@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from scenelang.backends.geometry.convex import MAX_PAIRS, Bodies, bodies_of, clusters
 from scenelang.backends.geometry.distance import IntArray, Pairs, depths, distances, neighbours
+from scenelang.backends.geometry.lint import ground_height
 from scenelang.backends.geometry.solids import FloatArray
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.values import Matrix, Pair
@@ -226,10 +227,7 @@ class Arrangement:
     @cached_property
     def ground(self) -> float:
         """The height that the scene stands on: 0 if something stands there, else that of its lowest point."""
-        low, _ = self.bodies.boxes
-        if not len(low):
-            return 0.0
-        return 0.0 if bool((np.abs(low[:, 1]) <= 2.0 * self.bodies.touch).any()) else float(low[:, 1].min())
+        return ground_height(self.bodies) if len(self.bodies) else 0.0
 
     # --- pairs of bodies ---------------------------------------------------------------------------------------
 
@@ -270,9 +268,10 @@ class Arrangement:
         return Pairs(replace(found.a, matrices=matrices), found.b)
 
     def _surface(self, body: int) -> Manifold:
-        if body not in self._surfaces:
-            self._surfaces[body] = _surface_of(self._vertices(body), self._mesh(body).faces)
-        return self._surfaces[body]
+        number = int(self.bodies.entity[body])
+        if number not in self._surfaces:
+            self._surfaces[number] = _surface_of(self._mesh(body))
+        return self._surfaces[number].transform(self._pose(body))
 
     def _mesh(self, body: int) -> Mesh:
         """Return the surface of a body in the frame of its primitive."""
@@ -285,8 +284,12 @@ class Arrangement:
 
     def _vertices(self, body: int) -> FloatArray:
         """Return the vertices (K, 3) of the surface of a body in the scene's frame."""
-        pose = self.ancestry.poses[self.ancestry.primitives[self.bodies.row[body]]]
+        pose = self._pose(body)
         return np.asarray(self._mesh(body).vertices @ pose[:, :3].T + pose[:, 3], np.float64)
+
+    def _pose(self, body: int) -> FloatArray:
+        """Return the pose (3, 4) of the primitive of a body in the scene's frame."""
+        return np.asarray(self.ancestry.poses[self.ancestry.primitives[self.bodies.row[body]]], np.float64)
 
     def _gaps(self, pairs: IntArray, shift: FloatArray, reach: float) -> FloatArray:
         """Return the distances (M,) of pairs, 0 where they overlap; those above ``reach`` may be ``reach``."""
@@ -561,14 +564,14 @@ def _is_convex(entity: Entity) -> bool:
     return placed is not None and placed.form.is_convex
 
 
-def _surface_of(vertices: FloatArray, faces: IntArray) -> Manifold:
+def _surface_of(mesh: Mesh) -> Manifold:
     """Return the solid that a surface encloses; of an open surface, its convex hull."""
     import manifold3d
 
     try:
-        return manifold_of_mesh(Mesh(vertices, None, faces), "")
+        return manifold_of_mesh(mesh, "")
     except SceneError:
-        return manifold3d.Manifold.hull_points(vertices)
+        return manifold3d.Manifold.hull_points(mesh.vertices)
 
 
 def _two(pair: IntArray) -> tuple[int, int]:

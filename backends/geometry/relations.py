@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -111,7 +111,7 @@ class _Context:
     here: Arrangement
     within: int
     stated: Declaration
-    work: _Work = field(default_factory=_Work)
+    work: _Work
 
     def option(self, name: str, default: Any = None) -> Any:
         return self.stated.options.get(name, default)
