@@ -68,8 +68,8 @@ demo: install
 	@echo "the picture is out/chessboard.png"
 
 lint: $(VENV)/.dev $(VENV)/.package
-	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
+	$(BIN)/ruff check --no-cache .
+	$(BIN)/ruff format --check --no-cache .
 	$(BIN)/codespell
 	$(BIN)/bandit --quiet --recursive --configfile pyproject.toml $(ROOMS)
 	cd $(VENV) && bin/mypy --config-file ../pyproject.toml -p scenelang

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 from later import later
-from splats.drawing import a_camera, random_gaussians, splats_of
 
 from scenelang.backends.neural.splats import gaussians
 from scenelang.backends.neural.splats.gaussians import Splats, project, view_of
+from splats.drawing import a_camera, random_gaussians, splats_of
 
 torch = later("torch")
 

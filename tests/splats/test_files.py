@@ -10,7 +10,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from later import later
 from searching import many
-from splats.drawing import random_gaussians
 from support import evaluate
 
 from scenelang.backends.base import BackendOptions, find
@@ -26,6 +25,7 @@ from scenelang.backends.neural.splats.files import (
 )
 from scenelang.backends.neural.splats.gaussians import Gaussians
 from scenelang.grammar.diagnostics import LimitError, SceneError
+from splats.drawing import random_gaussians
 
 torch = later("torch")
 

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from later import later
 from searching import many
-from splats.drawing import random_gaussians, splats_of
 
 from scenelang.backends.neural.splats.gaussians import (
     apply_pose,
@@ -18,6 +17,7 @@ from scenelang.backends.neural.splats.gaussians import (
     quaternions_from,
     rotations,
 )
+from splats.drawing import random_gaussians, splats_of
 
 torch = later("torch")
 

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 from later import later
-from splats.drawing import a_camera, directly, random_gaussians, splats_of
 
 from scenelang.backends.neural.splats import rasterise_numba, rasterise_torch
 from scenelang.backends.neural.splats.gaussians import Splats, view_of
@@ -19,6 +18,7 @@ from scenelang.backends.neural.splats.rasterise import (
     rasterise_by,
 )
 from scenelang.grammar.diagnostics import LimitError
+from splats.drawing import a_camera, directly, random_gaussians, splats_of
 
 torch = later("torch")
 
