@@ -9,6 +9,7 @@ from scenelang.grammar.diagnostics import SceneError, near_names
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import Vector
+from scenelang.interpreter.scene.primitives.base import linear
 from scenelang.stdlib.operands import wrong_type
 
 if TYPE_CHECKING:
@@ -48,16 +49,6 @@ violet:ee82ee wheat:f5deb3 white:ffffff whitesmoke:f5f5f5 yellow:ffff00 yellowgr
 def named_colors() -> dict[str, str]:
     """Return the hexadecimal digits of the named colours, by name."""
     return dict(entry.split(":") for entry in _NAMES.split())
-
-
-def linear(encoded: float) -> float:
-    """Return the linear light of an sRGB component from 0 to 1 (IEC 61966-2-1)."""
-    return encoded / 12.92 if encoded <= 0.04045 else float(((encoded + 0.055) / 1.055) ** 2.4)
-
-
-def encoded(light: float) -> float:
-    """Return a component of linear light, 0 to 1, as sRGB."""
-    return light * 12.92 if light <= 0.0031308 else float(1.055 * light ** (1 / 2.4) - 0.055)
 
 
 def _from_hex(text: str) -> Vector | None:

@@ -19,7 +19,7 @@ from scenelang.backends.geometry.distance import IntArray, neighbours
 from scenelang.backends.geometry.solids import FloatArray
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError, suggest
-from scenelang.interpreter.scene.declarations import Declaration
+from scenelang.interpreter.scene.declarations import OVER_FRAMES, Declaration, basic_color
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 
 _MAX_TESTS = 200_000  # pairs of things that are compared for the declarations of a scene
@@ -165,6 +165,20 @@ def violations(
     return found
 
 
+def reasons(scene: Scene, declarations: Sequence[Declaration]) -> list[str | None]:
+    """Return for each declaration about the whole scene why it does not hold first, None if it holds.
+
+    The program's own declarations are not tested. What cannot be tested does not hold.
+    """
+    found: dict[int, str] = {}
+    asked = {id(each): number for number, each in enumerate(declarations)}
+    spans = {id(each.span): number for number, each in enumerate(declarations)}
+    for each in _tested(scene, declarations, lambda declaration: id(declaration) in asked):
+        number = spans[id(each.span)] if isinstance(each, SceneError) else asked[id(each.declaration)]
+        found.setdefault(number, each.message)
+    return [found.get(number) for number in range(len(declarations))]
+
+
 def _tested(
     scene: Scene, extra: Sequence[Declaration], only: Callable[[Declaration], bool] = lambda _: True
 ) -> Iterator[Violation | SceneError]:
@@ -179,6 +193,8 @@ def _tested(
         here = Arrangement(scene, number)
         for within, declaration in _stated(here, stating, about_scene):
             if id(declaration) in wrong or not only(declaration) or count >= _MAX_VIOLATIONS:
+                continue
+            if number and declaration.relation in OVER_FRAMES:
                 continue
             context = _Context(here, within, declaration, work)
             try:
@@ -659,6 +675,88 @@ def _count(context: _Context) -> list[_Failure]:
     return [_Failure(message, max(low - count, count - high), subject)]
 
 
+def _has_color(context: _Context) -> list[_Failure]:
+    """Test which color most of the surface has, as the boxes of its bodies measure it."""
+    bodies = context.here.bodies
+    low, high = bodies.boxes
+    x, y, z = (high - low).T
+    area = x * y + y * z + z * x
+    failures = []
+    for a in context.things(context.stated.things[0]):
+        context.work.spend()
+        shares: dict[str, float] = {}
+        for body in range(a.first, a.last):
+            name = basic_color(bodies.colors[body].tolist())
+            shares[name] = shares.get(name, 0.0) + float(area[body])
+        whole = sum(shares.values())
+        share = shares.get(str(context.stated.color), 0.0) / whole if whole > 0.0 else 0.0
+        if share > 0.5 and context.option("any"):
+            return []
+        if share <= 0.5:
+            most = max(shares, key=lambda name: shares[name], default="nothing")
+            failures.append(_Failure(f'"{a.entity.word}" is {most}', 1.0 - share, a))
+    return failures[:1] if context.option("any") else failures
+
+
+def _frames(context: _Context) -> Iterator[tuple[Arrangement, list[Thing]]]:
+    """Yield every frame with the subjects there, which are the same in number and order."""
+    name = context.stated.things[0]
+    count = len(context.things(name))
+    for number in range(len(context.here.scene.frames)):
+        here = Arrangement(context.here.scene, number) if number else context.here
+        things = here.things(name, context.within)
+        context.work.spend(len(things))
+        if len(things) != count:
+            problem = f'there are {count} "{name}" in the first frame and {len(things)} in frame {number}'
+            raise SceneError("declaration-subject", problem, f"state `{context.stated.relation}` of things that stay")
+        yield here, things
+
+
+def _through_frames(context: _Context, amounts: Sequence[float], what: str) -> list[_Failure]:
+    """Return the subjects whose amount of motion is not as stated."""
+    failures = []
+    for a, amount in zip(context.things(context.stated.things[0]), amounts):
+        off = _off(context, amount)
+        if off == 0.0 and context.option("any"):
+            return []
+        if off != 0.0:
+            failures.append(_Failure(f'"{a.entity.word}" {what.format(amount)}', abs(off), a))
+    return failures[:1] if context.option("any") else failures
+
+
+def _moves(context: _Context) -> list[_Failure]:
+    places = np.array([[here.center(a) for a in things] for here, things in _frames(context)])  # (F, N, 3)
+    extent = np.ptp(places, axis=0)
+    along = context.option("along")
+    amounts = np.linalg.norm(extent, axis=1) if along is None else extent[:, "xyz".index(along)]
+    return _through_frames(context, amounts.tolist(), "moves by {:.3g}" + (f" along {along}" if along else ""))
+
+
+def _turns(context: _Context) -> list[_Failure]:
+    frames = [[_linear(here, a) for a in things] for here, things in _frames(context)]
+    amounts = [max(_turn(first, later) for later in poses) for first, *poses in zip(frames[0], *frames)]
+    return _through_frames(context, amounts, "turns by {:.3g} degrees")
+
+
+def _linear(here: Arrangement, a: Thing) -> FloatArray:
+    """Return the linear parts (N, 3, 3) of the poses of a thing's bodies."""
+    return np.asarray(here.bodies.worlds[a.first : a.last, :, :3], np.float64)
+
+
+def _turn(first: FloatArray, later: FloatArray) -> float:
+    """Return the greatest angle in degrees between the same bodies of two frames; 0 if they are not the same."""
+    if first.shape != later.shape or not len(first):
+        return 0.0
+    turned = [_rotation(b) @ _rotation(a).T for a, b in zip(first, later)]
+    return max(math.degrees(math.acos(min(1.0, max(-1.0, (float(np.trace(r)) - 1.0) / 2.0)))) for r in turned)
+
+
+def _rotation(linear: FloatArray) -> FloatArray:
+    """Return the rotation that is nearest to a linear map (the orthogonal factor of its polar decomposition)."""
+    u, _, v = np.linalg.svd(linear)
+    return np.asarray(u @ v, np.float64)
+
+
 def _centers(context: _Context) -> tuple[list[Thing], FloatArray, float]:
     """Return the subjects, their centres (N, 3), and the tolerance of places."""
     things = context.things(context.stated.things[0])
@@ -893,4 +991,7 @@ _RELATIONS: dict[str, Callable[[_Context], list[_Failure]]] = {
     "supported": _supported,
     "size": _size,
     "count": _count,
+    "has-color": _has_color,
+    "moves": _moves,
+    "turns": _turns,
 }

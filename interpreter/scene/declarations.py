@@ -7,16 +7,18 @@ whether a declaration holds is in ``backends.geometry.relations``.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from colorsys import rgb_to_hsv
 from types import MappingProxyType
 from typing import Any
 
 from scenelang.grammar.datum import Span, dataclass
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.runtime.types import type_name
 from scenelang.interpreter.runtime.values import Embedding
+from scenelang.interpreter.scene.primitives.base import encoded
 
 AXES = ("x", "y", "z")
-THING, NUMBER = "thing", "number"
+THING, NUMBER, COLOR = "thing", "number", "color"
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +30,7 @@ class Relation:
     name, usage, doc, example
         For the reference. The usage shows the operands and options, the example is a declaration.
     operands
-        Kinds of the operands, THING or NUMBER.
+        Kinds of the operands, THING, NUMBER or COLOR.
     optional
         Number of operands at the end that may be left out.
     options
@@ -181,6 +183,34 @@ _RELATIONS = (
         ("min", "max"),
         1,
     ),
+    Relation(
+        "has-color",
+        "(has-color A color [:any])",
+        "Most of the surface of every A has a color that is called so: black, white, gray, red, orange, brown, yellow,"
+        " green, cyan, blue, purple or pink. A color vector means the one of these that it is called.",
+        '(has-color "cup" "blue")',
+        (THING, COLOR),
+        ("any",),
+    ),
+    Relation(
+        "moves",
+        '(moves A [length] [:along "x"] [:within length] [:min length] [:max length] [:any])',
+        "The centre of every A moves through the frames: the extent of its places, along an axis if one is given, is a"
+        " length, or in a range.",
+        '(moves "cup" :along "y" :min .2)',
+        (THING, NUMBER),
+        ("any", "along", "within", "min", "max"),
+        1,
+    ),
+    Relation(
+        "turns",
+        "(turns A [degrees] [:within degrees] [:min degrees] [:max degrees] [:any])",
+        "The greatest angle by which every A is turned from its first frame is so many degrees, or in a range.",
+        '(turns "door" 90 :within 5)',
+        (THING, NUMBER),
+        ("any", "within", "min", "max"),
+        1,
+    ),
 )
 RELATIONS: Mapping[str, Relation] = MappingProxyType({relation.name: relation for relation in _RELATIONS})
 
@@ -208,6 +238,9 @@ SCENES: Mapping[str, str] = MappingProxyType({
     '(transform (call "cup") (translate [0 1.04 0]))',
     "size": '(call "tower")',
     "count": "(for*/union ((x '(-1 0 1)) (z '(-.5 .5))) (transform (call \"chair\") (translate (vector x 0 z))))",
+    "has-color": '(call "table") (transform (call "cup") (translate [0 1 0]))',
+    "moves": '(call "table") (transform (call "cup") (translate (vector 0 (+ 1 (* .4 (sin (* pi t)))) 0)))',
+    "turns": '(call "wall") (transform (call "door") (@ (translate [1 0 .5]) (rotate (* t (/ pi 2)) [0 1 0])))',
 })  # fmt: skip
 
 _WORDS = {
@@ -237,15 +270,42 @@ def example_of(relation: Relation) -> str:
     scene = SCENES[relation.name]
     words = [word for word in _WORDS if f'(call "{word}")' in scene]
     bound = [f'(bind "{word}" (lambda () {_WORDS[word]}))' for word in words]
-    return "\n".join(
-        [*bound, f'(bind "scene" (lambda () (assert-that {relation.example}) (union {scene})))\n(scene "scene")']
-    )
+    scene = f"(union {scene})"
+    if relation.name in OVER_FRAMES:
+        scene = f"(frames (for/list ((t '(0 .25 .5 .75 1))) {scene}))"
+    return "\n".join([*bound, f'(bind "scene" (lambda () (assert-that {relation.example}) {scene}))\n(scene "scene")'])
 
 
 FLAGS = frozenset({"any", "all", "negated"})
 OPTIONS = ("any", "all", "within", "min", "max", "share", "axis", "along", "across", "about", "message", "negated")
 _MOST = 1e100
 _LENGTHS = ("within", "min", "max")
+OVER_FRAMES = frozenset({"moves", "turns"})  # about all frames together
+_ONE_AXIS = frozenset({"moves"})  # relations whose `:along` is one axis
+
+# Basic color terms: hues in degrees below which they end, of saturated colors that are neither dark nor pale.
+_HUES = ((15, "red"), (46, "orange"), (75, "yellow"), (165, "green"), (200, "cyan"), (255, "blue"), (315, "purple"),
+         (345, "pink"), (360, "red"))  # fmt: skip
+COLORS = ("black", "white", "gray", "red", "orange", "brown", "yellow", "green", "cyan", "blue", "purple", "pink")
+_DARK, _DARK_GRAY, _BRIGHT, _PALE = 0.2, 0.36, 0.85, 0.15  # values, and a saturation
+
+
+def basic_color(color: Sequence[float]) -> str:
+    """Return which of the twelve ``COLORS`` a color in linear sRGB is called, by hue, saturation and value."""
+    r, g, b = (encoded(min(max(float(x), 0.0), 1.0)) for x in color)
+    hue, saturation, value = rgb_to_hsv(r, g, b)
+    if value < _DARK or (value < _DARK_GRAY and saturation < _PALE):
+        return "black"
+    if saturation < _PALE:
+        return "white" if value > _BRIGHT else "gray"
+    name = next(name for end, name in _HUES if 360.0 * hue <= end)
+    if name == "orange" and (value < 0.72 or saturation < 0.45):
+        return "brown"
+    if name == "yellow" and value < 0.6:
+        return "green"
+    if name == "red" and saturation < 0.5 and value > 0.8:
+        return "pink"
+    return "purple" if name == "pink" and value < 0.5 else name
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,12 +320,15 @@ class Declaration:
     number: float | None
     options: Mapping[str, Any]
     span: Span | None
+    color: str | None = None
 
     def __str__(self) -> str:
         """Return the declaration as it is written."""
         parts = [self.relation, *(_written(thing) for thing in self.things)]
         if self.number is not None:
             parts.append(f"{self.number:g}")
+        if self.color is not None:
+            parts.append(_written(self.color))
         for name, value in self.options.items():
             if name in FLAGS:
                 parts += [f":{name}"] if name != "negated" else []
@@ -292,9 +355,15 @@ def declared(name: str, operands: Sequence[Any], options: Mapping[str, Any], spa
         )
     things = tuple(_thing(name, value) for value, kind in zip(operands, relation.operands) if kind is THING)
     numbers = [_number(name, "a number", v) for v, kind in zip(operands, relation.operands) if kind is NUMBER]
+    colors = [_color(value) for value, kind in zip(operands, relation.operands) if kind is COLOR]
     kept = {key: _option(relation, key, value) for key, value in options.items() if value is not None}
     made = Declaration(
-        name, things, numbers[0] if numbers else None, {k: v for k, v in kept.items() if v is not False}, span
+        name,
+        things,
+        numbers[0] if numbers else None,
+        {k: v for k, v in kept.items() if v is not False},
+        span,
+        colors[0] if colors else None,
     )
     _check_amount(relation, made)
     return made
@@ -317,6 +386,23 @@ def _thing(name: str, value: Any) -> str:
     if type(value) is str and value:
         return value
     raise SceneError("type", f"`{name}` expects a word or a handle, got {type_name(value)}")
+
+
+def _color(value: Any) -> str:
+    """Return the basic color term of an operand."""
+    if isinstance(value, str):
+        if value not in COLORS:
+            raise SceneError("value", f'unknown color "{value}"', suggest(value, COLORS) or f"expected {_listed()}")
+        return value
+    try:
+        r, g, b = (float(x) for x in value)
+    except (TypeError, ValueError):
+        raise SceneError("type", f"expected a color, got {type_name(value)}", f"expected {_listed()}") from None
+    return basic_color((r, g, b))
+
+
+def _listed() -> str:
+    return f"a color vector or one of {', '.join(COLORS)}"
 
 
 def _number(name: str, expected: str, value: Any) -> float:
@@ -344,12 +430,12 @@ def _option(relation: Relation, key: str, value: Any) -> Any:
         return _thing(relation.name, value)
     if key == "message":
         return str(value)[:1000]
-    return _axes(key, value)
+    return _axes(key, value, 2 if key == "along" and relation.name not in _ONE_AXIS else 1)
 
 
-def _axes(key: str, value: Any) -> str:
+def _axes(key: str, value: Any, most: int) -> str:
     is_known = type(value) is str and value and set(value) <= set(AXES) and len(set(value)) == len(value)
-    if not is_known or len(value) > (2 if key == "along" else 1):
-        several = ', or two of them such as "xz"' if key == "along" else ""
+    if not is_known or len(value) > most:
+        several = ', or two of them such as "xz"' if most > 1 else ""
         raise SceneError("value", f'`:{key}` expects "x", "y" or "z"{several}, got {value!r}'.replace("'", '"'))
     return str(value)

@@ -20,7 +20,6 @@ import numpy as np
 
 from scenelang.backends.base import require
 from scenelang.backends.files import program_files, read_regular
-from scenelang.datasets.toml_places import TomlTable, parsed, shown
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.reader import read
@@ -28,6 +27,7 @@ from scenelang.interpreter.loading import entry_points_of
 from scenelang.interpreter.runtime.limits import Limits, ProcessorLimits
 from scenelang.scene_relations import declaration_problem
 from scenelang.session import IMPORT_FORM
+from scenelang.toml_places import TomlTable, parsed, shown
 
 CODE = "dataset"
 VERSION = 1

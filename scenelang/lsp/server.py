@@ -24,11 +24,12 @@ from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds.kinds import ANY, Kind, describe
 from scenelang.interpreter.runtime.types import Builtin
 from scenelang.interpreter.runtime.values import Keyword
+from scenelang.interpreter.scene.primitives.base import encoded, linear
 from scenelang.lsp import completion, references
 from scenelang.lsp.completion import of_attribute, of_binding, of_word
 from scenelang.lsp.names import file_of, offset, path_of, position, range_of, shown, uri_of
 from scenelang.lsp.references import Document, Documents
-from scenelang.stdlib.colors import color_of, encoded, linear
+from scenelang.stdlib.colors import color_of
 
 # Inlay hints: the parameters that literal arguments are for, and the kinds of definitions where they are requested.
 

@@ -129,6 +129,16 @@ def length_of(word: str, name: str, value: Any) -> float:
     return abs(number_of(word, name, value))
 
 
+def linear(encoded: float) -> float:
+    """Return the linear light of an sRGB component from 0 to 1 (IEC 61966-2-1)."""
+    return encoded / 12.92 if encoded <= 0.04045 else float(((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def encoded(light: float) -> float:
+    """Return a component of linear light, 0 to 1, as sRGB."""
+    return light * 12.92 if light <= 0.0031308 else float(1.055 * light ** (1 / 2.4) - 0.055)
+
+
 def color_of(word: str, value: Any) -> Point:
     """Convert a value to linear sRGB: its first three numbers, clamped to [0, 1]."""
     numbers = items_of(value)

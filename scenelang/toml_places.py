@@ -264,6 +264,13 @@ class TomlTable:
             self.fail(key, f"`{key}`: expected a table, got {shown(value)}")
         return TomlTable(value, (*self.path, key), self.document)
 
+    def tables(self, key: str) -> list[TomlTable]:
+        """Return an array of tables, an empty one if it is not there."""
+        value = self.take(key, [])
+        if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
+            self.fail(key, f"`{key}`: expected an array of tables, got {shown(value)}")
+        return [TomlTable(item, (*self.path, key, str(i)), self.document) for i, item in enumerate(value)]
+
     def finish(self) -> None:
         """Raise an error for the first key that nothing has read."""
         for key in self._data:

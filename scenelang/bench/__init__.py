@@ -1,0 +1,1 @@
+"""Benchmark of language models: tasks with predicates, runs, replay of recorded answers, and tables."""

@@ -1,0 +1,142 @@
+"""Scores of programs: which predicates of a task hold, what an edit leaves alone, and how the scene stands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from scenelang.backends.geometry.convex import bodies_of
+from scenelang.backends.geometry.lint import check_geometry
+from scenelang.backends.geometry.relations import reasons
+from scenelang.bench.tasks import KEEP, BenchTask
+from scenelang.grammar.datum import Source, dataclass
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.inference.brief import TaskKind
+from scenelang.interpreter.scene.entity import Scene
+from scenelang.session import Options, Session
+
+_SAME = 1e-3  # of the scene's diagonal: what is nearer is where it was
+_SAME_COLOR = 0.02
+_COLLISIONS = frozenset({"overlap"})
+_GAPS = frozenset({"floating"})
+_MOVES = frozenset({"body-moves", "body-tips", "body-falls", "body-explodes"})
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """What a program comes to.
+
+    Attributes
+    ----------
+    reasons
+        For each declaration of the task why it does not hold, None if it holds.
+    locality
+        Share of the primitives that an edit must keep which are as before; None if nothing is to be kept.
+    collides, floats
+        Whether the geometry lint finds parts that overlap, or that hang in the air; None for blocks.
+    stable
+        Whether all things stay where they are under gravity; None if it was not simulated.
+    """
+
+    reasons: tuple[str | None, ...]
+    locality: float | None = None
+    collides: bool | None = None
+    floats: bool | None = None
+    stable: bool | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Whether all predicates hold."""
+        return all(reason is None for reason in self.reasons) and self.locality in (None, 1.0)
+
+    def failed(self, task: BenchTask) -> list[str]:
+        """Return the predicates that do not hold: declarations of the task, and "keep"."""
+        found = [text for text, reason in zip(task.that, self.reasons) if reason is not None]
+        return found + ([KEEP] if self.locality not in (None, 1.0) else [])
+
+
+def score_of(task: BenchTask, scene: Scene, simulates: bool = False) -> Score:
+    """Judge the scene of a program by a task.
+
+    Raises SceneError where it cannot be judged, such as for meshes that cannot be read.
+    """
+    locality = None
+    if task.keep and task.program is not None:
+        locality = kept_share(scene_of(task.program), scene, task.keep)
+    collides = floats = stable = None
+    if task.kind is not TaskKind.BLOCKS:
+        names = {finding.name for finding in check_geometry(scene)}
+        collides, floats = bool(names & _COLLISIONS), bool(names & _GAPS)
+        stable = _is_stable(scene) if simulates and task.kind is TaskKind.STILL else None
+    return Score(tuple(reasons(scene, task.declarations)), locality, collides, floats, stable)
+
+
+def _is_stable(scene: Scene) -> bool:
+    from scenelang.backends.physics.verdicts import check_physics
+
+    return not any(finding.name in _MOVES for finding in check_physics(scene))
+
+
+@lru_cache(maxsize=64)
+def scene_of(program: str) -> Scene:
+    """Evaluate a program of a task. Raises SceneError with its first mistake."""
+    result = Session(Options(seed=0)).evaluate(Source("task.scene", program))
+    if result.scene is None:
+        problem = next(d for d in result.diagnostics if d.is_error)
+        raise SceneError(problem.name, problem.message, problem.hint, problem.span)
+    return result.scene
+
+
+def kept_share(before: Scene, after: Scene, words: Sequence[str]) -> float:
+    """Return the share of primitives in instances of ``words`` that are where and as they were, 1 if all are.
+
+    What is added to these instances counts as well. The least of all frames is returned; a film that became another
+    number of frames keeps nothing.
+    """
+    if len(before.frames) != len(after.frames):
+        return 0.0
+    return min(
+        _share(_rows(a, word), _rows(b, word), _SAME * bodies_of(a).size)
+        for a, b in zip(before.frames, after.frames)
+        for word in words
+    )
+
+
+_Rows = tuple[list[str], Any]
+
+
+def _rows(root: Any, word: str) -> _Rows:
+    """Return the words of the primitives in instances of ``word``, and their boxes and colors (N, 9)."""
+    bodies = bodies_of(root)
+    own = np.array([word in path or word == bodies.entities[e].word for path, e in _named(bodies)], bool)
+    rows = np.flatnonzero(own)
+    low, high = bodies.boxes
+    words = [bodies.entities[e].word for e in bodies.entity[rows].tolist()]
+    return words, np.hstack([low[rows], high[rows], bodies.colors[rows]]).reshape(-1, 9)
+
+
+def _named(bodies: Any) -> list[tuple[tuple[str, ...], int]]:
+    return [(bodies.paths[p], e) for p, e in zip(bodies.path.tolist(), bodies.entity.tolist())]
+
+
+def _share(before: _Rows, after: _Rows, within: float) -> float:
+    """Match rows one to one, each with the first unmatched one that is alike, and return the share that is matched."""
+    (words, rows), (others, found) = before, after
+    most = max(len(rows), len(found))
+    if not most:
+        return 1.0
+    left = np.ones(len(found), bool)
+    kinds = np.array(others, object)
+    matched = 0
+    for word, row in zip(words, rows):
+        alike = left & (kinds == word) if len(found) else left
+        alike = alike & (np.abs(found[:, :6] - row[:6]) <= within).all(axis=1)
+        alike &= (np.abs(found[:, 6:] - row[6:]) <= _SAME_COLOR).all(axis=1)
+        hits = np.flatnonzero(alike)
+        if len(hits):
+            left[hits[0]] = False
+            matched += 1
+    return matched / most

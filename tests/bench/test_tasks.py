@@ -1,0 +1,50 @@
+"""Every task of the benchmark has a program that passes, and near misses that fail one of its predicates."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from scenelang.bench.scoring import scene_of, score_of
+from scenelang.bench.tasks import BenchTask, load_tasks
+from scenelang.inference.brief import TaskKind
+from scenelang.inference.steps import has_blocks
+
+TASKS = load_tasks()
+
+
+@pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
+def test_a_program_passes(task: BenchTask) -> None:
+    scene = scene_of(task.passes)
+    score = score_of(task, scene)
+    assert score.failed(task) == [], score.reasons
+    assert not score.collides
+    assert not score.floats
+    assert scene.animated == (task.kind is TaskKind.FILM)
+    assert has_blocks(scene) == (task.kind is TaskKind.BLOCKS)
+
+
+@pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
+def test_near_misses_fail(task: BenchTask) -> None:
+    for near in task.near:
+        assert near.program != task.passes
+        assert near.fails in score_of(task, scene_of(near.program)).failed(task), near
+
+
+@pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
+def test_every_predicate_has_a_near_miss(task: BenchTask) -> None:
+    missed = {near.fails for near in task.near}
+    assert {*task.that, *(["keep"] if task.keep else [])} <= missed
+
+
+@pytest.mark.parametrize("task", [task for task in TASKS if task.program is not None], ids=lambda task: task.name)
+def test_programs_to_edit_do_not_pass(task: BenchTask) -> None:
+    assert task.program is not None
+    assert not score_of(task, scene_of(task.program)).passed
+
+
+def test_the_tasks_are_many_and_of_all_kinds() -> None:
+    assert len(TASKS) >= 180
+    assert min(Counter(task.group for task in TASKS).values()) >= 10
+    assert {task.kind for task in TASKS} == set(TaskKind)
