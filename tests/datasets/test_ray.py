@@ -20,9 +20,10 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
-def cluster() -> Iterator[Any]:
+def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     """Three nodes of two processors each, on this machine."""
     ray = pytest.importorskip("ray")
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")  # Python keeps bytecode that a limit has cut short
     from ray.cluster_utils import Cluster
 
     found = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "object_store_memory": 100_000_000})
