@@ -35,6 +35,10 @@ if TYPE_CHECKING:
     from scenelang.backends.neural.inversion import InversionSettings as InversionSettings
     from scenelang.backends.neural.prompts import Granularity as Granularity
     from scenelang.backends.neural.weights import Models as Models
+    from scenelang.bench.benchmark import BenchReport as BenchReport
+    from scenelang.bench.benchmark import benchmark as benchmark
+    from scenelang.bench.benchmark import benchmark_report as benchmark_report
+    from scenelang.bench.benchmark import compare_benchmarks as compare_benchmarks
     from scenelang.datasets.describing import preview_dataset as preview_dataset
     from scenelang.datasets.running import DatasetProgress as DatasetProgress
     from scenelang.datasets.running import DatasetReport as DatasetReport
@@ -98,23 +102,23 @@ _HOMES = {
     "list_backends": "api", "load": "api", "parse": "api", "repair": "api", "search": "api", "transpile": "api",
     "DistillationSettings": "backends.neural.distillation.training",
     "InversionSettings": "backends.neural.inversion", "Granularity": "backends.neural.prompts",
-    "DatasetProgress": "datasets.running", "DatasetReport": "datasets.running", "dataset": "datasets.running",
-    "dataset_sample": "datasets.running", "dataset_status": "datasets.running",
+    "BenchReport": "bench.benchmark", "benchmark": "bench.benchmark", "benchmark_report": "bench.benchmark",
+    "compare_benchmarks": "bench.benchmark", "DatasetProgress": "datasets.running", "DatasetReport": "datasets.running",
+    "dataset": "datasets.running", "dataset_sample": "datasets.running", "dataset_status": "datasets.running",
     "merge_datasets": "datasets.running", "preview_dataset": "datasets.describing",
-    "verify_dataset": "datasets.running",
-    "Models": "backends.neural.weights", "Embeddings": "embeddings", "MetricOptions": "evaluation.subjects",
-    "MetricReport": "evaluation.subjects", "evaluate_metrics": "evaluation.subjects", "Datum": "grammar.datum",
-    "Source": "grammar.datum", "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics",
-    "UsageError": "grammar.diagnostics", "ReadResult": "grammar.reader", "Edited": "inference.generation",
-    "Estimate": "inference.generation", "Generated": "inference.generation", "edit": "inference.generation",
-    "estimate": "inference.generation", "generate": "inference.generation", "resume": "inference.generation",
-    "runs": "inference.generation", "InferenceSettings": "inference.records", "Run": "inference.records",
-    "Limits": "interpreter.runtime.limits", "Entity": "interpreter.scene.entity", "InversionModels": "inversion",
-    "PictureSubject": "inversion", "RunFolder": "inversion", "invert": "inversion", "learn_style": "inversion",
-    "DistillationModels": "neural", "ImagineSettings": "neural", "distill": "neural", "imagine": "neural",
-    "imagine_layout": "neural", "Camera": "scene", "Film": "scene", "Image": "scene", "Maps": "scene",
-    "Primitives": "scene", "Repair": "repairing", "Scene": "scene", "Checked": "session", "Evaluated": "session",
-    "Options": "session", "Session": "session",
+    "verify_dataset": "datasets.running", "Models": "backends.neural.weights", "Embeddings": "embeddings",
+    "MetricOptions": "evaluation.subjects", "MetricReport": "evaluation.subjects",
+    "evaluate_metrics": "evaluation.subjects", "Datum": "grammar.datum", "Source": "grammar.datum",
+    "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics", "UsageError": "grammar.diagnostics",
+    "ReadResult": "grammar.reader", "Edited": "inference.generation", "Estimate": "inference.generation",
+    "Generated": "inference.generation", "edit": "inference.generation", "estimate": "inference.generation",
+    "generate": "inference.generation", "resume": "inference.generation", "runs": "inference.generation",
+    "InferenceSettings": "inference.records", "Run": "inference.records", "Limits": "interpreter.runtime.limits",
+    "Entity": "interpreter.scene.entity", "InversionModels": "inversion", "PictureSubject": "inversion",
+    "RunFolder": "inversion", "invert": "inversion", "learn_style": "inversion", "DistillationModels": "neural",
+    "ImagineSettings": "neural", "distill": "neural", "imagine": "neural", "imagine_layout": "neural",
+    "Camera": "scene", "Film": "scene", "Image": "scene", "Maps": "scene", "Primitives": "scene", "Repair": "repairing",
+    "Scene": "scene", "Checked": "session", "Evaluated": "session", "Options": "session", "Session": "session",
 }  # fmt: skip
 __all__ = sorted(_HOMES)
 

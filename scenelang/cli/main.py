@@ -175,6 +175,7 @@ GROUPS: dict[str, dict[str, Command]] = {
     "Generate with language models": {
         "generate": Command(OWN, "models", "generate a scene from text and images with a language model"),
         "edit": Command(OWN, "models", "edit a scene by an instruction with a language model"),
+        "bench": Command(TEXT, "bench", "measure a language model on tasks that are judged by geometry"),
         "runs": Command(TEXT, "models", "list the runs of generate and edit, or the attempts of one"),
     },
     "Embeddings and neural models": {

@@ -119,7 +119,9 @@ def untried(monkeypatch: pytest.MonkeyPatch) -> None:
 def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures for the model that are quickly drawn."""
     draw = answer_pictures.picture
-    monkeypatch.setattr(answer_pictures, "picture", lambda scene, view, frame=None: draw(scene, view, frame, 48))
+    monkeypatch.setattr(
+        answer_pictures, "picture", lambda scene, view, frame=None, size=48: draw(scene, view, frame, 48)
+    )
     monkeypatch.setattr(answer_pictures, "_SIZE", 48)
 
 
