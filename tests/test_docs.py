@@ -35,6 +35,7 @@ DOCUMENTS = (
     "docs/grammar.md",
     "docs/editors.md",
     "docs/mcp.md",
+    "docs/bench.md",
     "docs/language-models.md",
     "docs/embeddings.md",
     "docs/distillation.md",

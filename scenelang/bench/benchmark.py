@@ -53,7 +53,7 @@ class BenchReport:
 
     def __str__(self) -> str:
         """Return the tables in Markdown."""
-        return markdown(self.results)
+        return markdown(self.results).rstrip()
 
     def data(self) -> dict[str, Any]:
         """Return the figures as JSON data."""

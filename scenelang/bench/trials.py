@@ -63,7 +63,7 @@ MODES: Mapping[str, BenchMode] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Attempt:
+class BenchAttempt:
     """One answer: its purpose ("draft", "repair" or "critique"), the codes of the errors in it, and what it cost."""
 
     purpose: str
@@ -90,7 +90,7 @@ class Trial:
     first: Score | None
     final: Score | None
     failed: tuple[str, ...]
-    attempts: tuple[Attempt, ...]
+    attempts: tuple[BenchAttempt, ...]
     error: str | None = None
 
     @property
@@ -112,7 +112,7 @@ class Trial:
 def trial_of(data: Mapping[str, Any]) -> Trial:
     """Parse the result of ``Trial.data``; raises KeyError or TypeError for invalid data."""
     first, final = (_score(data[name]) for name in ("first", "final"))
-    attempts = tuple(Attempt(**{**each, "codes": tuple(each["codes"])}) for each in data["attempts"])
+    attempts = tuple(BenchAttempt(**{**each, "codes": tuple(each["codes"])}) for each in data["attempts"])
     rest = {**data, "first": first, "final": final, "failed": tuple(data["failed"]), "attempts": attempts}
     return Trial(**rest)
 
@@ -189,11 +189,11 @@ def run_trial(
 
 def _played(
     steps: Steps, task: str, mode: str, sample: int, answerer: Answerer
-) -> tuple[list[Verdict], list[Attempt], Verdict | None, str | None]:
+) -> tuple[list[Verdict], list[BenchAttempt], Verdict | None, str | None]:
     """Answer the requests of a sample to its end; returns all verdicts and attempts, the result, and why there is
     none."""
     verdicts: list[Verdict] = []
-    attempts: list[Attempt] = []
+    attempts: list[BenchAttempt] = []
     try:
         step = next(steps)
         while True:
@@ -213,7 +213,9 @@ def _played(
                 continue
             reply, cost = found.answer.reply, found.answer.cost
             tokens = (reply.usage.prompt, reply.usage.answered)
-            attempts.append(Attempt(step.purpose.value, request.digest, (), *tokens, cost, round(found.seconds, 3)))
+            attempts.append(
+                BenchAttempt(step.purpose.value, request.digest, (), *tokens, cost, round(found.seconds, 3))
+            )
             step = steps.send(reply)
     except StopIteration as end:
         return verdicts, attempts, end.value.verdict, None

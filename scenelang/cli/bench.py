@@ -87,7 +87,7 @@ def _run(arguments: argparse.Namespace) -> int:
     written = report.save()
     if arguments.json:
         return print_result(arguments, report.data(), "")
-    say(str(report), end="")
+    say(str(report))
     if report.outdated and not arguments.quiet:
         print(f"{report.outdated} answers were given to another wording of their request", file=sys.stderr)
     for path in written:

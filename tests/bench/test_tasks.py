@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 
 import pytest
 
 from scenelang.bench.scoring import scene_of, score_of
-from scenelang.bench.tasks import BenchTask, load_tasks
+from scenelang.bench.tasks import BenchTask, load_tasks, tasks_of
+from scenelang.grammar.datum import Source
 from scenelang.inference.brief import TaskKind
 from scenelang.inference.steps import has_blocks
 
@@ -48,3 +50,10 @@ def test_the_tasks_are_many_and_of_all_kinds() -> None:
     assert len(TASKS) >= 180
     assert min(Counter(task.group for task in TASKS).values()) >= 10
     assert {task.kind for task in TASKS} == set(TaskKind)
+
+
+def test_the_task_of_the_documentation() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "bench.md").read_text("utf-8")
+    (task,) = tasks_of(Source("docs.toml", text.split("```toml\n")[1].split("```")[0]))
+    assert score_of(task, scene_of(task.passes)).passed
+    assert score_of(task, scene_of(task.near[0].program)).failed(task) == [task.near[0].fails]

@@ -124,7 +124,7 @@ def test_scenes_that_fail_predicates(place: Place, tasks: Path) -> None:
     report = run(place, tasks, "floating", [floating, cubes(3)])
     assert values(report)["scenes with floating parts"] == 0.5
     assert report.trials[0].failed == ('(supported "cube")',)
-    overlap = cubes(3).replace("2 * i", ".5 * i")
+    overlap = cubes(3).replace("2 * i", "0 * i")
     assert values(run(place, tasks, "overlap", [overlap, overlap]))["scenes with collisions"] == 1.0
 
 
@@ -258,8 +258,8 @@ def test_the_command(place: Place, tasks: Path) -> None:
     assert json.loads((folder / "results.json").read_text())["modes"]["python"]["figures"]["pass@1"]["value"] == 0.5
     assert len(list((folder / "programs").iterdir())) == 2
     replayed = place.run("bench", "--tasks", str(tasks), "--replay", "run", "-o", "again")
-    assert replayed.out == done.out
-    assert place.run("bench", "--report", "run").out == done.out
+    assert replayed.out.replace("again/", "run/") == done.out
+    assert place.run("bench", "--report", "run").out == done.out[: done.out.index("wrote")]
     from PIL import Image
 
     with Image.open(folder / "sheet.png") as sheet:
