@@ -6,7 +6,8 @@
 3. If at least half of its parts touch, it is a thing with strays, and each connected cluster is a body.
 4. Otherwise it is an arrangement, such as "chess pieces", and what holds for the root holds for it.
 5. Parts of different bodies that overlap deeper than ``WELD`` of the smaller one's least side are glued: their bodies
-   are one, unless one thing is set into another from above. What reaches deeper into the ground stands fast.
+   are one, unless one thing is set into another from above. What is set into the ground by more than a tenth of its
+   least extent stands fast; of what is less deep, the part in the ground is cut off.
 
 The attributes ``:body``, ``:fixed``, ``:mass``, ``:density`` and ``:friction`` of entities override what is found.
 """
@@ -61,6 +62,7 @@ TOUCH = 2e-3  # of the smaller part's diagonal: parts that are closer touch
 DIAGONAL = 2.0  # metres: what a scene is taken to measure unless a unit is given
 WELD = 1e-2  # of the smaller part's least side: parts that overlap deeper are one body, unless they are two things
 LOOSE = 1e-3  # the same: a simulation need not know of less
+ROOTED = 0.1  # of its least extent: what is deeper in the ground stands fast
 SUNK = 0.25  # of the upper thing's height: as deep may it be set into what it stands on
 UPRIGHT = 0.8  # of the direction in which one leaves the other
 _LARGEST = 1e12  # coordinates beyond it lose the digits that a simulation needs
@@ -331,6 +333,7 @@ class _Grouping:
         ground = self._ground(groups)
         if len(groups) > MAX_BODIES:
             raise LimitError("size", f"the scene has {len(groups):,} bodies, more than the limit of {MAX_BODIES:,}")
+        self._level(groups, ground)
         bodies = tuple(self._body(group, ground) for group in groups)
         frictions = tuple(self._inherited(part, "friction") for part in range(len(self.parts)))
         return BodySet(self.nodes, self.parts, bodies, ground, self.unit, frictions)
@@ -447,6 +450,27 @@ class _Grouping:
                     _cut(parts, i, j, each)
         self.parts = tuple(parts)
 
+    def _level(self, groups: Sequence[Sequence[int]], ground: float) -> None:
+        """Cut off what bodies have in the ground that are set into it only a little, so that they stand on it."""
+        parts, down = list(self.parts), np.array([0.0, -1.0, 0.0])
+        for group in groups:
+            if not self._is_sunk(group, ground) or self._stands_fast(group, ground):
+                continue
+            for part in group:
+                cut = [trimmed(c, down, -ground) if reach_of(c, down) > -ground else c for c in parts[part].colliders]
+                parts[part] = replace(parts[part], colliders=tuple(c for c in cut if c is not None))
+        self.parts = tuple(parts)
+
+    def _is_sunk(self, group: Sequence[int], ground: float) -> bool:
+        """Whether a part of a body is in the ground."""
+        return any(ground - self.low[p, 1] > WELD * (self.high[p] - self.low[p]).min() for p in group)
+
+    def _stands_fast(self, group: Sequence[int], ground: float) -> bool:
+        """Whether a body in the ground is held by it: it is deep there for its least extent, or as broad as a floor."""
+        rows = list(group)
+        low, high = self.low[rows].min(axis=0), self.high[rows].max(axis=0)
+        return bool(ground - low[1] > ROOTED * (high - low).min() or self.broad[rows].any())
+
     def _is_apart(self, part: int) -> bool:
         """Whether an attribute says what body a part belongs to, so that overlaps do not."""
         return any(_is_whole(self.nodes[at].given) for at in self._upwards(self.parts[part].node))
@@ -463,8 +487,8 @@ class _Grouping:
     def _body(self, group: Sequence[int], ground: float) -> RigidBody:
         at = self._common(group)
         low, high = self.low[list(group)].min(axis=0), self.high[list(group)].max(axis=0)
-        sunk = max(ground - self.low[part, 1] - WELD * (self.high[part] - self.low[part]).min() for part in group)
-        fixed = sunk > 0.0 or any(self._inherited(part, "fixed") for part in group) or self._hangs(at, group, ground)
+        stands_fast = self._is_sunk(group, ground) and self._stands_fast(group, ground)
+        fixed = stands_fast or any(self._inherited(part, "fixed") for part in group) or self._hangs(at, group, ground)
         moments = self._moments(at, group)
         if not (np.isfinite(moments.mass) and moments.mass > 0.0):
             raise SceneError("solid", f'the volume of "{self.nodes[at].entity.word}" cannot be computed')

@@ -306,3 +306,19 @@ def test_what_hangs_by_its_word_stays_in_the_air(lamp: str, stays: bool) -> None
     words = '(bind "pendant-lamp" (lambda () (call "sphere" :radius .15))) (bind "ball" (lambda () (call "cube" :scale .3)))'
     found = bodies(f'{CHAIR} {words} (bind "room" (lambda () (union (call "chair") {lamp}))) (scene "room")')
     assert [body.fixed for body in found.bodies] == [False, stays]
+
+
+@pytest.mark.parametrize(("depth", "fixed"), [(0.03, False), (0.2, True)])
+def test_what_is_set_into_the_ground_a_little_stands_on_it(depth: float, fixed: bool) -> None:
+    """A snowman is not held by the snow that its lowest ball is in; a post is."""
+    ball = '(transform (call "sphere" :radius .5) (translate [0 .5 0]))'
+    text = f"""(bind "man" (lambda () {ball}))
+    (bind "scene" (lambda () (union (transform (call "man") (translate [0 -{depth} 0])) (call "marker"))))
+    (bind "marker" (lambda () (transform (call "cube") (translate [3 .5 0]))))
+    (scene "scene")"""
+    found = bodies(text)
+    man = next(body for body in found.bodies if "man" in body.words)
+    assert man.fixed is fixed
+    low = min(float(shape.corners[:, 1].min()) for part in man.parts for shape in found.parts[part].colliders
+              if shape.kind == "mesh") if not fixed else 0.0  # fmt: skip
+    assert low == pytest.approx(0.0, abs=1e-6)
