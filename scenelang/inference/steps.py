@@ -70,7 +70,8 @@ class Verdict:
     """Evaluation of an answer.
 
     ``program`` is the program in the language, formatted if valid, empty if none was found; ``findings`` are warnings
-    of the geometry lint. ``code`` is the program as written by the model.
+    of the geometry lint. ``code`` is the program as written by the model; ``repairs`` are what edits without the model
+    resolved in it.
     """
 
     program: str
@@ -78,6 +79,7 @@ class Verdict:
     diagnostics: tuple[Diagnostic, ...]
     findings: tuple[Diagnostic, ...] = ()
     code: str = ""
+    repairs: tuple[str, ...] = ()
 
     @property
     def is_usable(self) -> bool:
@@ -150,7 +152,8 @@ class AnswerReader:
             return verdict
         left = linted(result, check_declarations)
         code = found.text if self.brief.task.notation is Notation.LANGUAGE else verdict.code
-        return Verdict(found.text, result.scene, (*result.diagnostics, *left), geometry_findings(result.scene), code)
+        findings, repairs = geometry_findings(result.scene), tuple(edit.resolves for edit in found.edits)
+        return Verdict(found.text, result.scene, (*result.diagnostics, *left), findings, code, repairs)
 
     def _judged(self, answer: str) -> Verdict:
         session = Session(self.options)
@@ -384,6 +387,7 @@ def encoded(picture: Picture) -> Encoded:
 
 _MAX_BROKEN = 2  # consecutive incomplete answers before a sample fails
 _MAX_FINDINGS = 6
+_MAX_RESOLVED = 120  # characters told of a finding that was resolved
 
 
 class Purpose(Enum):
@@ -455,6 +459,8 @@ def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Sam
         shown = views(best.scene) if best.is_usable and best.scene is not None else []
         if not shown:
             break
+        if best.repairs and brief.task.notation is Notation.LANGUAGE:
+            answer = fenced(best.program, Notation.LANGUAGE)
         turns = (brief.first, text_message("assistant", answer), brief.critique(shown, _noticed(best), _facts(best)))
         try:
             better, improved = yield from _with_repairs(brief, reader, speaker, plan, Purpose.CRITIQUE, turns, best)
@@ -469,13 +475,22 @@ def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Sam
 def _facts(verdict: Verdict) -> str:
     """Return what the program knows of its scene: how many things of each word, and how large it is."""
     assert verdict.scene is not None
+    repaired = _told(verdict.repairs)
     counts = count_words(verdict.scene.root)
     told = ", ".join(f"{count} {word}" for word, count in list(counts.items())[:_MAX_COUNTED])
     box = entity_box(verdict.scene.root)
     if box is None:
-        return f"It consists of: {told}."
+        return f"{repaired}It consists of: {told}."
     low, high = (" ".join(f"{x:.3g}" for x in corner) for corner in (box[:3], box[3:]))
-    return f"It consists of: {told}. Its bounding box is [{low}] to [{high}]."
+    return f"{repaired}It consists of: {told}. Its bounding box is [{low}] to [{high}]."
+
+
+def _told(repairs: Sequence[str]) -> str:
+    """Return one line about edits that were made without the model, empty if there are none."""
+    if not repairs:
+        return ""
+    what = "; ".join(text.splitlines()[0][:_MAX_RESOLVED] for text in repairs[:_MAX_FINDINGS])
+    return f"Numbers of the program were already edited so that these findings are resolved: {what}.\n\n"
 
 
 def _noticed(verdict: Verdict) -> str:

@@ -165,6 +165,26 @@ def test_an_improvement_with_more_findings_is_not_taken(place: Place) -> None:
     assert "translate [(* 2 i) 0.5 0]" in (place.work / "out.scene").read_text()
 
 
+HOVERING = """```scene
+(bind "table" (lambda () (transform (call "cube" :scale [2 1 2]) (translate [0 .5 0]))))
+(bind "cup" (lambda () (call "cylinder" :radius .2 :p0 [0 0 0] :p1 [0 .3 0])))
+(bind "scene" (lambda () (union (call "table") (transform (call "cup") (translate [0 1.11 0])))))
+(scene "scene")
+```"""
+
+
+@pytest.mark.usefixtures("small_pictures")
+def test_a_repair_without_the_model_is_told_in_one_line(place: Place) -> None:
+    server = place.serve(answers(HOVERING, "NO CHANGES"))
+    place.generate("a cup on a table", "--dsl", "--critique", "1", "-o", "out.scene")
+    *_, answer, turn = server.requests[1]["messages"]
+    assert "1.11" not in texts(answer)  # the model sees the program as it is now
+    (told,) = [line for line in texts(turn).splitlines() if line.startswith("Numbers of the program were")]
+    assert "cup" in told
+    assert "The checker noticed" not in texts(turn)
+    assert "1.11" not in (place.work / "out.scene").read_text()
+
+
 @pytest.mark.usefixtures("small_pictures")
 def test_a_failure_in_the_critique_keeps_the_draft(place: Place) -> None:
     place.serve([Said(cubes(2)), Said("not now", status=400)])
