@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -38,8 +38,8 @@ class Chat:
 class ChatServer:
     """``requests`` are the bodies of all questions, ``headers`` theirs, ``probed`` the other paths that were asked."""
 
-    def __init__(self, script: Sequence[Chat], kind: str) -> None:
-        self.script = list(script)
+    def __init__(self, script: Sequence[Chat] | Callable[[dict[str, Any]], Chat], kind: str) -> None:
+        self.script = script if callable(script) else list(script)
         self.kind = kind
         self.requests: list[dict[str, Any]] = []
         self.headers: list[dict[str, str]] = []
@@ -48,7 +48,7 @@ class ChatServer:
 
 
 @contextmanager
-def chatting(script: Sequence[Chat], kind: str = "plain") -> Iterator[ChatServer]:
+def chatting(script: Sequence[Chat] | Callable[[dict[str, Any]], Chat], kind: str = "plain") -> Iterator[ChatServer]:
     """A server on this machine for the time of the block; its ``url`` is the base URL."""
     state = ChatServer(script, kind)
 
@@ -58,8 +58,11 @@ def chatting(script: Sequence[Chat], kind: str = "plain") -> Iterator[ChatServer
             if self.path != "/v1/chat/completions":
                 self._json({"error": {"message": "no such path"}}, 404)
                 return
-            assert len(state.requests) < len(state.script), f"the model is asked {len(state.requests) + 1} times"
-            chat = state.script[len(state.requests)]
+            if callable(state.script):
+                chat = state.script(body)
+            else:
+                assert len(state.requests) < len(state.script), f"the model is asked {len(state.requests) + 1} times"
+                chat = state.script[len(state.requests)]
             state.requests.append(body)
             state.headers.append({name.lower(): value for name, value in self.headers.items()})
             if chat.status != 200:

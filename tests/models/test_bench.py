@@ -12,6 +12,7 @@ import scenelang as sl
 from models.chat_server import Chat, chatting
 from models.conftest import WRONG, Place, cubes, python, texts
 from models.server import Said
+from models.tiny_model import trained
 from scenelang.bench.benchmark import BenchReport, benchmark, benchmark_report, compare_benchmarks
 from scenelang.bench.results import mcnemar, pass_at, wilson
 from scenelang.grammar.diagnostics import SceneError, UsageError
@@ -186,6 +187,23 @@ def test_a_grammar_is_a_mode(
     assert values(report)["pass@1"] == 1.0
     with pytest.raises(UsageError, match="no grammars"):
         benchmark(place.work / "other", task_folder=tasks, modes=["dsl-grammar"], settings=settings())
+
+
+def test_a_tiny_local_model_under_the_grammar(place: Place, tasks: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A real model, of bytes, makes mistakes of brackets and tokens without the grammar, and none with it."""
+    model = trained()
+    seeds = iter(range(100))
+    answer = lambda body: Chat(model.answer(body.get("grammar"), next(seeds)))
+    with chatting(answer, "llama.cpp") as server:
+        monkeypatch.setenv("OPENAI_BASE_URL", server.url)
+        asked = settings(provider="openai", model="tiny", samples=2, repairs=0)
+        modes = ["dsl", "dsl-grammar"]
+        report = benchmark(place.work / "run", task_folder=tasks, modes=modes, settings=asked)
+    found = {mode: [a.codes for t in report.trials if t.mode == mode for a in t.attempts] for mode in modes}
+    malformed = {mode: [any(c.startswith("E1") for c in each) for each in found[mode]] for mode in modes}
+    assert len(found["dsl"]) == len(found["dsl-grammar"]) == 4
+    assert all(malformed["dsl"])
+    assert not any(malformed["dsl-grammar"])
 
 
 def test_an_interrupted_run_goes_on(place: Place, tasks: Path) -> None:
