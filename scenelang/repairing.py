@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums, walk
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import primitive_count
@@ -52,7 +52,7 @@ _TIDY = 5e-3  # of the scene's size: what one more changed literal costs
 _STRUCTURAL = 0.02  # of the scene's size: what a new form in the program costs
 _CORRECTIONS = 4
 _OVERLAPS = ("twin", "through", "deep", "buried", "fighting")
-_NO_LITERALS = frozenset({"color", "import", "format", "embedding"})
+_NO_LITERALS = frozenset({"assert-that", "color", "import", "format", "embedding"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,6 +177,70 @@ def repaired(
     return Repair(
         source.text, now.text, tuple(edits), _messages(start), _messages(now), 0.0 if moved is None else moved
     )
+
+
+def with_repairs(
+    session: Session, source: Source, found: Sequence[Diagnostic], extra: Sequence[Declaration] = (), *,
+    geometry: bool = True,
+) -> list[Diagnostic]:  # fmt: skip
+    """Return findings about a scene with fixes: the edit of the program by which each would be gone.
+
+    The first three are tried, for at most ten seconds. Nothing is tried for a program with other errors.
+    """
+    about = [d for d in found if d.name in _ABOUT_SCENES]
+    if not about or any(d.is_error and d.name not in _ABOUT_SCENES for d in found):
+        return list(found)
+    search = _Search(session, source.name, tuple(extra), geometry, time.monotonic() + _FIX_SECONDS)
+    try:
+        start = search.version(source.text)
+    except SceneError:
+        start = None
+    fixes: dict[int, Fix] = {}
+    left: list[Goal] = [] if start is None else list(start.goals)
+    for _ in range(_MAX_FIXED):
+        goal = next((each for each in left if search.has_time()), None)
+        if goal is None or start is None:
+            break
+        better = search.step(start, goal)
+        left = [each for each in left if each.key != goal.key and (better is None or each.key in better.counts)]
+        finding = next((d for d in about if id(d) not in fixes and _is_about(d, goal)), None)
+        if better is not None and finding is not None:
+            fixes[id(finding)] = _fix_of(source, better.text)
+    return [replace(d, fixes=(fixes[id(d)],)) if id(d) in fixes else d for d in found]
+
+
+_ABOUT_SCENES = ("declaration", "overlap", "floating", "unstable", "below-ground", "coincident-faces")
+_FIX_SECONDS = 10.0
+_MAX_FIXED = 3
+
+
+def _is_about(diagnostic: Diagnostic, goal: Goal) -> bool:
+    """Return whether a diagnostic reports a goal: of its declaration, or of its words."""
+    if goal.declaration is not None:
+        return diagnostic.name == "declaration" and str(goal.declaration) in diagnostic.message
+    _, subject, *_ = goal.key
+    words = "/".join(subject.split("/")[-3:])
+    return diagnostic.name != "declaration" and f'"{words}"' in diagnostic.message
+
+
+def _fix_of(source: Source, text: str) -> Fix:
+    """Return the fix that makes one text of another, by the smallest edit."""
+    old = source.text
+    head = next((i for i, (a, b) in enumerate(zip(old, text)) if a != b), min(len(old), len(text)))
+    tail = 0
+    while tail < min(len(old), len(text)) - head and old[len(old) - 1 - tail] == text[len(text) - 1 - tail]:
+        tail += 1
+    for datum in walk(*read(source).forms):  # a number is replaced as a whole
+        if isinstance(datum, Atom) and datum.span.start < head < datum.span.end:
+            head = datum.span.start
+        if isinstance(datum, Atom) and datum.span.start < len(old) - tail < datum.span.end:
+            tail = len(old) - datum.span.end
+    new = text[head : len(text) - tail]
+    title = f"Change to `{new}`" if len(new) <= _MAX_TITLE and new else "Change the program"
+    return Fix(title, (Edit(Span(source, head, len(old) - tail), new),))
+
+
+_MAX_TITLE = 40
 
 
 def _messages(version: _Version) -> tuple[str, ...]:

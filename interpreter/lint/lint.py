@@ -94,6 +94,17 @@ def word_warnings(program: Program) -> list[Diagnostic]:
     return [*found, *unread_attributes(program)]
 
 
+def misspellings(program: Program) -> list[Diagnostic]:
+    """Return warnings about misspelled words and attributes of a program with errors, where other words may be bound in
+    forms that have no meaning yet."""
+    written = {match[1] for match in _SECOND.finditer(program.main.text)}
+    found = [d for d in word_warnings(program) if d.name in ("near-word", "idle-attribute")]
+    return [d for d in found if d.span is None or d.span.text.strip('"') not in written]
+
+
+_SECOND = re.compile(r'^\([^\s()\[\]"]+\s+"([^"]+)"', re.M)
+
+
 def unread_attributes(program: Program) -> list[Diagnostic]:
     """Attributes of calls of primitives that no primitive of the word reads."""
     return [d for each in program.facts for word, d in each.idle_attributes if word not in program.all_words]
@@ -157,7 +168,7 @@ def lint_forms(program: Program) -> list[Diagnostic]:
     """Warnings about single forms, for a program that has errors elsewhere."""
     whole = (each for each in program.facts if not _is_library(each.form) and id(each.form) not in program.broken)
     local = (warning for each in whole for warning in each.warnings)
-    return [_with_safe_fixes(warning, program) for warning in local]
+    return [*(_with_safe_fixes(warning, program) for warning in local), *misspellings(program)]
 
 
 def _with_safe_fixes(diagnostic: Diagnostic, program: Program) -> Diagnostic:

@@ -480,11 +480,11 @@ def _clauses_in_brackets(text: Text, pick: Random) -> Iterator[Change]:
 
 @_kind("degrees", "unit", tuned=True)
 def _degrees(text: Text, pick: Random) -> Iterator[Change]:
-    """A constant angle is written in degrees."""
+    """A constant angle, a whole number of degrees, is written in degrees."""
     for form in text.calls("rotate"):
         angle = _constant(form.items[1]) if len(form.items) > 1 else None
-        if angle is not None:
-            yield _replace(form.items[1], _short(round(math.degrees(angle), 2)))
+        if angle is not None and math.isclose(math.degrees(angle), round(math.degrees(angle)), abs_tol=1e-6):
+            yield _replace(form.items[1], str(round(math.degrees(angle))))
 
 
 def _constant(datum: Datum) -> float | None:

@@ -25,6 +25,7 @@ from scenelang.grammar.reader import lexemes
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
+from scenelang.repairing import with_repairs
 from scenelang.session import Options, Session, linted
 
 if TYPE_CHECKING:
@@ -321,15 +322,15 @@ def check_documents(text: str) -> list[dict[str, Any]]:
 
 def _found(session: Session, source: Source) -> list[Diagnostic]:
     result = session.evaluate(source)
-    return [*result.diagnostics, *linted(result, *_lints(True))]
+    return with_repairs(session, source, [*result.diagnostics, *linted(result, *_lints(True))])
 
 
 def repaired_by_check(text: str, turns: int = 1) -> str:
     """Return a program after repairs by nothing but the fixes and names in the findings of ``check --json``.
 
     In each turn the first fix of every finding is applied, or its first name put in place of the text that it is about,
-    from the errors on; edits that overlap an earlier one wait for the next turn. While there are errors, nothing is
-    deleted because of a warning.
+    from the errors on; edits that overlap an earlier one wait for the next turn. In a
+    program with errors, what is unused stays.
     """
     for _ in range(turns):
         edits = _edits(text, check_documents(text))
@@ -341,6 +342,7 @@ def repaired_by_check(text: str, turns: int = 1) -> str:
 
 
 _Edit = tuple[int, int, str]
+_CONSEQUENCES = ("unused", "unreachable-word", "unreachable-code", "constant-condition")  # often of an error
 
 
 def _edits(text: str, documents: Sequence[Mapping[str, Any]]) -> list[_Edit]:
@@ -349,8 +351,8 @@ def _edits(text: str, documents: Sequence[Mapping[str, Any]]) -> list[_Edit]:
     chosen: list[_Edit] = []
     for document in sorted(documents, key=lambda document: document["severity"] != "error"):
         edits = _edits_of(source, document)
-        is_idle = has_errors and document["severity"] != "error" and any(not new for _, _, new in edits)
-        if edits and not is_idle and not any(_overlap(edit, other) for edit in edits for other in chosen):
+        waits = has_errors and document["name"] in _CONSEQUENCES
+        if edits and not waits and not any(_overlap(edit, other) for edit in edits for other in chosen):
             chosen += edits
     return chosen
 

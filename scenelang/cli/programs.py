@@ -134,6 +134,10 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
         with bounded(arguments):
             compute_solids(arguments, () if result.scene is None else result.scene.frames)
             found = (*found, *linted(result, *_lints(arguments, stated)))
+            if arguments.json:
+                from scenelang.repairing import with_repairs
+
+                found = with_repairs(session, source, found, stated, geometry=arguments.geometry)
     except SceneError as error:
         found, subject = (*found, error.diagnostic), error.subject
     if arguments.picture and subject is not None:
