@@ -221,7 +221,7 @@ def _first_contradiction(tokens: Sequence[_Token]) -> int:
 def _cost(tokens: Sequence[_Token], missing: int) -> int | None:
     """Return how much the lines contradict the nesting, None if brackets do not match but for some that are missing."""
     stack: list[_Frame] = []
-    outer = tokens[0].column
+    outer = tokens[0].column if tokens else 0
     cost = 0
     for token in tokens:
         is_closing = token.text in (")", "]")

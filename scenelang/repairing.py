@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from scenelang.editing import Editing
     from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Entity, Scene
-    from scenelang.session import Session
+    from scenelang.session import Evaluated, Session
 
 SECONDS = 30.0
 MAX_EDITS = 20
@@ -185,12 +185,16 @@ def with_repairs(
 ) -> list[Diagnostic]:  # fmt: skip
     """Return findings about a scene with fixes: the edit of the program by which each would be gone.
 
-    The first three are tried, for at most ten seconds. Nothing is tried for a program with other errors.
+    The first three are tried, with at most 300 evaluations, in ten seconds. Nothing is tried for a program with other
+    errors.
     """
-    about = [d for d in found if d.name in _ABOUT_SCENES]
-    if not about or any(d.is_error and d.name not in _ABOUT_SCENES for d in found):
+    from scenelang.checking import ABOUT_SCENES
+
+    about = [d for d in found if d.name in ABOUT_SCENES]
+    if not about or any(d.is_error and d.name not in ABOUT_SCENES for d in found):
         return list(found)
     search = _Search(session, source.name, tuple(extra), geometry, time.monotonic() + _FIX_SECONDS)
+    search.evaluations = _FIX_EVALUATIONS
     try:
         start = search.version(source.text)
     except SceneError:
@@ -209,8 +213,8 @@ def with_repairs(
     return [replace(d, fixes=(fixes[id(d)],)) if id(d) in fixes else d for d in found]
 
 
-_ABOUT_SCENES = ("declaration", "overlap", "floating", "unstable", "below-ground", "coincident-faces")
 _FIX_SECONDS = 10.0
+_FIX_EVALUATIONS = 300  # so that a machine's speed decides nothing
 _MAX_FIXED = 3
 
 
@@ -309,6 +313,7 @@ class _Search:
     geometry: bool
     deadline: float
     motions: dict[str, list[FloatArray | None]] = field(default_factory=dict)
+    evaluations: float = math.inf  # that are left
 
     @cached_property
     def editing(self) -> Editing:
@@ -318,11 +323,15 @@ class _Search:
         return Editing(self.session)
 
     def has_time(self) -> bool:
-        return time.monotonic() < self.deadline
+        return self.evaluations > 0 and time.monotonic() < self.deadline
+
+    def evaluated(self, text: str) -> Evaluated:
+        self.evaluations -= 1
+        return self.editing.evaluate(Source(self.name, text))
 
     def version(self, text: str, edits: tuple[ProgramEdit, ...] = ()) -> _Version | None:
         """Evaluate a version; None if it is wrong or has no geometry."""
-        result = self.editing.evaluate(Source(self.name, text))
+        result = self.evaluated(text)
         if result.scene is None:
             if not edits:
                 result.require()
@@ -336,7 +345,7 @@ class _Search:
 
     def layout(self, text: str) -> FloatArray | None:
         """Return the corners of a version, None if it is wrong or one of its solids cannot be computed."""
-        scene = self.editing.evaluate(Source(self.name, text)).scene
+        scene = self.evaluated(text).scene
         try:
             return None if scene is None else _layout(scene)
         except SceneError:

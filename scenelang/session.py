@@ -445,7 +445,9 @@ class Session:
             return checked
         from scenelang.grammar.recovery import wrong_chunks
 
-        return self._recovered(source, checked) if wrong_chunks(source.text) else checked
+        is_foreign = any(d.name == "foreign-syntax" for d in checked.diagnostics)
+        text = apply_fixes(source, checked.diagnostics)[0] if is_foreign else source.text
+        return self._recovered(source, checked) if wrong_chunks(text) and wrong_chunks(source.text) else checked
 
     def _recovered(self, source: Source, checked: Checked) -> Checked:
         """Return the findings of a text with brackets added or removed, with the fixes that do so.
@@ -467,7 +469,8 @@ class Session:
         if not is_about_brackets and _weight(found)[0] > _weight(checked)[0]:
             return checked
         problems = best.explained([with_fixes(d) for d in read_pieces(source).diagnostics], found.ok)
-        found_behind = [moved_diagnostic(d, best.original) for d in found.diagnostics]
+        behind = [d for d in found.diagnostics if d.is_error or d.fixes]  # other warnings wait
+        found_behind = [moved_diagnostic(d, best.original) for d in behind]
         return Checked(checked.program, tuple(_sorted([*problems, *found_behind])))
 
     def _check(self, source: Source, translation: Translation | None) -> Checked:

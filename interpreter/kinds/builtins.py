@@ -814,7 +814,8 @@ def _check_triple(
     hint, fixes = triple_fix(nodes[position])
     inference.report(
         "value", f"`{builtin.name}` expects three numbers for `{parameters[position].name}`, got {length}", node.span,
-        hint or f"signature: {builtin.usage}", fixes=fixes, expected="a Vector of 3 numbers", found=describe(kind), signature=builtin.usage,
+        hint or f"signature: {builtin.usage}", fixes=fixes, expected="a Vector of 3 numbers", found=describe(kind),
+        signature=builtin.usage,
     )  # fmt: skip
     return False
 

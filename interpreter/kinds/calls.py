@@ -458,6 +458,15 @@ def report_unknown_keyword(
     signature: str | None = None,
 ) -> None:
     """Report a keyword argument that a function does not have, with the name that was meant."""
+    name, sign, value = key.partition("=")
+    if sign and value and name in known:
+        written = f":{name} {value}"
+        fix = Fix("Leave out the `=`", (Edit(span, written),), safe=True)
+        inference.report(
+            "keyword", f"{owner} has no {what} `:{key}`", span, f"a value follows its keyword: `{written}`",
+            fixes=(fix,), found=f":{key}", signature=signature or usage,
+        )  # fmt: skip
+        return
     near = near_names(key, known) or _abbreviated(key, known)
     fixes = tuple(Fix(f"Change to `:{other}`", (Edit(span, f":{other}"),), safe=len(near) == 1) for other in near)
     hint = f"did you mean {' or '.join(f'`:{other}`' for other in near)}?" if near else f"parameters: {usage}"

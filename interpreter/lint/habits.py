@@ -69,7 +69,7 @@ NAMES: Mapping[str, Term] = {
     "len": Term("Python", "length"), "str": Term("Python", "string"), "ceil": Term("Python", "ceiling"),
     "pow": Term("Python", "expt"), "float": Term("Python", "inexact"), "int": Term("Python", "truncate"),
     "mod": Term("Common Lisp", "%"), "fmod": Term("Python", "%"), "mapcar": Term("Common Lisp", "map"),
-    "concat": Term("Clojure", "append"), "println": Term("Clojure", "print"), "echo": Term("OpenSCAD", "print"),
+    "concat": Term("Clojure", "append"), "extend": Term("Python", "append"), "println": Term("Clojure", "print"), "echo": Term("OpenSCAD", "print"),
     "displayln": Term("Scheme", "print"), "vec": Term("Clojure", "list->vector"),
     "mapv": Term("Clojure", "map"), "filterv": Term("Clojure", "filter"),
     "every?": Term("Clojure", "every"), "some": Term("Clojure", "any"), "nil?": Term("Clojure", "none?"),

@@ -373,8 +373,8 @@ def _applications(text: Text) -> Iterator[ListDatum]:
 _FORMS = frozenset((
     "define", "lambda", "let", "let*", "letrec", "bind", "scene", "param", "if", "cond", "case", "when", "unless",
     "begin", "quote", "set!", "import", "union", "list", "call", "define-record", "define-values", "define-syntax",
-    "guard", "define-macro", "and", "or", "embedding", "table", "do", "for/union", "for*/union", "for/list", "for*/list", "for",
-    "for*", "assert-that", "assert",
+    "guard", "define-macro", "and", "or", "embedding", "table", "do", "for/union", "for*/union", "for/list",
+    "for*/list", "for", "for*", "assert-that", "assert",
 ))  # fmt: skip
 
 
@@ -638,8 +638,9 @@ def _raised(text: Text, pick: Random, sign: int) -> Iterator[Change]:
         if isinstance(array, ArrayDatum) and len(array.items) == 3:
             height = _number(array.items[1])
             if height is not None:
-                by = sign * pick.choice((0.05, 0.1, 0.2, 0.5)) * max(abs(height), 0.5)
-                yield _replace(array.items[1], _short(height + by))
+                for share in (0.05, 0.1, 0.2, 0.5):
+                    by = sign * share * max(abs(height), 0.5)
+                    yield _replace(array.items[1], _short(height + by))
 
 
 # --- notation --------------------------------------------------------------------------------------------------------

@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenelang.bench.mistake_kinds import KINDS, Change, MistakeKind, Text
+from scenelang.checking import Examination
 from scenelang.grammar.datum import Source
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, capped, to_json
+from scenelang.grammar.diagnostics import SceneError, capped, to_json
 from scenelang.grammar.reader import lexemes
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
-from scenelang.repairing import with_repairs
 from scenelang.session import Options, Session, linted
 
 if TYPE_CHECKING:
@@ -316,13 +316,12 @@ def _applied(program: str, changes: Sequence[tuple[str, Change]]) -> Mutated:
 
 def check_documents(text: str) -> list[dict[str, Any]]:
     """Return what ``scenelang check --run --geometry --json`` prints about a program."""
-    session = _session()
-    return [to_json(d) for d in capped(_found(session, Source(_NAME, text)))]
+    return [to_json(d) for d in capped(_asked().of(Source(_NAME, text)).diagnostics)]
 
 
-def _found(session: Session, source: Source) -> list[Diagnostic]:
-    result = session.evaluate(source)
-    return with_repairs(session, source, [*result.diagnostics, *linted(result, *_lints(True))])
+@cache
+def _asked() -> Examination:
+    return Examination(_session(), run=True, geometry=True, complete=True)
 
 
 def repaired_by_check(text: str, turns: int = 1) -> str:
