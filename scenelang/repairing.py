@@ -512,7 +512,8 @@ class _Search:
                 candidate = _Candidate(((literal.span, _number(value, _digits(now.size))),), 0.0)
                 found = self._applied(now, candidate)
                 moved = None if found is None else _displacement(now.corners, found.corners)
-                return _Candidate(candidate.changes, _TIDY * now.size if moved is None else moved)
+                changed = abs(value - literal.value)  # of numbers of things, the nearest is meant
+                return _Candidate(candidate.changes, _TIDY * now.size * (1 + changed) if moved is None else moved)
             before = amount
         return None
 

@@ -459,11 +459,11 @@ def report_unknown_keyword(
 ) -> None:
     """Report a keyword argument that a function does not have, with the name that was meant."""
     name, sign, value = key.partition("=")
-    if sign and value and name in known:
+    if sign and name in known:
         written = f":{name} {value}"
         fix = Fix("Leave out the `=`", (Edit(span, written),), safe=True)
         inference.report(
-            "keyword", f"{owner} has no {what} `:{key}`", span, f"a value follows its keyword: `{written}`",
+            "keyword", f"{owner} has no {what} `:{key}`", span, f"a value follows its keyword: `:{name} {value or '...'}`",
             fixes=(fix,), found=f":{key}", signature=signature or usage,
         )  # fmt: skip
         return

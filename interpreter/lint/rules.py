@@ -423,7 +423,20 @@ def shadowed_calls(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
             name = variable.name
             message = f"`{name}` is {values[variable]} here, which shadows the builtin function"
             hint = f"to call the builtin function, write `std/{name}`"
-            yield Diagnostic("shadowed-builtin", message, node.function.span, hint)
+            fixes: tuple[Fix, ...] = ()
+            if node.span.expansion is None and _may_be_vector(node):
+                array = f"[{node.span.text[1:-1].strip()}]"
+                hint = f"an array is written in square brackets, as `{array}`; {hint}"
+                fixes = (Fix("Write an array", (Edit(node.span, array),)),)
+            yield Diagnostic("shadowed-builtin", message, node.function.span, hint, fixes=fixes)
+
+
+def _may_be_vector(node: ast.Application) -> bool:
+    """Return whether an application has three parts, of which the arguments are numbers or variables."""
+    return len(node.arguments) == 2 and all(
+        (type(each) is ast.Constant and type(each.value) in (int, float)) or type(each) is ast.Reference
+        for each in node.arguments
+    )
 
 
 def _non_functions(nodes: Iterable[Any]) -> dict[Variable, str]:
