@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums, walk
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import primitive_count
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from scenelang.editing import Editing
     from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Entity, Scene
-    from scenelang.session import Session
+    from scenelang.session import Evaluated, Session
 
 SECONDS = 30.0
 MAX_EDITS = 20
@@ -52,7 +52,7 @@ _TIDY = 5e-3  # of the scene's size: what one more changed literal costs
 _STRUCTURAL = 0.02  # of the scene's size: what a new form in the program costs
 _CORRECTIONS = 4
 _OVERLAPS = ("twin", "through", "deep", "buried", "fighting")
-_NO_LITERALS = frozenset({"color", "import", "format", "embedding"})
+_NO_LITERALS = frozenset({"assert-that", "color", "import", "format", "embedding"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -179,6 +179,74 @@ def repaired(
     )
 
 
+def with_repairs(
+    session: Session, source: Source, found: Sequence[Diagnostic], extra: Sequence[Declaration] = (), *,
+    geometry: bool = True,
+) -> list[Diagnostic]:  # fmt: skip
+    """Return findings about a scene with fixes: the edit of the program by which each would be gone.
+
+    The first three are tried, with at most 300 evaluations, in ten seconds. Nothing is tried for a program with other
+    errors.
+    """
+    from scenelang.checking import ABOUT_SCENES
+
+    about = [d for d in found if d.name in ABOUT_SCENES]
+    if not about or any(d.is_error and d.name not in ABOUT_SCENES for d in found):
+        return list(found)
+    search = _Search(session, source.name, tuple(extra), geometry, time.monotonic() + _FIX_SECONDS)
+    search.evaluations = _FIX_EVALUATIONS
+    try:
+        start = search.version(source.text)
+    except SceneError:
+        start = None
+    fixes: dict[int, Fix] = {}
+    left: list[Goal] = [] if start is None else list(start.goals)
+    for _ in range(_MAX_FIXED):
+        goal = next((each for each in left if search.has_time()), None)
+        if goal is None or start is None:
+            break
+        better = search.step(start, goal)
+        left = [each for each in left if each.key != goal.key and (better is None or each.key in better.counts)]
+        finding = next((d for d in about if id(d) not in fixes and _is_about(d, goal)), None)
+        if better is not None and finding is not None:
+            fixes[id(finding)] = _fix_of(source, better.text)
+    return [replace(d, fixes=(fixes[id(d)],)) if id(d) in fixes else d for d in found]
+
+
+_FIX_SECONDS = 10.0
+_FIX_EVALUATIONS = 300  # so that a machine's speed decides nothing
+_MAX_FIXED = 3
+
+
+def _is_about(diagnostic: Diagnostic, goal: Goal) -> bool:
+    """Return whether a diagnostic reports a goal: of its declaration, or of its words."""
+    if goal.declaration is not None:
+        return diagnostic.name == "declaration" and str(goal.declaration) in diagnostic.message
+    _, subject, *_ = goal.key
+    words = "/".join(subject.split("/")[-3:])
+    return diagnostic.name != "declaration" and f'"{words}"' in diagnostic.message
+
+
+def _fix_of(source: Source, text: str) -> Fix:
+    """Return the fix that makes one text of another, by the smallest edit."""
+    old = source.text
+    head = next((i for i, (a, b) in enumerate(zip(old, text)) if a != b), min(len(old), len(text)))
+    tail = 0
+    while tail < min(len(old), len(text)) - head and old[len(old) - 1 - tail] == text[len(text) - 1 - tail]:
+        tail += 1
+    for datum in walk(*read(source).forms):  # a number is replaced as a whole
+        if isinstance(datum, Atom) and datum.span.start < head < datum.span.end:
+            head = datum.span.start
+        if isinstance(datum, Atom) and datum.span.start < len(old) - tail < datum.span.end:
+            tail = len(old) - datum.span.end
+    new = text[head : len(text) - tail]
+    title = f"Change to `{new}`" if len(new) <= _MAX_TITLE and new else "Change the program"
+    return Fix(title, (Edit(Span(source, head, len(old) - tail), new),))
+
+
+_MAX_TITLE = 40
+
+
 def _messages(version: _Version) -> tuple[str, ...]:
     return tuple(dict.fromkeys(goal.message for goal in version.goals))
 
@@ -245,6 +313,7 @@ class _Search:
     geometry: bool
     deadline: float
     motions: dict[str, list[FloatArray | None]] = field(default_factory=dict)
+    evaluations: float = math.inf  # that are left
 
     @cached_property
     def editing(self) -> Editing:
@@ -254,11 +323,15 @@ class _Search:
         return Editing(self.session)
 
     def has_time(self) -> bool:
-        return time.monotonic() < self.deadline
+        return self.evaluations > 0 and time.monotonic() < self.deadline
+
+    def evaluated(self, text: str) -> Evaluated:
+        self.evaluations -= 1
+        return self.editing.evaluate(Source(self.name, text))
 
     def version(self, text: str, edits: tuple[ProgramEdit, ...] = ()) -> _Version | None:
         """Evaluate a version; None if it is wrong or has no geometry."""
-        result = self.editing.evaluate(Source(self.name, text))
+        result = self.evaluated(text)
         if result.scene is None:
             if not edits:
                 result.require()
@@ -272,7 +345,7 @@ class _Search:
 
     def layout(self, text: str) -> FloatArray | None:
         """Return the corners of a version, None if it is wrong or one of its solids cannot be computed."""
-        scene = self.editing.evaluate(Source(self.name, text)).scene
+        scene = self.evaluated(text).scene
         try:
             return None if scene is None else _layout(scene)
         except SceneError:
@@ -439,7 +512,8 @@ class _Search:
                 candidate = _Candidate(((literal.span, _number(value, _digits(now.size))),), 0.0)
                 found = self._applied(now, candidate)
                 moved = None if found is None else _displacement(now.corners, found.corners)
-                return _Candidate(candidate.changes, _TIDY * now.size if moved is None else moved)
+                changed = abs(value - literal.value)  # of numbers of things, the nearest is meant
+                return _Candidate(candidate.changes, _TIDY * now.size * (1 + changed) if moved is None else moved)
             before = amount
         return None
 

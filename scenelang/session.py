@@ -23,8 +23,16 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from scenelang.backends.files import read_regular, rewrite
 from scenelang.grammar.ast import check_strict
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, dataclass, field, replace, walk
-from scenelang.grammar.diagnostics import CODES, Diagnostic, Note, SceneError, UsageError, error_of
-from scenelang.grammar.reader import read
+from scenelang.grammar.diagnostics import (
+    CODES,
+    Diagnostic,
+    Note,
+    SceneError,
+    UsageError,
+    error_of,
+    moved_diagnostic,
+)
+from scenelang.grammar.reader import read, read_pieces
 from scenelang.interpreter.kinds.book import findings
 from scenelang.interpreter.lint.lint import (
     apply_fixes,
@@ -70,6 +78,7 @@ EXPANSION_DEPTH = 60_000
 _MAX_FRAMES = 400
 _FIX_ROUNDS = 20
 _MAX_IMPORTERS = 300
+_MAX_RECOVERED = 30_000  # characters of a program whose brackets are matched
 _MAX_IMPORTER_SIZE = 500_000  # bytes
 
 
@@ -322,7 +331,7 @@ class Session:
             return Checked(None, self._read_scene(source).diagnostics)
         try:
             with limited(self.options.limits), rare_collection():
-                check = lambda: self._translated(source, False)[1] if is_python(source) else self._check(source, None)
+                check = lambda: self._translated(source, False)[1] if is_python(source) else self._check_text(source)
                 return run_with_room(check, EXPANSION_DEPTH, folders=self.folders(source))
         except RecursionError:
             return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
@@ -428,6 +437,41 @@ class Session:
         problem = _mistake_of(found)
         place = _place_in(source, problem) if problem is not None else None
         return [replace(problem, span=place)] if problem is not None and place is not None else []
+
+    def _check_text(self, source: Source) -> Checked:
+        """Check a program; where its brackets do not match, as if they were where indentation and calls expect them."""
+        checked = self._check(source, None)
+        if checked.ok or len(source.text) > _MAX_RECOVERED:
+            return checked
+        from scenelang.grammar.recovery import wrong_chunks
+
+        is_foreign = any(d.name == "foreign-syntax" for d in checked.diagnostics)
+        text = apply_fixes(source, checked.diagnostics)[0] if is_foreign else source.text
+        return self._recovered(source, checked) if wrong_chunks(text) and wrong_chunks(source.text) else checked
+
+    def _recovered(self, source: Source, checked: Checked) -> Checked:
+        """Return the findings of a text with brackets added or removed, with the fixes that do so.
+
+        Of the edits that fit the indentation, those are chosen that leave the fewest errors and warnings. Nothing
+        changes if errors of another kind say more, as in a text of another language.
+        """
+        from scenelang.grammar.recovery import MAX_CHUNKS, Recovered, bracket_edits, wrong_chunks
+
+        best, found = Recovered(source, source), checked
+        while chunks := wrong_chunks(best.source.text):
+            trials = [best.edited(edit) for edit in bracket_edits(chunks[0])]
+            if not trials or len(best.edits) == MAX_CHUNKS:
+                return checked
+            results = [self._check(trial.source, None) for trial in trials]
+            chosen = min(range(len(trials)), key=lambda i: (_weight(results[i]), -i))
+            best, found = trials[chosen], results[chosen]
+        is_about_brackets = any(d.name in ("unclosed", "extra-close") for d in checked.diagnostics)
+        if not is_about_brackets and _weight(found)[0] > _weight(checked)[0]:
+            return checked
+        problems = best.explained([with_fixes(d) for d in read_pieces(source).diagnostics], found.ok)
+        behind = [d for d in found.diagnostics if d.is_error or d.fixes]  # other warnings wait
+        found_behind = [moved_diagnostic(d, best.original) for d in behind]
+        return Checked(checked.program, tuple(_sorted([*problems, *found_behind])))
 
     def _check(self, source: Source, translation: Translation | None) -> Checked:
         try:
@@ -802,6 +846,12 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
         (),
         tuple(chain),
     )
+
+
+def _weight(checked: Checked) -> tuple[int, int]:
+    """Return the numbers of errors and warnings of a text."""
+    errors = sum(d.is_error for d in checked.diagnostics)
+    return errors, len(checked.diagnostics) - errors
 
 
 def settled(

@@ -29,6 +29,7 @@ from scenelang.interpreter.kinds.kinds import (
     number_of,
     plural,
     shown,
+    triple_fix,
 )
 from scenelang.interpreter.kinds.scene_forms import keyword_fixes
 from scenelang.interpreter.runtime.types import STD
@@ -472,9 +473,10 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
     if name != "out-of-range":
         name = name if passed.is_certain else "conditional-failure"
     note = Note(use.place, use.span)
+    hint, fixes = triple_fix(passed.argument) if name == "value" else (None, ())
     return Diagnostic(
-        name, message, passed.argument.span, f"parameters: {passed.usage}", (note,), expected=use.expected,
-        found=describe(passed.kind), signature=passed.usage,
+        name, message, passed.argument.span, hint or f"parameters: {passed.usage}", (note,), fixes=fixes,
+        expected=use.expected, found=describe(passed.kind), signature=passed.usage,
     )  # fmt: skip
 
 

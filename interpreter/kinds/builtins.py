@@ -62,6 +62,7 @@ from scenelang.interpreter.kinds.kinds import (
     plural,
     shown,
     swap_fix,
+    triple_fix,
     union_of,
     unquoted_number,
     vector_of,
@@ -810,9 +811,11 @@ def _check_triple(
     length = length_of(kind) if kind.tag in ("Vector", "List") else None
     if length is None or length == 3:
         return True
+    hint, fixes = triple_fix(nodes[position])
     inference.report(
         "value", f"`{builtin.name}` expects three numbers for `{parameters[position].name}`, got {length}", node.span,
-        f"signature: {builtin.usage}", expected="a Vector of 3 numbers", found=describe(kind), signature=builtin.usage,
+        hint or f"signature: {builtin.usage}", fixes=fixes, expected="a Vector of 3 numbers", found=describe(kind),
+        signature=builtin.usage,
     )  # fmt: skip
     return False
 

@@ -83,6 +83,10 @@ def report_not_a_function(
         array = "[" + node.span.text[1:-1].strip() + "]"
         hint = f"an array is written in square brackets: `{array}`"
         fixes = (Fix("Write an array", (Edit(node.span, array),), safe=True),)
+    elif is_written and _may_be_numbers(node, (function, *arguments)):
+        array = "[" + node.span.text[1:-1].strip() + "]"
+        hint = "an array is written in square brackets" + (f": `{array}`" if len(array) <= MAX_SHOWN else "")
+        fixes = (Fix("Write an array", (Edit(node.span, array),)),)
     elif function.tag in ("Vector", "List", "Array", "Matrix", "MutableList", "Table") and len(arguments) == 1:
         if is_written and type(head) is ast.Reference:
             written = f"(ref {text} {node.arguments[0].span.text})"
@@ -133,6 +137,13 @@ def _are_numbers(node: ast.Application) -> bool:
     """Return whether parentheses hold numbers only; ``#(1 2)`` has its own explanation."""
     before = node.span.source.text[node.span.start - 1 : node.span.start]
     return before != "#" and all(number_of(each) is not None for each in (node.function, *node.arguments))
+
+
+def _may_be_numbers(node: ast.Application, kinds: Sequence[Kind]) -> bool:
+    """Return whether parentheses hold as many values as a point has, all of which may be numbers."""
+    return len(kinds) == len(_AXES) and all(
+        kind is ANY or any(option.tag in ("Integer", "Float") for option in kind.options) for kind in kinds
+    )
 
 
 def split(inference: KindInference, node: Any, arguments: Sequence[Any], name: str, usage: str) -> Any:
@@ -279,6 +290,8 @@ def _grouped(
     """Return a hint and a fix for numbers that belong into an array: ``(translate 1 2 3)``."""
     if builtin.name == "rotate" and len(nodes) == 1 and inference.result.kinds[nodes[0]].tag == "Vector":
         return _turned(node, nodes[0])
+    if builtin.name == "array" and len(nodes) > 1:
+        return _listed(inference, node, nodes)
     parameters = (*builtin.signature.required, *builtin.signature.optional)
     vectors = [i for i, parameter in enumerate(parameters) if parameter.type.name in ("Vector", "Point")]
     if builtin.name == "scale":
@@ -290,7 +303,7 @@ def _grouped(
         if len(group) < 3 or index + 1 + len(rest) > len(parameters):
             continue
         kinds = [inference.result.kinds[each] for each in group]
-        if any(kind is not ANY and not {option.tag for option in kind.options} <= numeric for kind in kinds):
+        if any(kind is not ANY and numeric.isdisjoint(option.tag for option in kind.options) for kind in kinds):
             continue
         if any(each.span.expansion is not None for each in group):
             continue
@@ -300,6 +313,21 @@ def _grouped(
         text = f"({builtin.name} {before + ' ' if before else ''}{written}{' ...' if rest else ''})"
         return f"write `{text}`", (Fix("Write an array", (Edit(span, written),), safe=True),)
     return None, ()
+
+
+def _listed(
+    inference: KindInference, node: ast.Application, nodes: Sequence[Any]
+) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return a hint and a fix for ``(array a b c)``: a vector of numbers, a list of anything else."""
+    if node.span.expansion is not None:
+        return None, ()
+    kinds = [inference.result.kinds[each] for each in nodes]
+    if all(kind.tag in ("Integer", "Float") for kind in kinds):
+        written = "[" + " ".join(each.span.text for each in nodes) + "]"
+        hint = f"write `{written}`" if len(written) <= MAX_SHOWN else "write an array in square brackets"
+        return hint, (Fix("Write an array", (Edit(node.span, written),), safe=True),)
+    head = node.function.span
+    return "a list of values is `(list ...)`", (Fix("Write a list", (Edit(head, "list"),)),)
 
 
 def _report_type(
@@ -430,6 +458,15 @@ def report_unknown_keyword(
     signature: str | None = None,
 ) -> None:
     """Report a keyword argument that a function does not have, with the name that was meant."""
+    name, sign, value = key.partition("=")
+    if sign and name in known:
+        written = f":{name} {value}"
+        fix = Fix("Leave out the `=`", (Edit(span, written),), safe=True)
+        inference.report(
+            "keyword", f"{owner} has no {what} `:{key}`", span, f"a value follows its keyword: `:{name} {value or '...'}`",
+            fixes=(fix,), found=f":{key}", signature=signature or usage,
+        )  # fmt: skip
+        return
     near = near_names(key, known) or _abbreviated(key, known)
     fixes = tuple(Fix(f"Change to `:{other}`", (Edit(span, f":{other}"),), safe=len(near) == 1) for other in near)
     hint = f"did you mean {' or '.join(f'`:{other}`' for other in near)}?" if near else f"parameters: {usage}"

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from scenelang.grammar import ast
+from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Edit, Fix
 from scenelang.interpreter.runtime.types import Builtin, Type
 from scenelang.interpreter.runtime.values import NIL, Array, Embedding, Keyword, Matrix, Pair, Symbol, Vector
@@ -486,6 +487,28 @@ def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
         return hint, ()
     edits = (Edit(first.span, second.span.text), Edit(second.span, first.span.text))
     return hint, (Fix("Swap the arguments", edits, safe=True),)
+
+
+def triple_fix(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return the hint and fix for a point of two components, or with a fourth that is 0 or 1, as in a homogeneous point
+    or a colour with opacity."""
+    if type(node) is not ast.ArrayLiteral or node.span.expansion is not None or not node.span.text.startswith("["):
+        return None, ()
+    items = node.items
+    end = items[-1].span.end if items else node.span.end
+    if len(items) == 2:
+        edit = Edit(Span(node.span.source, end, end), " 0")
+        hint = "a point has three components"
+    elif len(items) == 4 and number_of(items[-1]) in (0, 1):
+        edit = Edit(Span(node.span.source, items[2].span.end, end), "")
+        hint = "there is no fourth component"
+    else:
+        return None, ()
+    start = node.span.start
+    text = node.span.text
+    written = text[: edit.span.start - start] + edit.text + text[edit.span.end - start :]
+    shown_text = f": `{written}`" if len(written) <= MAX_SHOWN else ""
+    return hint + shown_text, (Fix("Write three components", (edit,)),)
 
 
 _QUOTED_NUMBER = re.compile(r'"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"')

@@ -39,6 +39,7 @@ from scenelang.interpreter.kinds.kinds import (
     may_be_parts,
     shown,
     swap_fix,
+    triple_fix,
     unquoted_number,
     wrap_fix,
 )
@@ -344,6 +345,8 @@ def _attribute_advice(attribute: Attribute, value: Any, kind: Kind) -> tuple[str
         return "write a point as `[x y z]`", ()
     if attribute.accepts == ("Number",) and kind.tag in ("Vector", "List"):
         return "it is one number", ()
+    if "Triple" in attribute.accepts and kind.tag == "Vector":
+        return triple_fix(value)
     return None, ()
 
 
@@ -356,7 +359,8 @@ def _check_range(inference: KindInference, word: str, attribute: Attribute, valu
     wrong = [n for n in numbers if n is not None and (n < attribute.low or n > attribute.high)]
     if attribute.name == "color" and len(numbers) == 4 and not wrong:
         message = f'the attribute `:color` of "{word}" has three components; the fourth is ignored'
-        inference.warn("out-of-range", message, value.span, "transparency is the attribute `:opacity`",
+        _, fixes = triple_fix(value)
+        inference.warn("out-of-range", message, value.span, "transparency is the attribute `:opacity`", fixes,
                        expected="three numbers", found=value.span.text)  # fmt: skip
     if not wrong:
         return
@@ -385,12 +389,13 @@ def _range_hint(attribute: Attribute, value: Any, numbers: Sequence[float | None
 def transform(inference: KindInference, node: ast.Transform, part: Kind, matrix: Kind) -> Kind:
     """Check ``(transform part matrix)``."""
     is_part, is_pose = may_be_parts(part), accepts("Matrix", matrix)
+    is_swapped = not is_part and accepts("Matrix", part) and may_be_parts(matrix)
     if part is ANY:
         inference.need(node.part, "placed by `transform`", ("Parts",), "an entity", "parts")
-    if matrix is ANY:
+    if matrix is ANY and not is_swapped:
         inference.need(node.matrix, "used as a pose", ("Matrix",), "a pose", "pose")
     if not (is_part and is_pose):
-        if part is not ANY and matrix is not ANY and accepts("Matrix", part) and may_be_parts(matrix):
+        if is_swapped:
             hint, fixes = swap_fix(node, node.part, node.matrix)
             usage = "(transform part matrix)"
             inference.report(

@@ -14,7 +14,7 @@ from functools import cache
 from typing import Any
 
 from scenelang.grammar.datum import Source, Span
-from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, near_names
 from scenelang.interpreter.scene.primitives import is_word
 
 _MAX_EXPLAINED = 300  # errors; more are not shown
@@ -69,7 +69,7 @@ NAMES: Mapping[str, Term] = {
     "len": Term("Python", "length"), "str": Term("Python", "string"), "ceil": Term("Python", "ceiling"),
     "pow": Term("Python", "expt"), "float": Term("Python", "inexact"), "int": Term("Python", "truncate"),
     "mod": Term("Common Lisp", "%"), "fmod": Term("Python", "%"), "mapcar": Term("Common Lisp", "map"),
-    "concat": Term("Clojure", "append"), "println": Term("Clojure", "print"), "echo": Term("OpenSCAD", "print"),
+    "concat": Term("Clojure", "append"), "extend": Term("Python", "append"), "println": Term("Clojure", "print"), "echo": Term("OpenSCAD", "print"),
     "displayln": Term("Scheme", "print"), "vec": Term("Clojure", "list->vector"),
     "mapv": Term("Clojure", "map"), "filterv": Term("Clojure", "filter"),
     "every?": Term("Clojure", "every"), "some": Term("Clojure", "any"), "nil?": Term("Clojure", "none?"),
@@ -101,6 +101,17 @@ NAMES: Mapping[str, Term] = {
     "conj": Term("Clojure", hint="lists are joined by `append`: `(append xs (list x))`"),
     "compose": Term("JavaScript", "@"),
     "matmul": Term("Python", "@"), "np.matmul": Term("Python", "@"), "np.dot": Term("Python", "@"),
+    "move": Term("CAD", "translate"), "place": Term("CAD", "transform"), "group": Term("CAD", "union"),
+    "combine": Term("CAD", "union"), "assembly": Term("CAD", "union"), "resize": Term("OpenSCAD", "scale"),
+    "turn": Term("CAD", "rotate"), "rotation": Term("CAD", "rotate"), "translation": Term("CAD", "translate"),
+    "apply-transform": Term("CAD", "transform"), "repeat": Term("CAD", "union-loop"),
+    "loop-union": Term("CAD", "union-loop"), "module": Term("OpenSCAD", "bind"), "colour": Term("CSS", "color"),
+    "hex-color": Term("CSS", "color"), "rgb-color": Term("CSS", "rgb"), "circular-array": Term("CAD", "ring"),
+    "polar-array": Term("CAD", "ring"), "linear-array": Term("CAD", "row"), "grid-array": Term("CAD", "grid"),
+    "reflect-copy": Term("CAD", "mirror"), "stack-on": Term("CAD", "on-top-of"),
+    "place-on-top": Term("CAD", "on-top-of"), "place-on": Term("CAD", "on-top-of"),
+    "random.choice": Term("Python", "choice"), "np.deg2rad": Term("Python", "radians"),
+    "deg2rad": Term("Python", "radians"), "reduce": Term("Python", "fold"),
     "λ": Term("Scheme", "lambda"), "otherwise": Term("Common Lisp", "else"),
     "math.radians": Term("Python", "radians"), "math.degrees": Term("Python", "degrees"),
 }  # fmt: skip
@@ -671,7 +682,8 @@ def _adjacent_calls(source: Source, tree: Tree) -> Iterator[Habit]:
 def _color_names(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterator[Habit]:
     """``:color red``."""
     for key, value in zip(tree.items, tree.items[1:]):
-        if key.text == ":color" and value.start in unbound and value.text.isalpha():
+        is_name = value.text.isalpha() and not near_names(value.text, ("color", "rgb", "hsv", "hsl"))
+        if key.text == ":color" and value.start in unbound and is_name:
             instead = f'(color "{value.text}")'
             fix = Fix("Convert the name", (Edit(Span(source, value.start, value.end), instead),), safe=True)
             diagnostic = _diagnostic(source, value.start, value.end, "the name of a color is converted by `color`",

@@ -31,6 +31,7 @@ from scenelang.interpreter.scene.primitives import is_word, words
 # Static analysis of the words of a program: the root, and words that look like mistakes.
 
 
+_NEAR_UNUSED = 0.7
 _SIMILARITY = 0.84  # similarity of words that counts as a misspelling (difflib's ratio)
 
 
@@ -87,11 +88,22 @@ def word_warnings(program: Program) -> list[Diagnostic]:
         for word, span in each.word_calls:
             if word not in program.all_words and not is_word(word):
                 if word not in near:
-                    near[word] = _near_word(word, [*program.all_words, *words()])
+                    near[word] = _near_word(word, [*program.all_words, *words()]) or _near_unused(word, program)
                 if near[word]:
                     found.append(_misspelled(word, str(near[word]), span))
         found += each.unpassed
     return [*found, *unread_attributes(program)]
+
+
+def misspellings(program: Program) -> list[Diagnostic]:
+    """Return warnings about misspelled words and attributes of a program with errors, where other words may be bound in
+    forms that have no meaning yet."""
+    written = {match[1] for match in _SECOND.finditer(program.main.text)}
+    found = [d for d in word_warnings(program) if d.name in ("near-word", "idle-attribute")]
+    return [d for d in found if d.span is None or d.span.text.strip('"') not in written]
+
+
+_SECOND = re.compile(r'^\([^\s()\[\]"]+\s+"([^"]+)"', re.M)
 
 
 def unread_attributes(program: Program) -> list[Diagnostic]:
@@ -112,6 +124,15 @@ def _near_word(word: str, known: Sequence[str]) -> str | None:
     near = [other for other in known if sorted(other.lower()) == sorted(word.lower())] or get_close_matches(
         word, known, 1, _SIMILARITY
     )
+    return near[0] if near else None
+
+
+def _near_unused(word: str, program: Program) -> str | None:
+    """Return the bound word that is used nowhere, if there is one that looks a little like a word that is not bound."""
+    from difflib import get_close_matches
+
+    used = {text for each in program.facts for text in each.strings}
+    near = get_close_matches(word, [other for other in program.words if other not in used], 1, _NEAR_UNUSED)
     return near[0] if near else None
 
 
@@ -157,7 +178,7 @@ def lint_forms(program: Program) -> list[Diagnostic]:
     """Warnings about single forms, for a program that has errors elsewhere."""
     whole = (each for each in program.facts if not _is_library(each.form) and id(each.form) not in program.broken)
     local = (warning for each in whole for warning in each.warnings)
-    return [_with_safe_fixes(warning, program) for warning in local]
+    return [*(_with_safe_fixes(warning, program) for warning in local), *misspellings(program)]
 
 
 def _with_safe_fixes(diagnostic: Diagnostic, program: Program) -> Diagnostic:
@@ -400,7 +421,7 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
     """
     span = diagnostic.span
     if diagnostic.name == "foreign-syntax":
-        return diagnostic
+        return replace(diagnostic, fixes=tuple(map(_narrowed, diagnostic.fixes)))
     if diagnostic.fixes:
         return replace(diagnostic, fixes=tuple(_checked_for_comments(_removing_lines(fix)) for fix in diagnostic.fixes))
     if span is None or span.expansion is not None:
@@ -440,6 +461,34 @@ def _checked_for_comments(fix: Fix) -> Fix:
         if any(comment.text not in edit.text for comment in comments):
             return replace(fix, safe=False)
     return fix
+
+
+def _narrowed(fix: Fix) -> Fix:
+    """Return a fix whose edits leave out what they do not change, by whole tokens, so that other fixes may change it."""
+    return replace(fix, edits=tuple(_narrowed_edit(edit) for edit in fix.edits))
+
+
+def _narrowed_edit(edit: Edit) -> Edit:
+    old, new = [[m.span() for m in _TOKENS.finditer(text)] for text in (edit.span.text, edit.text)]
+    if len(old) <= 1 or not new:
+        return edit
+    texts = [[text[start:end] for start, end in places] for text, places in ((edit.span.text, old), (edit.text, new))]
+    room = min(len(old), len(new))
+    head = next((i for i in range(room) if texts[0][i] != texts[1][i]), room)
+    room -= head
+    tail = next((i for i in range(room) if texts[0][-1 - i] != texts[1][-1 - i]), room)
+    start, end = _between(old, head, tail, len(edit.span.text))
+    first, last = _between(new, head, tail, len(edit.text))
+    if (start == end and first == last) or start > end or first > last:
+        return edit
+    at = edit.span.start
+    return Edit(Span(edit.span.source, at + start, at + end), edit.text[first:last])
+
+
+def _between(places: Sequence[tuple[int, int]], head: int, tail: int, length: int) -> tuple[int, int]:
+    """Return the range between the end of the first ``head`` tokens and the start of the last ``tail``."""
+    start = places[head - 1][1] if head else 0
+    return start, places[-tail][0] if tail else length
 
 
 def _removing_lines(fix: Fix) -> Fix:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import pairwise
@@ -62,7 +63,7 @@ def turned_after_moved(nodes: Iterable[Any]) -> Iterator[Diagnostic]:
                     and _is_constant_rotation(rotation)
                     and _is_off_axis(rotation, translation)
                 ):
-                    yield _pose_warning(rotation)
+                    yield _pose_warning(rotation, translation)
 
 
 def _factors(node: ast.Transform) -> list[Any]:
@@ -113,11 +114,15 @@ def _numbers(node: Any) -> list[float | None] | None:
     return [item.value if type(item) is ast.Constant else None for item in node.items]
 
 
-def _pose_warning(rotation: Any) -> Diagnostic:
-    span: Span = rotation.span
+def _pose_warning(rotation: Any, translation: Any) -> Diagnostic:
+    turn: Span = rotation.span
+    move: Span = translation.span
     message = "the part is rotated about the origin after it was translated, so it swings away from its position"
     hint = "rotate first and then translate, or pass a pivot point to `rotate`"
-    return Diagnostic("turned-after-moved", message, span, hint)
+    fixes: tuple[Fix, ...] = ()
+    if move.expansion is None and not move.overlaps(turn):
+        fixes = (Fix("Rotate first", (Edit(turn, move.text), Edit(move, turn.text))),)
+    return Diagnostic("turned-after-moved", message, turn, hint, fixes=fixes)
 
 
 # Conditions under which an expression can be removed without changing the behaviour of the program.
@@ -418,7 +423,20 @@ def shadowed_calls(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
             name = variable.name
             message = f"`{name}` is {values[variable]} here, which shadows the builtin function"
             hint = f"to call the builtin function, write `std/{name}`"
-            yield Diagnostic("shadowed-builtin", message, node.function.span, hint)
+            fixes: tuple[Fix, ...] = ()
+            if node.span.expansion is None and _may_be_vector(node):
+                array = f"[{node.span.text[1:-1].strip()}]"
+                hint = f"an array is written in square brackets, as `{array}`; {hint}"
+                fixes = (Fix("Write an array", (Edit(node.span, array),)),)
+            yield Diagnostic("shadowed-builtin", message, node.function.span, hint, fixes=fixes)
+
+
+def _may_be_vector(node: ast.Application) -> bool:
+    """Return whether an application has three parts, of which the arguments are numbers or variables."""
+    return len(node.arguments) == 2 and all(
+        (type(each) is ast.Constant and type(each.value) in (int, float)) or type(each) is ast.Reference
+        for each in node.arguments
+    )
 
 
 def _non_functions(nodes: Iterable[Any]) -> dict[Variable, str]:
@@ -600,7 +618,7 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
                 is_geometric = geometry_attributes(word) is not None
                 hint = unread_hint(word, name) if is_geometric else _semantic_hint(word, name)
                 if hint is not None:
-                    near = near_attribute(word, name)
+                    near = near_attribute(word, name) or _named_in(hint)
                     fixes = (Fix(f"Change to `:{near}`", (Edit(span, f":{near}"),)),) if near else ()
                     message = f'the primitive "{word}" does not use the attribute `:{name}`'
                     yield (
@@ -611,6 +629,12 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
                             near=(f":{near}",) if near else (),
                         ),
                     )  # fmt: skip
+
+
+def _named_in(hint: str) -> str | None:
+    """Return the attribute that a hint names, if it is read as it was written: not a diameter for a radius."""
+    match = re.match(r"(?:the colou?r is|the radius of the (?:tube|ring) is) `:([\w-]+)`", hint)
+    return match[1] if match is not None else None
 
 
 def near_attribute(word: str, name: str) -> str | None:

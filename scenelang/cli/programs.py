@@ -7,12 +7,13 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.base import require
+from scenelang.checking import Examination
 from scenelang.cli.options import (
     UsageError,
     add_limits,
@@ -48,7 +49,6 @@ from scenelang.grammar.settings import line_range, part_of_one
 from scenelang.interpreter.scene.entity import count_words
 from scenelang.reports import deliver, painted, print_json, say, table
 from scenelang.scene_relations import declarations_of
-from scenelang.session import linted
 
 if TYPE_CHECKING:
     from scenelang.formatting import FormattedFile
@@ -125,22 +125,16 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
             print(f"{path}: {number} {'fix' if number == 1 else 'fixes'} applied", file=sys.stderr)
     else:
         source = session.source(path)
-    if not (arguments.evaluate or arguments.geometry or arguments.physics or arguments.that):
-        return session.check(source).diagnostics
     stated = [each for text in arguments.that or () for each in declarations_of(session, text)]
-    result = session.evaluate(source)
-    found, subject = result.diagnostics, result.subject
-    try:
-        with bounded(arguments):
-            compute_solids(arguments, () if result.scene is None else result.scene.frames)
-            found = (*found, *linted(result, *_lints(arguments, stated)))
-    except SceneError as error:
-        found, subject = (*found, error.diagnostic), error.subject
-    if arguments.picture and subject is not None:
-        _save_picture(arguments, subject)
-    elif arguments.picture and result.scene is not None:
-        _picture_finding(arguments, result.scene, stated)
-    return found
+    simulated = (arguments.seconds, arguments.metres_per_unit) if arguments.physics else None
+    asked = Examination(session, arguments.evaluate, arguments.geometry, simulated, stated, arguments.json)
+    with bounded(arguments):
+        found = asked.of(source, lambda scene: compute_solids(arguments, scene.frames))
+    if arguments.picture and found.subject is not None:
+        _save_picture(arguments, found.subject)
+    elif arguments.picture and found.scene is not None:
+        _picture_finding(arguments, found.scene, stated)
+    return found.diagnostics
 
 
 def _picture_finding(arguments: argparse.Namespace, scene: EntityScene, stated: Sequence[Declaration]) -> None:
@@ -150,23 +144,6 @@ def _picture_finding(arguments: argparse.Namespace, scene: EntityScene, stated: 
     with bounded(arguments):
         if picture_finding(scene, Path(arguments.picture), stated, arguments.geometry, simulated):
             _say_shown(arguments, "finding")
-
-
-def _lints(
-    arguments: argparse.Namespace, stated: Sequence[Declaration]
-) -> Iterator[Callable[[EntityScene], list[Diagnostic]]]:
-    if stated or arguments.evaluate:
-        from scenelang.backends.geometry.relations import check_declarations
-
-        yield lambda scene: check_declarations(scene, stated)
-    if arguments.geometry:
-        from scenelang.backends.geometry.lint import check_geometry
-
-        yield check_geometry
-    if arguments.physics:
-        from scenelang.backends.physics.verdicts import SECONDS, check_physics
-
-        yield lambda scene: check_physics(scene, arguments.seconds or SECONDS, arguments.metres_per_unit)
 
 
 def _save_picture(arguments: argparse.Namespace, subject: Any) -> None:

@@ -1,0 +1,194 @@
+"""What ``check --json`` says about a program besides its findings: fixes for those about the scene, and what is behind
+errors that it can fix, so that a program or a language model that reads it can repair all in one turn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from scenelang.grammar.datum import Source, Span, dataclass, replace
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
+from scenelang.session import Session, is_python, linted
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.scene.declarations import Declaration
+    from scenelang.interpreter.scene.entity import Scene
+
+ABOUT_SCENES = ("declaration", "overlap", "floating", "unstable", "below-ground", "coincident-faces")
+_ROUNDS = 3  # errors that others hide may hide further ones
+_CONSEQUENCES = frozenset(("unused", "unreachable-word", "unreachable-code", "constant-condition", "ambiguous-root"))
+
+
+class Examined(NamedTuple):
+    """What was found, the scene if it was evaluated, and what an error is about that a picture can show."""
+
+    diagnostics: Sequence[Diagnostic]
+    scene: Scene | None = None
+    subject: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Examination:
+    """What is asked of a program.
+
+    Attributes
+    ----------
+    run, geometry, physics
+        Whether it is evaluated and its declarations are tested, its geometry is examined, and it is simulated: for how
+        many seconds (None: the default), and at how many metres per unit.
+    stated
+        Declarations besides those of the program.
+    complete
+        Whether findings about the scene get fixes, and what is behind errors is looked for.
+    """
+
+    session: Session
+    run: bool = False
+    geometry: bool = False
+    physics: tuple[float | None, float] | None = None
+    stated: Sequence[Declaration] = ()
+    complete: bool = False
+
+    def of(self, source: Source, prepare: Callable[[Scene], None] = lambda scene: None) -> Examined:
+        """Examine a program; ``prepare`` is called with its scene before that is examined."""
+        found = self._once(source, prepare)
+        if not self.complete or is_python(source):
+            return found
+        return found._replace(
+            diagnostics=with_hidden(source, found.diagnostics, lambda fixed: self._once(fixed, prepare).diagnostics)
+        )
+
+    def _once(self, source: Source, prepare: Callable[[Scene], None]) -> Examined:
+        if not (self.run or self.geometry or self.physics or self.stated):
+            return Examined(self.session.check(source).diagnostics)
+        result = self.session.evaluate(source)
+        try:
+            if result.scene is not None:
+                prepare(result.scene)
+            found = [*result.diagnostics, *linted(result, *self._lints())]
+        except SceneError as error:
+            return Examined([*result.diagnostics, error.diagnostic], result.scene, error.subject)
+        if self.complete and result.scene is not None and not is_python(source) and not _changes(source, found):
+            from scenelang.repairing import with_repairs
+
+            found = with_repairs(self.session, source, found, self.stated, geometry=self.geometry)
+        return Examined(found, result.scene, result.subject)
+
+    def _lints(self) -> Iterator[Callable[[Scene], list[Diagnostic]]]:
+        if self.stated or self.run:
+            from scenelang.backends.geometry.relations import check_declarations
+
+            yield lambda scene: check_declarations(scene, self.stated)
+        if self.geometry:
+            from scenelang.backends.geometry.lint import check_geometry
+
+            yield check_geometry
+        if self.physics is not None:
+            from scenelang.backends.physics.verdicts import SECONDS, check_physics
+
+            seconds, metres = self.physics
+            yield lambda scene: check_physics(scene, seconds or SECONDS, metres)
+
+
+class _Change(NamedTuple):
+    start: int
+    end: int
+    text: str
+
+
+def with_hidden(
+    source: Source, found: Sequence[Diagnostic], check: Callable[[Source], Sequence[Diagnostic]]
+) -> list[Diagnostic]:
+    """Return findings with those that mistakes hide: what ``check`` finds in the text with the first fix of each.
+
+    Their places are those in the text as it was written. What is about a fix itself is left out.
+    """
+    every = {_key(d): d for d in found}
+    changes: list[_Change] = []
+    for _ in range(_ROUNDS):
+        before, changes = changes, _changes(source, every.values())
+        if changes == before:
+            break
+        fixed = _Fixed(source, changes)
+        for d in map(fixed.original, check(fixed.source)):
+            if d is None or d.name in _CONSEQUENCES:
+                continue
+            known = every.get(_key(d))
+            if known is None or (d.fixes and not known.fixes):
+                every[_key(d)] = d
+    return list(every.values())
+
+
+def _key(diagnostic: Diagnostic) -> tuple[str, int, str]:
+    return diagnostic.name, diagnostic.span.start if diagnostic.span is not None else -1, diagnostic.message
+
+
+def _changes(source: Source, found: Iterable[Diagnostic]) -> list[_Change]:
+    """Return the edits of the first fixes of mistakes in the text, without those that overlap earlier ones, in order.
+
+    Findings about the scene wait: another mistake may be why a thing is where it is.
+    """
+    chosen: list[_Change] = []
+    for diagnostic in sorted(found, key=lambda d: not d.is_error):
+        if not diagnostic.fixes or diagnostic.name in _CONSEQUENCES or diagnostic.name in ABOUT_SCENES:
+            continue
+        edits = diagnostic.fixes[0].edits
+        if any(edit.span.source.name != source.name or edit.span.expansion is not None for edit in edits):
+            continue
+        changes = [_Change(edit.span.start, edit.span.end, edit.text) for edit in edits]
+        if not any(_overlap(change, other) for change in changes for other in chosen):
+            chosen += changes
+    return sorted(chosen)
+
+
+def _overlap(a: _Change, b: _Change) -> bool:
+    return (a.start < b.end and b.start < a.end) or (a.start, a.end) == (b.start, b.end)
+
+
+class _Fixed:
+    """A text with changes, and the way back to the places of the text as it was written."""
+
+    def __init__(self, written: Source, changes: Sequence[_Change]) -> None:
+        self.written, self.changes = written, changes
+        text = written.text
+        for change in reversed(changes):
+            text = text[: change.start] + change.text + text[change.end :]
+        self.source = Source(written.name, text)
+
+    def _offset(self, offset: int) -> int | None:
+        """Return where an offset of the changed text was; None inside what was changed."""
+        shift = 0
+        for start, end, text in self.changes:
+            new = start + shift
+            if offset <= new:
+                break
+            if offset < new + len(text):
+                return None
+            shift += len(text) - (end - start)
+        return offset - shift
+
+    def _span(self, span: Span) -> Span | None:
+        start, end = self._offset(span.start), self._offset(span.end)
+        if start is None or end is None or end < start:
+            return None
+        return Span(self.written, start, end, None)
+
+    def original(self, diagnostic: Diagnostic) -> Diagnostic | None:
+        """Return a diagnostic of the changed text as one of the text as it was written; None if about a change."""
+        span = diagnostic.span
+        if span is None or span.source.name != self.written.name or span.expansion is not None:
+            return None
+        place = self._span(span)
+        if place is None:
+            return None
+        fixes = tuple(fix for each in diagnostic.fixes if (fix := self._fix(each)) is not None)
+        return replace(diagnostic, span=place, notes=(), chain=(), fixes=fixes)
+
+    def _fix(self, fix: Fix) -> Fix | None:
+        edits = []
+        for edit in fix.edits:
+            place = self._span(edit.span) if edit.span.source.name == self.written.name else None
+            if place is None or any(_overlap(_Change(place.start, place.end, ""), each) for each in self.changes):
+                return None
+            edits.append(Edit(place, edit.text))
+        return replace(fix, edits=tuple(edits))
