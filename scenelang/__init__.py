@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from scenelang.bench.benchmark import benchmark as benchmark
     from scenelang.bench.benchmark import benchmark_report as benchmark_report
     from scenelang.bench.benchmark import compare_benchmarks as compare_benchmarks
+    from scenelang.bench.benchmark import measure_diagnostics as measure_diagnostics
     from scenelang.datasets.describing import preview_dataset as preview_dataset
     from scenelang.datasets.running import DatasetProgress as DatasetProgress
     from scenelang.datasets.running import DatasetReport as DatasetReport
@@ -103,11 +104,11 @@ _HOMES = {
     "DistillationSettings": "backends.neural.distillation.training",
     "InversionSettings": "backends.neural.inversion", "Granularity": "backends.neural.prompts",
     "BenchReport": "bench.benchmark", "benchmark": "bench.benchmark", "benchmark_report": "bench.benchmark",
-    "compare_benchmarks": "bench.benchmark", "DatasetProgress": "datasets.running", "DatasetReport": "datasets.running",
-    "dataset": "datasets.running", "dataset_sample": "datasets.running", "dataset_status": "datasets.running",
-    "merge_datasets": "datasets.running", "preview_dataset": "datasets.describing",
-    "verify_dataset": "datasets.running", "Models": "backends.neural.weights", "Embeddings": "embeddings",
-    "MetricOptions": "evaluation.subjects", "MetricReport": "evaluation.subjects",
+    "compare_benchmarks": "bench.benchmark", "measure_diagnostics": "bench.benchmark",
+    "DatasetProgress": "datasets.running", "DatasetReport": "datasets.running", "dataset": "datasets.running",
+    "dataset_sample": "datasets.running", "dataset_status": "datasets.running", "merge_datasets": "datasets.running",
+    "preview_dataset": "datasets.describing", "verify_dataset": "datasets.running", "Models": "backends.neural.weights",
+    "Embeddings": "embeddings", "MetricOptions": "evaluation.subjects", "MetricReport": "evaluation.subjects",
     "evaluate_metrics": "evaluation.subjects", "Datum": "grammar.datum", "Source": "grammar.datum",
     "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics", "UsageError": "grammar.diagnostics",
     "ReadResult": "grammar.reader", "Edited": "inference.generation", "Estimate": "inference.generation",

@@ -5,16 +5,21 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
 from typing import Any, Protocol
 
 from scenelang.backends.files import read_regular
-from scenelang.backends.language_models.catalogue import ImageContent, Request
+from scenelang.backends.language_models.catalogue import ImageContent, Reply, Request, StopReason, Usage
 from scenelang.backends.language_models.client import Answer, Client, digest_of, reply_data, reply_of
+from scenelang.backends.language_models.openai_chat import estimate_tokens, max_token_count
+from scenelang.bench.mutations import MAX_MISTAKES, mutated, repaired_by_check
+from scenelang.bench.tasks import BenchTask
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.inference.brief import NO_CHANGES, Notation, fenced
+from scenelang.inference.steps import program_text
 
 RECORDING = "answers.jsonl"
 _MAX_SIZE = 500_000_000  # bytes of a recording
@@ -113,6 +118,8 @@ class Replay:
     same request, after a prompt was changed, is taken as well; ``outdated`` counts these.
     """
 
+    name = "recorded"
+
     def __init__(self, path: Path, any_prompt: bool = False) -> None:
         self.outdated = 0
         self._any_prompt = any_prompt
@@ -145,6 +152,36 @@ class Replay:
             what = f"request {asked.number} of `{asked.task}` in mode {asked.mode}"
             raise SceneError("model-answer", f"the recording has no answer to {what}", hint)
         return found
+
+
+class MutationModel:
+    """The deterministic mutation model as a source of answers, for modes of the language.
+
+    It answers with the passing program of the task, into which one to three mistakes are planted, and repairs it by
+    nothing but the fixes and names in what ``check --json`` reports. It measures the diagnostics, and runs offline.
+    """
+
+    name = "mutations"
+
+    def __init__(self, tasks: Sequence[BenchTask], seed: int = 0) -> None:
+        self._programs = {task.name: task.passes for task in tasks}
+        self._seed = seed
+
+    def __call__(self, asked: BenchRequest) -> TimedAnswer:
+        started = time.monotonic()
+        text = NO_CHANGES if asked.purpose == "critique" else fenced(self._program(asked), Notation.LANGUAGE)
+        usage = Usage(sent=estimate_tokens(asked.request), answered=max_token_count(text))
+        answer = Answer(Reply(text, StopReason.END, usage, self.name), 0.0)
+        return TimedAnswer(answer, time.monotonic() - started)
+
+    def _program(self, asked: BenchRequest) -> str:
+        if asked.purpose == "repair":
+            *_, answer, _ = asked.request.messages
+            return repaired_by_check(program_text("\n".join(map(_part, answer.parts))))
+        sound = self._programs[asked.task]
+        number = self._seed * 1000 + asked.sample
+        made = mutated(sound, number, 1 + (number + len(asked.task)) % MAX_MISTAKES)
+        return sound if made is None else made.text
 
 
 def recording_of(path: Path) -> Path:

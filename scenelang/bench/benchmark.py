@@ -8,7 +8,16 @@ from pathlib import Path
 from typing import Any
 
 from scenelang.backends.files import write_json, write_text
-from scenelang.bench.answering import RECORDING, Answerer, Recorder, Replay, ServiceAnswerer, recording_of
+from scenelang.bench.answering import (
+    RECORDING,
+    Answerer,
+    MutationModel,
+    Recorder,
+    Replay,
+    ServiceAnswerer,
+    recording_of,
+)
+from scenelang.bench.mutations import MutationReport, measure
 from scenelang.bench.results import (
     BenchComparison,
     ModeResults,
@@ -81,6 +90,7 @@ def benchmark(
     settings: InferenceSettings | None = None,
     replay: str | Path | None = None,
     any_prompt: bool = False,
+    mutations: int | None = None,
     simulates: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> BenchReport:
@@ -103,6 +113,9 @@ def benchmark(
         A run, or its ``answers.jsonl``, whose answers are used in place of a model.
     any_prompt : bool
         Also use recorded answers that were given to another wording of their request.
+    mutations : int, optional
+        Seed of the mutation model, which is used in place of a language model, in modes of the language: it plants
+        mistakes in the tasks' passing programs, and repairs them by what ``check --json`` says.
     simulates : bool
         Whether static scenes are simulated, for the share of stable ones.
     progress : callable, optional
@@ -127,10 +140,12 @@ def benchmark(
     1.0
     """
     settings = settings or InferenceSettings()
+    if replay is not None and mutations is not None:
+        raise UsageError("value", "a recording and the mutation model cannot be combined")
     recording = Replay(recording_of(Path(replay)), any_prompt) if replay is not None else None
     known = load_tasks(Path(task_folder) if task_folder is not None else None)
     chosen = applicable(known, tasks, groups)
-    chosen_modes = tuple(modes) or (recording.modes if recording is not None else BenchSettings().modes)
+    chosen_modes = tuple(modes) or _default_modes(recording, mutations)
     samples = recording.samples if recording is not None and settings.samples == 1 else settings.samples
     asked = BenchSettings(chosen_modes, samples, settings.repairs, simulates, settings.prompt_dir)
     asked.check()
@@ -141,7 +156,8 @@ def benchmark(
     if not plan:
         raise UsageError("value", "no task to run in these modes")
     run = BenchRun(Path(output))
-    answerer, speaker, model = _source(recording, settings, asked)
+    model_of_mistakes = MutationModel(chosen, mutations) if mutations is not None else None
+    answerer, speaker, model = _source(recording or model_of_mistakes, settings, asked)
     named = list(dict.fromkeys(task.name for task, _, _ in plan))
     run.begin({"settings": asdict(asked), "model": model, "tasks": named, "folder": _text(task_folder)})
     if recording is None:
@@ -152,16 +168,24 @@ def benchmark(
     return BenchReport(run.folder, tuple(results_of(trials, used)), tuple(trials), outdated)
 
 
+def _default_modes(recording: Replay | None, mutations: int | None) -> tuple[str, ...]:
+    if recording is not None:
+        return recording.modes
+    return BenchSettings().modes if mutations is None else ("dsl",)
+
+
 def _text(path: str | Path | None) -> str | None:
     return None if path is None else str(path)
 
 
 def _source(
-    recording: Replay | None, settings: InferenceSettings, asked: BenchSettings
+    offline: Replay | MutationModel | None, settings: InferenceSettings, asked: BenchSettings
 ) -> tuple[Answerer, Callable[[BenchMode], Speaker], str]:
     """Return what answers, the parameters of requests by mode, and the name of the model."""
-    if recording is not None:
-        return recording, _recorded_speaker, "recorded"
+    if isinstance(offline, MutationModel) and any(MODES[m].notation is not Notation.LANGUAGE for m in asked.modes):
+        raise UsageError("value", "the mutation model writes the language only", "choose modes such as dsl")
+    if offline is not None:
+        return offline, _recorded_speaker, offline.name
     if settings.is_batch:
         raise UsageError("value", "the benchmark does not support batches", "omit --batch")
     constrained = [mode for mode in asked.modes if MODES[mode].is_constrained]
@@ -178,6 +202,37 @@ def _source(
 def _recorded_speaker(mode: BenchMode) -> Speaker:
     """Return the parameters of requests that a recording answers; only whether there is a grammar matters."""
     return Speaker("recorded", _RECORDED_TOKENS, _RECORDED_TOKENS, grammar="recorded" if mode.is_constrained else None)
+
+
+@typed
+def measure_diagnostics(
+    per_kind: int = 20,
+    *,
+    tasks: Sequence[str] = (),
+    groups: Sequence[str] = (),
+    task_folder: str | Path | None = None,
+    seed: int = 0,
+) -> MutationReport:
+    """Measure the checker: plant mistakes in the passing programs of tasks, and repair them by what it says.
+
+    Parameters
+    ----------
+    per_kind : int
+        Number of programs with a mistake of each kind.
+    tasks, groups, task_folder
+        As of ``benchmark``.
+    seed : int
+        The same seed plants the same mistakes.
+
+    Returns
+    -------
+    MutationReport
+        The share of mistakes that the fixes and names in ``check --json`` repair within one turn, by kind.
+    """
+    if not 1 <= per_kind <= 10_000:
+        raise UsageError("value", f"expected 1 to 10,000 mistakes of each kind, got {per_kind:,}")
+    chosen = applicable(load_tasks(Path(task_folder) if task_folder is not None else None), tasks, groups)
+    return measure({task.name: task.passes for task in chosen}, per_kind, seed)
 
 
 @typed

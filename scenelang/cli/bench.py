@@ -38,6 +38,14 @@ def add_bench(parser: argparse.ArgumentParser) -> None:
     source.add_argument(
         "--any-prompt", action="store_true", help="also replay answers to another wording of their request"
     )
+    source.add_argument(
+        "--mutations", type=int, metavar="SEED",
+        help="use the mutation model: it plants mistakes in programs that pass, and repairs them by `check --json`",
+    )  # fmt: skip
+    source.add_argument(
+        "--mistakes", type=int, metavar="N",
+        help="measure the checker: repair N programs with each kind of mistake by `check --json`, and exit",
+    )  # fmt: skip
     source.add_argument("--report", metavar="RUN", help="print the tables of a run so far and exit")
     source.add_argument("--compare", nargs=2, metavar="RUN", help="compare two runs and exit")
     model = parser.add_argument_group("language model")
@@ -46,7 +54,7 @@ def add_bench(parser: argparse.ArgumentParser) -> None:
 
 
 def run_bench(arguments: argparse.Namespace) -> int:
-    asked = [name for name in ("list", "report", "compare") if getattr(arguments, name)]
+    asked = [name for name in ("list", "report", "compare", "mistakes") if getattr(arguments, name)]
     if len(asked) > 1:
         raise UsageError("value", f"--{asked[0]} and --{asked[1]} cannot be combined")
     if arguments.list:
@@ -57,6 +65,12 @@ def run_bench(arguments: argparse.Namespace) -> int:
     if arguments.compare:
         found = api.compare_benchmarks(*arguments.compare)
         return print_result(arguments, api.comparison_data(found), comparison_markdown(found))
+    if arguments.mistakes is not None:
+        measured = api.measure_diagnostics(
+            arguments.mistakes, tasks=arguments.task, groups=arguments.group, task_folder=arguments.tasks,
+            seed=arguments.mutations or 0,
+        )  # fmt: skip
+        return print_result(arguments, measured.data(), measured.markdown())
     return _run(arguments)
 
 
@@ -79,7 +93,8 @@ def _run(arguments: argparse.Namespace) -> int:
         report = api.benchmark(
             arguments.output, modes=arguments.mode.split(",") if arguments.mode else (), tasks=arguments.task,
             groups=arguments.group, task_folder=arguments.tasks, settings=settings, replay=arguments.replay,
-            any_prompt=arguments.any_prompt, simulates=arguments.physics, progress=progress(arguments, "trials"),
+            any_prompt=arguments.any_prompt, mutations=arguments.mutations, simulates=arguments.physics,
+            progress=progress(arguments, "trials"),
         )  # fmt: skip
     except KeyboardInterrupt:
         print(f"interrupted; the same command goes on with {arguments.output}", file=sys.stderr)
