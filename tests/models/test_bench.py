@@ -337,3 +337,26 @@ def test_statistics() -> None:
 def test_it_is_in_the_api() -> None:
     assert sl.benchmark is benchmark
     assert sl.compare_benchmarks is compare_benchmarks
+
+
+def test_the_mutation_model_runs_offline(place: Place, tasks: Path) -> None:
+    asked = settings(samples=8)
+    report = benchmark(place.work / "run", task_folder=tasks, mutations=1, settings=asked)
+    found = values(report)
+    assert [result.mode for result in report.results] == ["dsl"]
+    assert 0 <= (found["valid first answers"] or 0) < 0.8  # mistakes are planted
+    assert (found["pass@1"] or 0) > (found["passes at the first answer"] or 0)  # and repaired
+    assert found["dollars"] == 0.0
+    again = benchmark(place.work / "again", task_folder=tasks, mutations=1, settings=asked)
+    assert [t.failed for t in again.trials] == [t.failed for t in report.trials]
+    with pytest.raises(UsageError, match="writes the language only"):
+        benchmark(place.work / "other", task_folder=tasks, mutations=1, modes=["python"])
+
+
+def test_the_checker_is_measured(place: Place, tasks: Path) -> None:
+    done = place.run("bench", "--tasks", str(tasks), "--mistakes", "1")
+    assert done.code == 0
+    assert "| **all** | tuned |" in done.out
+    data = json.loads(place.run("bench", "--tasks", str(tasks), "--mistakes", "1", "--json").out)
+    assert {row["split"] for row in data["rows"]} == {"tuned", "untouched"}
+    assert place.run("bench", "--mistakes", "0").code == 2
