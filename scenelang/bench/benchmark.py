@@ -162,7 +162,8 @@ def benchmark(
     run.begin({"settings": asdict(asked), "model": model, "tasks": named, "folder": _text(task_folder)})
     if recording is None:
         answerer = Recorder(answerer, run.folder / RECORDING)
-    trials = run_trials(run, plan, asked, speaker, answerer, settings.side_by_side, progress)
+    side_by_side = settings.side_by_side if recording is None and mutations is None else 1
+    trials = run_trials(run, plan, asked, speaker, answerer, side_by_side, progress)
     used = [task for task in chosen if task.name in named]
     outdated = recording.outdated if recording is not None else 0
     return BenchReport(run.folder, tuple(results_of(trials, used)), tuple(trials), outdated)

@@ -21,6 +21,7 @@ from scenelang.bench.tasks import BenchTask
 from scenelang.grammar.diagnostics import CODES, SceneError, UsageError, suggest
 from scenelang.inference.brief import Brief, Notation, Prompts, Task
 from scenelang.inference.steps import (
+    EVALUATING,
     AnswerReader,
     Ask,
     SamplePlan,
@@ -163,7 +164,8 @@ def task_in(task: BenchTask, mode: BenchMode) -> Task | None:
 
 
 def _picture(task: BenchTask) -> ImageContent:
-    return encoded(best_view(scene_of(task.passes)))
+    with EVALUATING:
+        return encoded(best_view(scene_of(task.passes)))
 
 
 def run_trial(
@@ -232,7 +234,8 @@ def _judged(task: BenchTask, verdict: Verdict, simulates: bool) -> Score | None:
     if not verdict.is_usable or verdict.scene is None:
         return None
     try:
-        return score_of(task, verdict.scene, simulates)
+        with EVALUATING:
+            return score_of(task, verdict.scene, simulates)
     except SceneError:
         return None  # such as a scene beyond a limit
 

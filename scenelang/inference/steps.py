@@ -62,7 +62,9 @@ _LANGUAGE_START = re.compile(r"\s*(?:;[^\n]*\n\s*)*\((?:bind|define|param|scene|
 _MAX_COUNTED = 40  # words whose counts are told
 _MAX_ANSWER_LENGTH = 500_000  # characters; more than the longest answers of models
 _MAX_LINE_LENGTH = 500  # characters per line sent to the model
-_EVALUATING = Lock()  # evaluation sets process-wide limits, so answers are evaluated one at a time
+# Evaluation sets process-wide limits and forks, and a fork beside a thread that computes can leave a lock held forever:
+# one thread evaluates, judges or draws at a time.
+EVALUATING = Lock()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,7 +118,7 @@ class AnswerReader:
             return _refused("model-answer", f"the answer exceeds {_MAX_ANSWER_LENGTH:,} characters")
         if not answer.strip():
             return _refused("model-answer", "the answer is empty")
-        with _EVALUATING:
+        with EVALUATING:
             restored = self.brief.restored(answer)
             problem = trial(lambda: self._read(restored))  # run in a forked process first, which can be killed
             verdict = self._read(restored) if problem is None else Verdict("", None, (problem,))
@@ -141,7 +143,7 @@ class AnswerReader:
             return verdict
         session = Session(self.options)
         try:
-            with _EVALUATING:
+            with EVALUATING:
                 found = repaired(session, Source(self.name, verdict.program), seconds=_REPAIR_SECONDS)
         except SceneError:
             return verdict
@@ -456,7 +458,8 @@ def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Sam
     best, answer = yield from _with_repairs(brief, reader, speaker, plan, Purpose.DRAFT, (brief.first,))
     for _ in range(plan.critiques):
         best = reader.with_layout(best)
-        shown = views(best.scene) if best.is_usable and best.scene is not None else []
+        with EVALUATING:
+            shown = views(best.scene) if best.is_usable and best.scene is not None else []
         if not shown:
             break
         if best.repairs and brief.task.notation is Notation.LANGUAGE:
@@ -590,7 +593,8 @@ def judge_steps(prompts: Prompts, speaker: Speaker, task: Task, verdicts: Sequen
     judged = verdicts[:_MAX_JUDGED]
     scenes = [verdict.scene for verdict in judged if verdict.scene is not None]
     try:
-        sheet = contact_sheet(scenes)
+        with EVALUATING:
+            sheet = contact_sheet(scenes)
     except SceneError:
         return SampleOutcome(judged[0])  # scenes that cannot be rendered cannot be compared
     wanted = f"Reconstruct the scene of the pictures before. {task.text}".strip() if task.pictures else task.text
