@@ -106,12 +106,13 @@ class _Work:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Context:
-    """One frame, the instance that a declaration is about, and the declaration."""
+    """One frame, the instance that a declaration is about, and the declaration; ``first`` if one failure is enough."""
 
     here: Arrangement
     within: int
     stated: Declaration
     work: _Work
+    first: bool = False
 
     def option(self, name: str, default: Any = None) -> Any:
         return self.stated.options.get(name, default)
@@ -173,16 +174,22 @@ def reasons(scene: Scene, declarations: Sequence[Declaration]) -> list[str | Non
     found: dict[int, str] = {}
     asked = {id(each): number for number, each in enumerate(declarations)}
     spans = {id(each.span): number for number, each in enumerate(declarations)}
-    for each in _tested(scene, declarations, lambda declaration: id(declaration) in asked):
+    for each in _tested(scene, declarations, lambda declaration: id(declaration) in asked, first=True):
         number = spans[id(each.span)] if isinstance(each, SceneError) else asked[id(each.declaration)]
         found.setdefault(number, each.message)
     return [found.get(number) for number in range(len(declarations))]
 
 
 def _tested(
-    scene: Scene, extra: Sequence[Declaration], only: Callable[[Declaration], bool] = lambda _: True
+    scene: Scene,
+    extra: Sequence[Declaration] = (),
+    only: Callable[[Declaration], bool] = lambda _: True,
+    first: bool = False,
 ) -> Iterator[Violation | SceneError]:
-    """Yield the violations of all declarations, and an error once for each that cannot be tested."""
+    """Yield the violations of all declarations, and an error once for each that cannot be tested.
+
+    With ``first`` only the first violation of each, after which it is not tested further.
+    """
     stating = {id(e) for e in descendants(*scene.frames) if e.declarations}
     about_scene = (*scene.declarations, *extra)
     if not stating and not about_scene:
@@ -196,7 +203,7 @@ def _tested(
                 continue
             if number and declaration.relation in OVER_FRAMES:
                 continue
-            context = _Context(here, within, declaration, work)
+            context = _Context(here, within, declaration, work, first)
             try:
                 failures = _failures(context)
             except SceneError as error:
@@ -204,6 +211,9 @@ def _tested(
                 wrong.add(id(declaration))
                 yield error
                 continue
+            if first and failures:
+                wrong.add(id(declaration))
+                failures = failures[:1]
             count += len(failures)
             yield from (_violation(context, number, failure) for failure in failures)
 
@@ -365,6 +375,8 @@ def _pairwise(test: _Test, every_object: bool = False) -> Callable[[_Context], l
                 return []
             if failure is not None:
                 failures.append(failure)
+                if context.first and not stated.options.get("any"):
+                    break
         if failures and stated.options.get("any"):
             return [min(failures, key=lambda each: each.amount)]
         return failures
