@@ -128,7 +128,8 @@ class _Context:
         return found
 
     def unknown(self, name: str) -> SceneError:
-        around = self.here.ancestry.entity(self.within).word
+        ancestry = self.here.ancestry
+        around = (ancestry.entity(self.within) if len(ancestry) else self.here.root).word
         what = f"no instance has the handle {name}" if name.startswith("<") else f'"{name}" does not occur'
         hint = suggest(name, self.here.words())
         if hint is None and self.within and self.here.instances(name):

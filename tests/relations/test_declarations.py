@@ -393,3 +393,12 @@ def test_hostile_declarations_end_at_limits(program: str) -> None:
     result = session.evaluate(Source("a.scene", program + '(scene "a")'))
     assert time.perf_counter() - started < 10.0
     assert result.scene is not None or any(d.is_error for d in result.diagnostics)
+
+
+def test_a_scene_of_nothing_is_judged() -> None:
+    scene = sl.evaluate('(bind "scene" (lambda () (union)))')
+    assert scene is not None
+    assert scene.violations('(count "cone" 0)') == []
+    assert [each.message for each in scene.violations('(count "cone" 6)')] == ["there are 0"]
+    with pytest.raises(SceneError, match='"cone" does not occur in "scene"'):
+        scene.violations('(on "cone" "cone")')
