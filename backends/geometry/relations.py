@@ -363,6 +363,10 @@ def _pairwise(test: _Test, every_object: bool = False) -> Callable[[_Context], l
         near = None
         if len(subjects) > 1 and test in _CONTACTS:
             near = context.here.prepare(subjects, objects, [context.touch(a) for a in subjects], _MAX_TESTS)
+        if context.first and near is not None and not universal and stated.options.get("any"):
+            if any(_against(context, test, a, near[a.instance], False) is None for a in subjects if a.instance in near):
+                return []
+            subjects = subjects[:1]  # none holds; the first tells why
         failures = []
         for a in subjects:
             around = near.get(a.instance, []) if near is not None else []
@@ -877,6 +881,8 @@ def _supported(context: _Context) -> list[_Failure]:
                 return []
             continue
         failures.append(_floating(here, a, group, own))
+        if context.first and not context.option("any"):
+            break
     return failures[:1] if context.option("any") else failures
 
 
