@@ -31,7 +31,7 @@ _FACING = 30.0  # degrees
 _ANGLE = 1.0  # degrees
 _NUMBER = 0.01  # tolerance of a length, relative to it
 _PLACE = 0.01  # tolerance of places, relative to the extent of the things
-_NO_MEANING = frozenset({"on", "inside", "touching", "clear-of", "distance", "supported"})  # for Minecraft blocks
+_NO_MEANING = frozenset({"on", "inside", "touching", "clear-of", "distance", "supported", "has-color"})  # for blocks
 _SIDES = {
     "above": (1, 1.0, "above"), "below": (1, -1.0, "below"), "left-of": (0, -1.0, "to the left of"),
     "right-of": (0, 1.0, "to the right of"), "in-front-of": (2, 1.0, "in front of"), "behind": (2, -1.0, "behind"),
@@ -836,17 +836,17 @@ def _symmetric(context: _Context) -> list[_Failure]:
     axis = "xyz".index(context.option("across", "x"))
     here, about = context.here, context.option("about")
     middle = here.center(context.things(about)[0])[axis] if about is not None else _middle(here, things)[axis]
-    rows = np.concatenate([np.arange(thing.first, thing.last) for thing in things])
-    owner = np.repeat(np.arange(len(things)), [thing.last - thing.first for thing in things])
-    context.work.spend(len(rows) ** 2 // 1000)
-    low, high = here.bodies.boxes
-    center, size = (low[rows] + high[rows]) / 2.0, high[rows] - low[rows]
-    words = np.unique([here.bodies.entities[e].word for e in here.bodies.entity[rows].tolist()], return_inverse=True)[1]
+    parts = [_parts(here, thing) for thing in things]
+    owner = np.repeat(np.arange(len(things)), [len(part_words) for _, _, part_words in parts])
+    context.work.spend(len(owner) ** 2 // 1000)
+    low, high = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
+    center, size = (low + high) / 2.0, high - low
+    words = np.unique([word for _, _, part_words in parts for word in part_words], return_inverse=True)[1]
     mirrored = center.copy()
     mirrored[:, axis] = 2.0 * middle - mirrored[:, axis]
     beside = np.array([
         np.where(words == words[k], np.abs(np.hstack([center - mirrored[k], size - size[k]])).max(axis=1), np.inf).min()
-        for k in range(len(rows))
+        for k in range(len(owner))
     ])  # fmt: skip
     failures = []
     for number, thing in enumerate(things):
@@ -854,6 +854,18 @@ def _symmetric(context: _Context) -> list[_Failure]:
         if len(own) and own.max() > within:
             failures.append(_Failure(f'"{thing.entity.word}" has no mirror image', _finite(own.max()), thing))
     return failures
+
+
+def _parts(here: Arrangement, thing: Thing) -> tuple[FloatArray, FloatArray, list[str]]:
+    """Return the boxes (N, 3), (N, 3) and the words of the primitives of a thing; blocks have no bodies, but boxes."""
+    if thing.last > thing.first:
+        (low, high), entity = here.bodies.boxes, here.bodies.entity[thing.first : thing.last]
+        words = [here.bodies.entities[e].word for e in entity.tolist()]
+        return low[thing.first : thing.last], high[thing.first : thing.last], words
+    first, last = here.rows(thing) or (0, -1)
+    leaves = [here.thing(int(instance)) for instance in here.ancestry.primitives[first : last + 1]]
+    lows, highs = (np.array([here.box(leaf)[k] for leaf in leaves]).reshape(-1, 3) for k in (0, 1))
+    return lows, highs, [leaf.entity.word for leaf in leaves]
 
 
 def _finite(value: float) -> float:
