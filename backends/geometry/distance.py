@@ -204,11 +204,15 @@ def depths(pairs: Pairs, enough: float = -np.inf) -> tuple[FloatArray, FloatArra
     along = directions[order[0], every]
     depth = widths[order[0], every]
     curved = np.flatnonzero((pairs.a.that_are("is_curved") | pairs.b.that_are("is_curved")) & (depth > enough))
-    for start in order if len(curved) else ():
-        deep, direction = _refined(pairs.take(curved), directions[start[curved], curved])
-        smaller = deep < depth[curved]
-        depth[curved] = np.where(smaller, deep, depth[curved])
-        along[curved] = np.where(smaller[:, None], direction, along[curved])
+    at_once = len(order) if len(curved) * len(order) <= _AT_ONCE else 1  # few pairs: all starts together
+    for first in range(0, len(order), at_once) if len(curved) else ():
+        starts = order[first : first + at_once, curved]
+        rows = np.tile(np.arange(len(curved)), len(starts))
+        deep, direction = _refined(pairs.take(curved[rows]), directions[starts.ravel(), curved[rows]])
+        best = np.argmin(deep.reshape(starts.shape), axis=0) * len(curved) + np.arange(len(curved))
+        smaller = deep[best] < depth[curved]
+        depth[curved] = np.where(smaller, deep[best], depth[curved])
+        along[curved] = np.where(smaller[:, None], direction[best], along[curved])
     return depth, along
 
 

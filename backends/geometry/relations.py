@@ -31,7 +31,7 @@ _FACING = 30.0  # degrees
 _ANGLE = 1.0  # degrees
 _NUMBER = 0.01  # tolerance of a length, relative to it
 _PLACE = 0.01  # tolerance of places, relative to the extent of the things
-_NO_MEANING = frozenset({"on", "inside", "touching", "clear-of", "distance", "supported"})  # for Minecraft blocks
+_NO_MEANING = frozenset({"on", "inside", "touching", "clear-of", "distance", "supported", "has-color"})  # for blocks
 _SIDES = {
     "above": (1, 1.0, "above"), "below": (1, -1.0, "below"), "left-of": (0, -1.0, "to the left of"),
     "right-of": (0, 1.0, "to the right of"), "in-front-of": (2, 1.0, "in front of"), "behind": (2, -1.0, "behind"),
@@ -106,12 +106,13 @@ class _Work:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Context:
-    """One frame, the instance that a declaration is about, and the declaration."""
+    """One frame, the instance that a declaration is about, and the declaration; ``first`` if one failure is enough."""
 
     here: Arrangement
     within: int
     stated: Declaration
     work: _Work
+    first: bool = False
 
     def option(self, name: str, default: Any = None) -> Any:
         return self.stated.options.get(name, default)
@@ -127,7 +128,8 @@ class _Context:
         return found
 
     def unknown(self, name: str) -> SceneError:
-        around = self.here.ancestry.entity(self.within).word
+        ancestry = self.here.ancestry
+        around = (ancestry.entity(self.within) if len(ancestry) else self.here.root).word
         what = f"no instance has the handle {name}" if name.startswith("<") else f'"{name}" does not occur'
         hint = suggest(name, self.here.words())
         if hint is None and self.within and self.here.instances(name):
@@ -173,16 +175,22 @@ def reasons(scene: Scene, declarations: Sequence[Declaration]) -> list[str | Non
     found: dict[int, str] = {}
     asked = {id(each): number for number, each in enumerate(declarations)}
     spans = {id(each.span): number for number, each in enumerate(declarations)}
-    for each in _tested(scene, declarations, lambda declaration: id(declaration) in asked):
+    for each in _tested(scene, declarations, lambda declaration: id(declaration) in asked, first=True):
         number = spans[id(each.span)] if isinstance(each, SceneError) else asked[id(each.declaration)]
         found.setdefault(number, each.message)
     return [found.get(number) for number in range(len(declarations))]
 
 
 def _tested(
-    scene: Scene, extra: Sequence[Declaration], only: Callable[[Declaration], bool] = lambda _: True
+    scene: Scene,
+    extra: Sequence[Declaration] = (),
+    only: Callable[[Declaration], bool] = lambda _: True,
+    first: bool = False,
 ) -> Iterator[Violation | SceneError]:
-    """Yield the violations of all declarations, and an error once for each that cannot be tested."""
+    """Yield the violations of all declarations, and an error once for each that cannot be tested.
+
+    With ``first`` only the first violation of each, after which it is not tested further.
+    """
     stating = {id(e) for e in descendants(*scene.frames) if e.declarations}
     about_scene = (*scene.declarations, *extra)
     if not stating and not about_scene:
@@ -196,7 +204,7 @@ def _tested(
                 continue
             if number and declaration.relation in OVER_FRAMES:
                 continue
-            context = _Context(here, within, declaration, work)
+            context = _Context(here, within, declaration, work, first)
             try:
                 failures = _failures(context)
             except SceneError as error:
@@ -204,6 +212,9 @@ def _tested(
                 wrong.add(id(declaration))
                 yield error
                 continue
+            if first and failures:
+                wrong.add(id(declaration))
+                failures = failures[:1]
             count += len(failures)
             yield from (_violation(context, number, failure) for failure in failures)
 
@@ -352,6 +363,10 @@ def _pairwise(test: _Test, every_object: bool = False) -> Callable[[_Context], l
         near = None
         if len(subjects) > 1 and test in _CONTACTS:
             near = context.here.prepare(subjects, objects, [context.touch(a) for a in subjects], _MAX_TESTS)
+        if context.first and near is not None and not universal and stated.options.get("any"):
+            if any(_against(context, test, a, near[a.instance], False) is None for a in subjects if a.instance in near):
+                return []
+            subjects = subjects[:1]  # none holds; the first tells why
         failures = []
         for a in subjects:
             around = near.get(a.instance, []) if near is not None else []
@@ -365,6 +380,8 @@ def _pairwise(test: _Test, every_object: bool = False) -> Callable[[_Context], l
                 return []
             if failure is not None:
                 failures.append(failure)
+                if context.first and not stated.options.get("any"):
+                    break
         if failures and stated.options.get("any"):
             return [min(failures, key=lambda each: each.amount)]
         return failures
@@ -819,17 +836,17 @@ def _symmetric(context: _Context) -> list[_Failure]:
     axis = "xyz".index(context.option("across", "x"))
     here, about = context.here, context.option("about")
     middle = here.center(context.things(about)[0])[axis] if about is not None else _middle(here, things)[axis]
-    rows = np.concatenate([np.arange(thing.first, thing.last) for thing in things])
-    owner = np.repeat(np.arange(len(things)), [thing.last - thing.first for thing in things])
-    context.work.spend(len(rows) ** 2 // 1000)
-    low, high = here.bodies.boxes
-    center, size = (low[rows] + high[rows]) / 2.0, high[rows] - low[rows]
-    words = np.unique([here.bodies.entities[e].word for e in here.bodies.entity[rows].tolist()], return_inverse=True)[1]
+    parts = [_parts(here, thing) for thing in things]
+    owner = np.repeat(np.arange(len(things)), [len(part_words) for _, _, part_words in parts])
+    context.work.spend(len(owner) ** 2 // 1000)
+    low, high = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
+    center, size = (low + high) / 2.0, high - low
+    words = np.unique([word for _, _, part_words in parts for word in part_words], return_inverse=True)[1]
     mirrored = center.copy()
     mirrored[:, axis] = 2.0 * middle - mirrored[:, axis]
     beside = np.array([
         np.where(words == words[k], np.abs(np.hstack([center - mirrored[k], size - size[k]])).max(axis=1), np.inf).min()
-        for k in range(len(rows))
+        for k in range(len(owner))
     ])  # fmt: skip
     failures = []
     for number, thing in enumerate(things):
@@ -837,6 +854,18 @@ def _symmetric(context: _Context) -> list[_Failure]:
         if len(own) and own.max() > within:
             failures.append(_Failure(f'"{thing.entity.word}" has no mirror image', _finite(own.max()), thing))
     return failures
+
+
+def _parts(here: Arrangement, thing: Thing) -> tuple[FloatArray, FloatArray, list[str]]:
+    """Return the boxes (N, 3), (N, 3) and the words of the primitives of a thing; blocks have no bodies, but boxes."""
+    if thing.last > thing.first:
+        (low, high), entity = here.bodies.boxes, here.bodies.entity[thing.first : thing.last]
+        words = [here.bodies.entities[e].word for e in entity.tolist()]
+        return low[thing.first : thing.last], high[thing.first : thing.last], words
+    first, last = here.rows(thing) or (0, -1)
+    leaves = [here.thing(int(instance)) for instance in here.ancestry.primitives[first : last + 1]]
+    lows, highs = (np.array([here.box(leaf)[k] for leaf in leaves]).reshape(-1, 3) for k in (0, 1))
+    return lows, highs, [leaf.entity.word for leaf in leaves]
 
 
 def _finite(value: float) -> float:
@@ -864,6 +893,8 @@ def _supported(context: _Context) -> list[_Failure]:
                 return []
             continue
         failures.append(_floating(here, a, group, own))
+        if context.first and not context.option("any"):
+            break
     return failures[:1] if context.option("any") else failures
 
 

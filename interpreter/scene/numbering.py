@@ -63,7 +63,7 @@ class Ancestry:
 
     @property
     def max_depth(self) -> int:
-        return int(self.depth.max())
+        return int(self.depth.max(initial=0))
 
     def entity(self, instance: int) -> Entity:
         return self.nodes[int(self.node[instance])]

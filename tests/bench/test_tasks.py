@@ -7,11 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from scenelang.bench.scoring import scene_of, score_of
-from scenelang.bench.tasks import BenchTask, load_tasks, tasks_of
+import scenelang as sl
+from scenelang.backends.geometry.relations import reasons
+from scenelang.bench.scoring import kept_share, scene_of, score_of
+from scenelang.bench.tasks import KEEP, BenchTask, load_tasks, tasks_of
 from scenelang.grammar.datum import Source
 from scenelang.inference.brief import TaskKind
 from scenelang.inference.steps import has_blocks
+from scenelang.interpreter.scene.entity import count_words
 
 TASKS = load_tasks()
 
@@ -31,7 +34,12 @@ def test_a_program_passes(task: BenchTask) -> None:
 def test_near_misses_fail(task: BenchTask) -> None:
     for near in task.near:
         assert near.program != task.passes
-        assert near.fails in score_of(task, scene_of(near.program)).failed(task), near
+        scene = scene_of(near.program)
+        if near.fails == KEEP:
+            assert kept_share(scene_of(str(task.program)), scene, task.keep) < 1.0, near
+        else:
+            stated = task.declarations[task.that.index(near.fails)]
+            assert reasons(scene, [stated]) != [None], near
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
@@ -44,6 +52,28 @@ def test_every_predicate_has_a_near_miss(task: BenchTask) -> None:
 def test_programs_to_edit_do_not_pass(task: BenchTask) -> None:
     assert task.program is not None
     assert not score_of(task, scene_of(task.program)).passed
+
+
+PROGRAMS = {task.program: task.python for task in TASKS if task.program is not None}
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=range(len(PROGRAMS)))
+def test_programs_to_edit_are_the_same_in_python(program: str) -> None:
+    python = PROGRAMS[program]
+    assert python is not None
+    assert sl.diff(sl.evaluate(program), sl.evaluate(sl.transpile(python).text)).equal
+
+
+def test_near_misses_have_no_instance_one_or_too_many_and_the_wrong_side() -> None:
+    found: Counter[str] = Counter()
+    for task, near in ((task, near) for task in TASKS for near in task.near if near.fails != KEEP):
+        stated = task.declarations[task.that.index(near.fails)]
+        if stated.relation == "count" and stated.number is not None:
+            count = count_words(scene_of(near.program).root).get(stated.things[0], 0)
+            found["none" if not count else "many" if count > stated.number else "one" if count == 1 else "fewer"] += 1
+        elif stated.relation in {"left-of", "right-of", "in-front-of", "behind", "facing", "symmetric"}:
+            found["side"] += 1
+    assert min(found[kind] for kind in ("none", "one", "many", "fewer", "side")) >= 15, found
 
 
 def test_the_tasks_are_many_and_of_all_kinds() -> None:

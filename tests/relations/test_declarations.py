@@ -393,3 +393,24 @@ def test_hostile_declarations_end_at_limits(program: str) -> None:
     result = session.evaluate(Source("a.scene", program + '(scene "a")'))
     assert time.perf_counter() - started < 10.0
     assert result.scene is not None or any(d.is_error for d in result.diagnostics)
+
+
+def test_a_scene_of_nothing_is_judged() -> None:
+    scene = sl.evaluate('(bind "scene" (lambda () (union)))')
+    assert scene is not None
+    assert scene.violations('(count "cone" 0)') == []
+    assert [each.message for each in scene.violations('(count "cone" 6)')] == ["there are 0"]
+    with pytest.raises(SceneError, match='"cone" does not occur in "scene"'):
+        scene.violations('(on "cone" "cone")')
+
+
+def test_symmetry_of_blocks_is_that_of_their_boxes() -> None:
+    def towers(xs: str) -> sl.Scene:
+        block = '(transform (call "set-cuboid" :block-type "stone" :scale [1 4 1]) (translate [x 0 0]))'
+        return sl.evaluate(f'(bind "tower" (lambda (:x) {block}))\n'
+                           f'(bind "scene" (lambda () (for/union ((x \'({xs}))) (call "tower" :x x))))')  # fmt: skip
+
+    assert towers("-3 0 3").violations('(symmetric "tower" :across "x")') == []
+    assert towers("-3 1 3").violations('(symmetric "tower" :across "x")') != []
+    with pytest.raises(SceneError, match="no meaning"):
+        towers("0").violations('(has-color "tower" "gray")')
