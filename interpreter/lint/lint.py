@@ -433,9 +433,28 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
         fix = Fix("Add quotes", (Edit(span, f'"{text}"'),), safe=True)
     elif diagnostic.name == "bad-atom" and (match := _FRACTION.match(text)):
         fix = Fix("Replace with a division", (Edit(span, f"(/ {match[1]} {match[2]})"),), safe=not _is_quoted(span))
+    elif diagnostic.name == "index":
+        fix = _index_fix(span)
+    elif diagnostic.name == "not-a-procedure" and (match := _INFIX.match(text)):
+        fix = Fix("Write the operator first", (Edit(span, f"({match[2]} {match[1]} {match[3]})"),))
     elif diagnostic.name == "extra-close" and text in (")", "]") and "unmatched" in diagnostic.message:
         fix = Fix("Remove the bracket", (Edit(span, ""),), safe=True)
     return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
+
+
+_INFIX = re.compile(r"\(([^\s()\[\]]+) ([-+*/]) ([^\s()\[\]]+)\)\Z")
+_BEYOND = re.compile(r"\((?:ref|list-ref)\s.*?\s(?:(?P<literal>[1-9]\d*)|\(\+ (?P<index>[^\s()]+) 1\))\)\Z", re.S)
+
+
+def _index_fix(span: Span) -> Fix | None:
+    """Return the fix for an index that counts from 1: one less than what is written."""
+    match = _BEYOND.match(span.text)
+    if match is None:
+        return None
+    place = match.span("literal") if match["literal"] else (match.start("index") - 3, match.end("index") + 3)
+    written = str(int(match["literal"]) - 1) if match["literal"] else match["index"]
+    edit = Edit(Span(span.source, span.start + place[0], span.start + place[1]), written)
+    return Fix(f"Change to `{written}`", (edit,))
 
 
 def _is_quoted(span: Span) -> bool:
@@ -464,7 +483,7 @@ def _checked_for_comments(fix: Fix) -> Fix:
 
 
 def _narrowed(fix: Fix) -> Fix:
-    """Return a fix whose edits leave out what they do not change, by whole tokens, so that other fixes may change it."""
+    """Return a fix whose edits leave out what they keep, by whole tokens, so that other fixes may change it."""
     return replace(fix, edits=tuple(_narrowed_edit(edit) for edit in fix.edits))
 
 

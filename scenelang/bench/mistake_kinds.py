@@ -550,7 +550,7 @@ def _rotate_order(text: Text, pick: Random) -> Iterator[Change]:
             yield _swap(text, form, form.items[1], form.items[2])
 
 
-@_kind("order of arguments", "order", tuned=False)
+@_kind("order of arguments", "order", tuned=False, evidence="error")
 def _function_order(text: Text, pick: Random) -> Iterator[Change]:
     """The first two arguments of a loop, of a function of lists, or of an access are in the other order."""
     for form in text.calls("union-loop", "map", "ref", "list-ref", "ring", "scatter", "fold", "filter", "on-top-of",
