@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace, walk
-from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
+from scenelang.grammar.diagnostics import ABOUT_SCENES, Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read_pieces
 from scenelang.interpreter.lint.lint import with_fixes
 from scenelang.session import Session, is_python, linted
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Scene
 
-ABOUT_SCENES = ("declaration", "overlap", "floating", "unstable", "below-ground", "coincident-faces")
 _ROUNDS = 3  # errors that others hide may hide further ones
 _CONSEQUENCES = frozenset(("unused", "unreachable-word", "unreachable-code", "constant-condition", "ambiguous-root"))
 
@@ -221,7 +220,7 @@ class _Fixed:
         if span is None or span.source.name != self.written.name or span.expansion is not None:
             return None
         place = self._span(span)
-        if place is None:
+        if place is None or any(c.text and c.start <= place.start and place.end <= c.end for c in self.changes):
             return None
         fixes = tuple(fix for each in diagnostic.fixes if (fix := self._fix(each)) is not None)
         return replace(diagnostic, span=place, notes=(), chain=(), fixes=fixes)

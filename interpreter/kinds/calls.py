@@ -370,7 +370,7 @@ def _swapped(
     for i in range(len(nodes)):
         for j in range(i + 1, min(len(nodes), len(parameters))):
             a, b = parameters[i], parameters[j]
-            if a.type.name == "Any" or b.type.name == "Any" or kinds[i] is ANY is kinds[j]:
+            if a.type.name == b.type.name == "Any" or kinds[i] is ANY is kinds[j]:
                 continue
             if ANY in (kinds[i], kinds[j]) and (kinds[i] is ANY or accepts(a.type, kinds[i])):
                 continue  # the first one is surely wrong, or both are

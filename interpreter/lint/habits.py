@@ -576,11 +576,18 @@ def _regions(text: str, errors: Sequence[Diagnostic]) -> list[tuple[int, int]]:
 # --- names -----------------------------------------------------------------------------------------------------------
 
 
+# Names of functions that are plain words too, as a variable may have.
+_WORDS = frozenset((
+    "move", "place", "group", "combine", "assembly", "resize", "turn", "rotation", "translation", "module", "colour",
+    "power", "display", "size", "head", "throw", "extend", "div", "rem",
+))  # fmt: skip
 _OPERATORS = frozenset(("&&", "||", "==", "===", "**", "^"))
 
 
 def _named(source: Source, tree: Tree) -> Iterator[Habit]:
     name = NAMES.get(tree.text)
+    if tree.text in _WORDS and source.text[tree.start - 1 : tree.start] != "(":
+        return
     if tree.text in _OPERATORS and source.text[tree.start - 1 : tree.start] != "(":
         name = Term(NAMES[tree.text].language, hint=f"the operator comes first: `({NAMES[tree.text].instead} a b)`")
     instead = name.instead if name is not None else _module_function(tree.text)

@@ -9,9 +9,9 @@ from functools import cached_property
 from typing import Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Source, Span, dataclass, replace
+from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace
 from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError
-from scenelang.grammar.reader import piece_at, read_comments
+from scenelang.grammar.reader import piece_at, read, read_comments
 from scenelang.interpreter.compile.analyse import walk
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds.book import KindBook, findings, reached_forms
@@ -435,6 +435,8 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
         fix = Fix("Replace with a division", (Edit(span, f"(/ {match[1]} {match[2]})"),), safe=not _is_quoted(span))
     elif diagnostic.name == "index":
         fix = _index_fix(span)
+    elif diagnostic.name == "syntax" and diagnostic.message.startswith("unexpected operand"):
+        fix = Fix("Leave it out", (Edit(span, ""),))
     elif diagnostic.name == "not-a-procedure" and (match := _INFIX.match(text)):
         fix = Fix("Write the operator first", (Edit(span, f"({match[2]} {match[1]} {match[3]})"),))
     elif diagnostic.name == "extra-close" and text in (")", "]") and "unmatched" in diagnostic.message:
@@ -443,17 +445,25 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
 
 
 _INFIX = re.compile(r"\(([^\s()\[\]]+) ([-+*/]) ([^\s()\[\]]+)\)\Z")
-_BEYOND = re.compile(r"\((?:ref|list-ref)\s.*?\s(?:(?P<literal>[1-9]\d*)|\(\+ (?P<index>[^\s()]+) 1\))\)\Z", re.S)
 
 
 def _index_fix(span: Span) -> Fix | None:
     """Return the fix for an index that counts from 1: one less than what is written."""
-    match = _BEYOND.match(span.text)
-    if match is None:
+    forms = read(Source("<index>", span.text)).forms
+    call = forms[0] if len(forms) == 1 and isinstance(forms[0], ListDatum) else None
+    if call is None or len(call.items) < 3 or call.items[0].span.text not in ("ref", "list-ref"):
         return None
-    place = match.span("literal") if match["literal"] else (match.start("index") - 3, match.end("index") + 3)
-    written = str(int(match["literal"]) - 1) if match["literal"] else match["index"]
-    edit = Edit(Span(span.source, span.start + place[0], span.start + place[1]), written)
+    index = call.items[2]
+    if isinstance(index, Atom) and type(index.value) is int and index.value > 0:
+        written = str(index.value - 1)
+    elif isinstance(index, ListDatum) and [each.span.text for each in (index.items[0], index.items[-1])] == ["+", "1"]:
+        written = index.items[1].span.text
+        if len(index.items) != 3:
+            return None
+    else:
+        return None
+    at = span.start
+    edit = Edit(Span(span.source, at + index.span.start, at + index.span.end), written)
     return Fix(f"Change to `{written}`", (edit,))
 
 

@@ -25,6 +25,7 @@ from scenelang.grammar.datum import (
     subdatums,
 )
 from scenelang.grammar.reader import read
+from scenelang.stdlib.colors import encoded
 
 
 class Change(NamedTuple):
@@ -510,13 +511,13 @@ def _constant(datum: Datum) -> float | None:
 
 @_kind("bytes of a colour", "unit", tuned=False)
 def _color_bytes(text: Text, pick: Random) -> Iterator[Change]:
-    """The components of a colour go from 0 to 255."""
+    """The components of a colour go from 0 to 255, in sRGB as everywhere else."""
     for node, parent, place in text.nodes:
         numbers = _numbers(node)
         if numbers and len(numbers) == 3 and isinstance(parent, ListDatum) and place > 0:
             before = parent.items[place - 1]
             if isinstance(before, Atom) and "color" in str(before.value) and max(numbers) > 0:
-                yield _replace(node, "[" + " ".join(str(round(255 * x)) for x in numbers) + "]")
+                yield _replace(node, "[" + " ".join(str(round(255 * encoded(x))) for x in numbers) + "]")
 
 
 # --- order -----------------------------------------------------------------------------------------------------------
