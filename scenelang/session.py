@@ -468,12 +468,12 @@ class Session:
 
         best, found = Recovered(source, source), checked
         while chunks := wrong_chunks(best.source.text):
-            edits = quote_edits(best.source.text) or bracket_edits(chunks[0])
+            edits = quote_edits(best.source.text) or bracket_edits(chunks[0])[::-1]  # of equals, the shortest string
             trials = [best.edited(edit) for edit in edits]
             if not trials or len(best.edits) == MAX_CHUNKS:
                 return checked
             results = [self._check(trial.source, None) for trial in trials]
-            chosen = min(range(len(trials)), key=lambda i: (_weight(results[i]), -i))
+            chosen = min(range(len(trials)), key=lambda i: _weight(results[i]))
             best, found = trials[chosen], results[chosen]
         is_about_brackets = any(d.name in ("unclosed", "extra-close") for d in checked.diagnostics)
         if not is_about_brackets and _weight(found)[0] > _weight(checked)[0]:

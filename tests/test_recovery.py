@@ -58,6 +58,38 @@ def test_the_bracket_is_found_where_it_was_meant(old: str, new: str) -> None:
     assert fixed(text, found) == STOOL
 
 
+@pytest.mark.parametrize("old", ['"stool"\n', '"cylinder"', '(scene "stool"'])
+def test_a_string_is_closed_at_the_end_of_a_word(old: str) -> None:
+    text = STOOL.replace(old, "".join(old.rsplit('"', 1)))
+    assert fixed(text, checked(text)) == STOOL
+
+
+@pytest.mark.parametrize("written", ["(translate [0 .5 0]) 1)", "(translate [0 .5 0] 0))"])
+def test_what_is_too_much_is_left_out(written: str) -> None:
+    extra = STOOL.replace("(translate [0 .5 0]))", written)
+    assert fixed(extra, checked(extra)) == STOOL
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("(ref (list 1 2) 2)", "(ref (list 1 2) 1)"),
+        ("(ref (list 1 2) (+ (% 3 2) 1))", "(ref (list 1 2) (% 3 2))"),
+        ("(sum (list 1 2) 3 4)", "(sum (list 1 2))"),
+        ("(rotate [0 1 0] 1)", "(rotate 1 [0 1 0])"),
+    ],
+)
+def test_a_call_is_put_right(wrong: str, right: str) -> None:
+    text = f'(define value {wrong})\n(bind "a" (lambda () (call "cube" :value value)))\n'
+    found = Examination(Session(), run=True, complete=True).of(Source("a.scene", text)).diagnostics
+    assert fixed(text, [d for d in found if d.is_error]) == text.replace(wrong, right)
+
+
+def test_a_keyword_without_its_colon() -> None:
+    text = '(bind "a" (lambda () (row (list (call "cube") (call "cube")) gap .5)))\n'
+    assert fixed(text, checked(text)) == text.replace("gap", ":gap")
+
+
 def test_the_hint_says_where() -> None:
     found = checked(STOOL.replace("[1 .1 1]))", "[1 .1 1])"))
     assert [d.hint for d in found] == ['add `)` after `(call "cube" :scale [1 .1 1])` in line 3']
