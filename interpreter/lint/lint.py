@@ -436,7 +436,9 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
     elif diagnostic.name == "index":
         fix = _index_fix(span)
     elif diagnostic.name == "syntax" and diagnostic.message.startswith("unexpected operand"):
-        fix = Fix("Leave it out", (_removal(span),))
+        fix = Fix(
+            "Leave it out", (Edit(Span(span.source, len(span.source.text[: span.start].rstrip()), span.end), ""),)
+        )
     elif diagnostic.name == "not-a-procedure" and (match := _INFIX.match(text)):
         fix = Fix("Write the operator first", (Edit(span, f"({match[2]} {match[1]} {match[3]})"),))
     elif diagnostic.name == "extra-close" and text in (")", "]") and "unmatched" in diagnostic.message:

@@ -25,7 +25,7 @@ from scenelang.grammar.datum import (
     subdatums,
 )
 from scenelang.grammar.reader import read
-from scenelang.stdlib.colors import encoded
+from scenelang.interpreter.scene.primitives.base import encoded
 
 
 class Change(NamedTuple):
