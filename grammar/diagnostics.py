@@ -239,6 +239,10 @@ CODES: dict[str, DiagnosticCode] = {
 }
 
 
+# Findings about where things are in a scene, which other mistakes may be the cause of.
+ABOUT_SCENES = ("declaration", "overlap", "floating", "unstable", "below-ground", "coincident-faces")
+
+
 @dataclass(frozen=True, slots=True)
 class Note:
     """Additional remark of a diagnostic, such as the location of a macro's definition."""

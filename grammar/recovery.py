@@ -6,6 +6,7 @@ that contradict the fewest lines are candidates; what they mean for the program 
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -72,6 +73,8 @@ class Recovered:
             at = problem.span.start if problem.span is not None else -1
             chunk = next((chunk for chunk in chunks if chunk.start <= at < chunk.end), None)
             edit = next((e for e in edits if chunk is not None and chunk.start <= e.start <= chunk.end), None)
+            if "string" in problem.message:  # which is not closed where it seems to begin
+                edit = next((e for e in edits if e.text == '"'), None)
             if edit is None or problem.name not in ("unclosed", "extra-close"):
                 found.append(problem)
                 continue
@@ -92,7 +95,7 @@ def _advice(source: Source, edit: BracketEdit) -> tuple[str, str]:
     """Return the title of a fix, and a hint that says where it is made."""
     line = source.position(edit.start)[0]
     before = source.text[source.line_start(line) : edit.start].strip()
-    place = f"after `{before[-_SHOWN:]}` in line {line}" if before else f"in line {line}"
+    place = f"after `{before[-_SHOWN:].strip()}` in line {line}" if before else f"in line {line}"
     if not edit.text:
         return "Remove the bracket", f"remove `{source.text[edit.start : edit.end]}` {place}"
     if edit.start == edit.end:
@@ -141,6 +144,37 @@ def bracket_edits(chunk: Chunk) -> list[BracketEdit]:
         if several and (not found or part < cost):
             return several[-1:]
     return found
+
+
+def quote_edits(text: str) -> list[BracketEdit]:
+    """Return the edits that close a string in the first line with an odd number of quotes, at the ends of its words.
+
+    There are none if all strings are closed. Strings of several lines are not told apart: they are rare.
+    """
+    if not any(kind == "other" and text[start] == '"' for kind, start, _ in lexemes(text, 0, len(text))):
+        return []
+    start = 0
+    for line in text.splitlines(keepends=True):
+        quotes = [match.start() for match in _QUOTE.finditer(_COMMENT.sub(_blanked, line))]
+        if len(quotes) % 2 == 1:
+            places = dict.fromkeys(
+                start + match.end()
+                for i, quote in enumerate(quotes)
+                for match in _WORD_END.finditer(line, quote + 1, quotes[i + 1] if i + 1 < len(quotes) else len(line))
+            )
+            return [BracketEdit(place, place, '"') for place in places][:_MAX_FOUND]
+        start += len(line)
+    return []
+
+
+_QUOTE = re.compile(r'(?<!\\)"')
+_COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|;[^\n]*')
+_WORD_END = re.compile(r"""[^\s()\[\]";]+(?=[\s()\[\]";]|\Z)""")
+
+
+def _blanked(match: re.Match[str]) -> str:
+    """Return a comment as blanks, and a string as it is."""
+    return match[0] if match[0].startswith('"') else " " * len(match[0])
 
 
 def _best(

@@ -3,18 +3,20 @@ errors that it can fix, so that a program or a language model that reads it can 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenelang.grammar.datum import Source, Span, dataclass, replace
-from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
+from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace, walk
+from scenelang.grammar.diagnostics import ABOUT_SCENES, Diagnostic, Edit, Fix, SceneError
+from scenelang.grammar.reader import read_pieces
+from scenelang.interpreter.lint.lint import with_fixes
 from scenelang.session import Session, is_python, linted
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Scene
 
-ABOUT_SCENES = ("declaration", "overlap", "floating", "unstable", "below-ground", "coincident-faces")
 _ROUNDS = 3  # errors that others hide may hide further ones
 _CONSEQUENCES = frozenset(("unused", "unreachable-word", "unreachable-code", "constant-condition", "ambiguous-root"))
 
@@ -60,8 +62,12 @@ class Examination:
 
     def _once(self, source: Source, prepare: Callable[[Scene], None]) -> Examined:
         if not (self.run or self.geometry or self.physics or self.stated):
-            return Examined(self.session.check(source).diagnostics)
+            found = self.session.recovered(source, self.session.check(source).diagnostics)
+            return Examined(with_options(source, found))
         result = self.session.evaluate(source)
+        if result.scene is None:
+            found = [with_fixes(d) for d in self.session.recovered(source, result.diagnostics)]
+            return Examined(with_options(source, found), None, result.subject)
         try:
             if result.scene is not None:
                 prepare(result.scene)
@@ -88,6 +94,41 @@ class Examination:
 
             seconds, metres = self.physics
             yield lambda scene: check_physics(scene, seconds or SECONDS, metres)
+
+
+def with_options(source: Source, found: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+    """Return findings where a name that is not defined may be a keyword without its colon: one of the function that
+    is called, or one that the program writes elsewhere."""
+    unbound = {d.span.start: d for d in found if d.name == "unbound" and d.span is not None}
+    if not unbound:
+        return found
+    explained: dict[int, Diagnostic] = {}
+    for form in walk(*read_pieces(source).forms):
+        if not isinstance(form, ListDatum) or not form.items:
+            continue
+        for item, value in zip(form.items[1:], form.items[2:]):
+            d = unbound.get(item.span.start)
+            if (
+                d is not None
+                and isinstance(item, Atom)
+                and _is_option(source, form.items[0].span.text, str(item.value))
+            ):
+                written = f":{item.value}"
+                fix = Fix(f"Change to `{written}`", (Edit(item.span, written),))
+                hint = f"a keyword has a colon: `{written} {value.span.text[:_SHOWN]}`"
+                explained[id(d)] = replace(d, hint=hint, fixes=(fix,), near=(written,))
+    return [explained.get(id(d), d) for d in found]
+
+
+def _is_option(source: Source, head: str, name: str) -> bool:
+    from scenelang.stdlib.reference import records
+
+    keyword = re.compile(rf"(?<![^\s(\[])[:&]{re.escape(name)}(?![^\s)\]:])")
+    signature = next((record.signature for record in records() if record.name == head), "")
+    return keyword.search(signature) is not None or keyword.search(source.text) is not None
+
+
+_SHOWN = 30
 
 
 class _Change(NamedTuple):
@@ -179,7 +220,7 @@ class _Fixed:
         if span is None or span.source.name != self.written.name or span.expansion is not None:
             return None
         place = self._span(span)
-        if place is None:
+        if place is None or any(c.text and c.start <= place.start and place.end <= c.end for c in self.changes):
             return None
         fixes = tuple(fix for each in diagnostic.fixes if (fix := self._fix(each)) is not None)
         return replace(diagnostic, span=place, notes=(), chain=(), fixes=fixes)

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums, walk
-from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
+from scenelang.grammar.diagnostics import ABOUT_SCENES, Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import primitive_count
@@ -188,8 +188,6 @@ def with_repairs(
     The first three are tried, with at most 300 evaluations, in ten seconds. Nothing is tried for a program with other
     errors.
     """
-    from scenelang.checking import ABOUT_SCENES
-
     about = [d for d in found if d.name in ABOUT_SCENES]
     if not about or any(d.is_error and d.name not in ABOUT_SCENES for d in found):
         return list(found)

@@ -331,7 +331,7 @@ class Session:
             return Checked(None, self._read_scene(source).diagnostics)
         try:
             with limited(self.options.limits), rare_collection():
-                check = lambda: self._translated(source, False)[1] if is_python(source) else self._check_text(source)
+                check = lambda: self._translated(source, False)[1] if is_python(source) else self._check(source, None)
                 return run_with_room(check, EXPANSION_DEPTH, folders=self.folders(source))
         except RecursionError:
             return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
@@ -438,16 +438,25 @@ class Session:
         place = _place_in(source, problem) if problem is not None else None
         return [replace(problem, span=place)] if problem is not None and place is not None else []
 
-    def _check_text(self, source: Source) -> Checked:
-        """Check a program; where its brackets do not match, as if they were where indentation and calls expect them."""
-        checked = self._check(source, None)
-        if checked.ok or len(source.text) > _MAX_RECOVERED:
+    def recovered(self, source: Source, checked: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+        """Return the findings of a check; where brackets do not match, as if they were where they are expected.
+
+        The brackets are those that fit the indentation and the calls best; the diagnostics have fixes that set them.
+        """
+        if not any(d.is_error for d in checked) or len(source.text) > _MAX_RECOVERED or is_python(source):
             return checked
         from scenelang.grammar.recovery import wrong_chunks
 
-        is_foreign = any(d.name == "foreign-syntax" for d in checked.diagnostics)
-        text = apply_fixes(source, checked.diagnostics)[0] if is_foreign else source.text
-        return self._recovered(source, checked) if wrong_chunks(text) and wrong_chunks(source.text) else checked
+        is_foreign = any(d.name == "foreign-syntax" for d in checked)
+        text = apply_fixes(source, checked)[0] if is_foreign else source.text
+        if not (wrong_chunks(text) and wrong_chunks(source.text)):
+            return checked
+        try:
+            with limited(self.options.limits), rare_collection():
+                work = lambda: self._recovered(source, Checked(None, tuple(checked))).diagnostics
+                return run_with_room(work, EXPANSION_DEPTH, folders=self.folders(source))
+        except RecursionError:
+            return checked
 
     def _recovered(self, source: Source, checked: Checked) -> Checked:
         """Return the findings of a text with brackets added or removed, with the fixes that do so.
@@ -455,15 +464,16 @@ class Session:
         Of the edits that fit the indentation, those are chosen that leave the fewest errors and warnings. Nothing
         changes if errors of another kind say more, as in a text of another language.
         """
-        from scenelang.grammar.recovery import MAX_CHUNKS, Recovered, bracket_edits, wrong_chunks
+        from scenelang.grammar.recovery import MAX_CHUNKS, Recovered, bracket_edits, quote_edits, wrong_chunks
 
         best, found = Recovered(source, source), checked
         while chunks := wrong_chunks(best.source.text):
-            trials = [best.edited(edit) for edit in bracket_edits(chunks[0])]
+            edits = quote_edits(best.source.text) or bracket_edits(chunks[0])[::-1]  # of equals, the shortest string
+            trials = [best.edited(edit) for edit in edits]
             if not trials or len(best.edits) == MAX_CHUNKS:
                 return checked
             results = [self._check(trial.source, None) for trial in trials]
-            chosen = min(range(len(trials)), key=lambda i: (_weight(results[i]), -i))
+            chosen = min(range(len(trials)), key=lambda i: _weight(results[i]))
             best, found = trials[chosen], results[chosen]
         is_about_brackets = any(d.name in ("unclosed", "extra-close") for d in checked.diagnostics)
         if not is_about_brackets and _weight(found)[0] > _weight(checked)[0]:

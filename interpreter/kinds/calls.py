@@ -262,11 +262,22 @@ def _report_arity(inference: KindInference, node: ast.Application, builtin: Buil
     given = len(nodes)
     noun = "argument" if expected.split()[-1] == "1" else "arguments"
     hint, fixes = _grouped(inference, node, builtin, nodes)
+    if signature.rest is None and not fixes:
+        fixes = _without_surplus(node, nodes, most)
     return inference.report(
         "arity", f"`{builtin.name}` expects {expected} {noun}, got {given}", node.span,
         hint or f"signature: {builtin.usage}", fixes=fixes, expected=f"{expected} {noun}",
         found=plural(given, "argument"), signature=builtin.usage,
     )  # fmt: skip
+
+
+def _without_surplus(node: ast.Application, nodes: Sequence[Any], most: int) -> tuple[Fix, ...]:
+    """Return the fix that leaves out the arguments beyond the last one that a function takes."""
+    if len(nodes) <= most or any(each.span.expansion is not None for each in (node, *nodes)):
+        return ()
+    start = nodes[most - 1].span.end if most else nodes[0].span.start
+    surplus = Span(node.span.source, start, nodes[-1].span.end)
+    return (Fix(f"Leave out `{surplus.text.strip()[:MAX_SHOWN]}`", (Edit(surplus, ""),)),)
 
 
 def _turned(node: ast.Application, angles: Any) -> tuple[str | None, tuple[Fix, ...]]:
@@ -359,8 +370,10 @@ def _swapped(
     for i in range(len(nodes)):
         for j in range(i + 1, min(len(nodes), len(parameters))):
             a, b = parameters[i], parameters[j]
-            if a.type.name == "Any" or b.type.name == "Any" or ANY in (kinds[i], kinds[j]):
+            if a.type.name == b.type.name == "Any" or kinds[i] is ANY is kinds[j]:
                 continue
+            if ANY in (kinds[i], kinds[j]) and (kinds[i] is ANY or accepts(a.type, kinds[i])):
+                continue  # the first one is surely wrong, or both are
             rest = all(
                 accepts(parameters[k].type, kinds[k])
                 for k in range(min(len(nodes), len(parameters)))
@@ -461,10 +474,11 @@ def report_unknown_keyword(
     name, sign, value = key.partition("=")
     if sign and name in known:
         written = f":{name} {value}"
+        hint = f"write `:{name} {value or '...'}`: a value follows its keyword"
         fix = Fix("Leave out the `=`", (Edit(span, written),), safe=True)
         inference.report(
-            "keyword", f"{owner} has no {what} `:{key}`", span, f"a value follows its keyword: `:{name} {value or '...'}`",
-            fixes=(fix,), found=f":{key}", signature=signature or usage,
+            "keyword", f"{owner} has no {what} `:{key}`", span, hint, fixes=(fix,), found=f":{key}",
+            signature=signature or usage,
         )  # fmt: skip
         return
     near = near_names(key, known) or _abbreviated(key, known)
@@ -945,6 +959,8 @@ def _report_lambda_arity(
             fixes = (Fix("Name the arguments", tuple(Edit(e.span, p) for e, p in zip(extra, pairs)), safe),) * bool(
                 pairs
             )
+    if not fixes and not has_rest:
+        fixes = _without_surplus(node, nodes, most)
     return inference.report(
         "arity", f"{owner} expects {expected} {positional}{noun}, got {given}", node.span, hint, fixes=fixes,
         expected=f"{expected} {positional}{noun}", found=plural(given, "argument"), signature=code.usage,

@@ -877,7 +877,8 @@ def _union(inference: KindInference, node: ast.Union) -> Kind:
 def _union_loop(inference: KindInference, node: ast.UnionLoop) -> Kind:
     count = inference.infer(node.count)
     is_body = count.tag == "Function" or (count is not ANY and count is not NEVER and may_be_parts(count))
-    if is_body and inference.infer(node.function).tag == "Integer":
+    other = inference.infer(node.function) if is_body else ANY
+    if is_body and (other.tag == "Integer" or (other is ANY and count.tag == "Function")):
         scene_forms.report_swapped_loop(inference, node)
         return PARTS
     if count is ANY:

@@ -365,11 +365,13 @@ def _check_range(inference: KindInference, word: str, attribute: Attribute, valu
     if not wrong:
         return
     hint = _range_hint(attribute, value, numbers)
+    code = re.search(r"`(\(rgb [^`]*\)|[\d.]+)`\Z", hint or "")
+    fixes = (Fix(f"Change to `{code[1]}`", (Edit(value.span, code[1]),)),) if code else ()
     text = value.span.text if type(value) is not ast.Reference else f"{value.span.text}, which is {wrong[0]:g}"
     limits = "not be negative" if attribute.high == math.inf else f"be {attribute.low:g} to {attribute.high:g}"
     inference.warn(
         "out-of-range", f'the attribute `:{attribute.name}` of "{word}" should {limits}, got {text}',
-        value.span, hint, expected=limits.removeprefix("not be ").removeprefix("be "), found=value.span.text,
+        value.span, hint, fixes, expected=limits.removeprefix("not be ").removeprefix("be "), found=value.span.text,
     )  # fmt: skip
 
 

@@ -69,7 +69,8 @@ NAMES: Mapping[str, Term] = {
     "len": Term("Python", "length"), "str": Term("Python", "string"), "ceil": Term("Python", "ceiling"),
     "pow": Term("Python", "expt"), "float": Term("Python", "inexact"), "int": Term("Python", "truncate"),
     "mod": Term("Common Lisp", "%"), "fmod": Term("Python", "%"), "mapcar": Term("Common Lisp", "map"),
-    "concat": Term("Clojure", "append"), "extend": Term("Python", "append"), "println": Term("Clojure", "print"), "echo": Term("OpenSCAD", "print"),
+    "concat": Term("Clojure", "append"), "extend": Term("Python", "append"),
+    "println": Term("Clojure", "print"), "echo": Term("OpenSCAD", "print"),
     "displayln": Term("Scheme", "print"), "vec": Term("Clojure", "list->vector"),
     "mapv": Term("Clojure", "map"), "filterv": Term("Clojure", "filter"),
     "every?": Term("Clojure", "every"), "some": Term("Clojure", "any"), "nil?": Term("Clojure", "none?"),
@@ -104,15 +105,27 @@ NAMES: Mapping[str, Term] = {
     "move": Term("CAD", "translate"), "place": Term("CAD", "transform"), "group": Term("CAD", "union"),
     "combine": Term("CAD", "union"), "assembly": Term("CAD", "union"), "resize": Term("OpenSCAD", "scale"),
     "turn": Term("CAD", "rotate"), "rotation": Term("CAD", "rotate"), "translation": Term("CAD", "translate"),
-    "apply-transform": Term("CAD", "transform"), "repeat": Term("CAD", "union-loop"),
-    "loop-union": Term("CAD", "union-loop"), "module": Term("OpenSCAD", "bind"), "colour": Term("CSS", "color"),
+    "apply-transform": Term("CAD", "transform"), "loop-union": Term("CAD", "union-loop"),
+    "module": Term("OpenSCAD", "bind"), "colour": Term("CSS", "color"),
     "hex-color": Term("CSS", "color"), "rgb-color": Term("CSS", "rgb"), "circular-array": Term("CAD", "ring"),
     "polar-array": Term("CAD", "ring"), "linear-array": Term("CAD", "row"), "grid-array": Term("CAD", "grid"),
     "reflect-copy": Term("CAD", "mirror"), "stack-on": Term("CAD", "on-top-of"),
     "place-on-top": Term("CAD", "on-top-of"), "place-on": Term("CAD", "on-top-of"),
+    "for/vector": Term("Racket", "for/list"),     "rem": Term("Clojure", "%"), "div": Term("OCaml", "//"),
+    "exact-floor": Term("Racket", "floor"),
+    "exact-round": Term("Racket", "round"), "exact-ceiling": Term("Racket", "ceiling"),
+    "hash-ref": Term("Racket", "ref"),     "vector-map": Term("Scheme", "map"), "evenp": Term("Common Lisp", "even?"),
+    "oddp": Term("Common Lisp", "odd?"),
+    "zerop": Term("Common Lisp", "zero?"), "plusp": Term("Common Lisp", "positive?"),
+    "minusp": Term("Common Lisp", "negative?"), "endp": Term("Common Lisp", "empty?"),
+    "append*": Term("Racket", "append"),
+    "nreverse": Term("Common Lisp", "reverse"), "remove-if-not": Term("Common Lisp", "filter"),
+    "remove-if": Term("Common Lisp", "remove"), "reduce-left": Term("Scheme", "fold-left"),
+    "string-concat": Term("Lisp", "string-append"),
+    "display": Term("Scheme", "print"), "printf": Term("C", "print"), "power": Term("Python", "expt"),
+    "throw": Term("JavaScript", "error"), "size": Term("JavaScript", "length"), "head": Term("Haskell", "first"),
     "random.choice": Term("Python", "choice"), "np.deg2rad": Term("Python", "radians"),
-    "deg2rad": Term("Python", "radians"), "reduce": Term("Python", "fold"),
-    "λ": Term("Scheme", "lambda"), "otherwise": Term("Common Lisp", "else"),
+    "deg2rad": Term("Python", "radians"),     "λ": Term("Scheme", "lambda"), "otherwise": Term("Common Lisp", "else"),
     "math.radians": Term("Python", "radians"), "math.degrees": Term("Python", "degrees"),
 }  # fmt: skip
 
@@ -563,11 +576,18 @@ def _regions(text: str, errors: Sequence[Diagnostic]) -> list[tuple[int, int]]:
 # --- names -----------------------------------------------------------------------------------------------------------
 
 
+# Names of functions that are plain words too, as a variable may have.
+_WORDS = frozenset((
+    "move", "place", "group", "combine", "assembly", "resize", "turn", "rotation", "translation", "module", "colour",
+    "power", "display", "size", "head", "throw", "extend", "div", "rem",
+))  # fmt: skip
 _OPERATORS = frozenset(("&&", "||", "==", "===", "**", "^"))
 
 
 def _named(source: Source, tree: Tree) -> Iterator[Habit]:
     name = NAMES.get(tree.text)
+    if tree.text in _WORDS and source.text[tree.start - 1 : tree.start] != "(":
+        return
     if tree.text in _OPERATORS and source.text[tree.start - 1 : tree.start] != "(":
         name = Term(NAMES[tree.text].language, hint=f"the operator comes first: `({NAMES[tree.text].instead} a b)`")
     instead = name.instead if name is not None else _module_function(tree.text)

@@ -9,9 +9,9 @@ from functools import cached_property
 from typing import Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Source, Span, dataclass, replace
+from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace
 from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError
-from scenelang.grammar.reader import piece_at, read_comments
+from scenelang.grammar.reader import piece_at, read, read_comments
 from scenelang.interpreter.compile.analyse import walk
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds.book import KindBook, findings, reached_forms
@@ -433,9 +433,40 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
         fix = Fix("Add quotes", (Edit(span, f'"{text}"'),), safe=True)
     elif diagnostic.name == "bad-atom" and (match := _FRACTION.match(text)):
         fix = Fix("Replace with a division", (Edit(span, f"(/ {match[1]} {match[2]})"),), safe=not _is_quoted(span))
+    elif diagnostic.name == "index":
+        fix = _index_fix(span)
+    elif diagnostic.name == "syntax" and diagnostic.message.startswith("unexpected operand"):
+        fix = Fix(
+            "Leave it out", (Edit(Span(span.source, len(span.source.text[: span.start].rstrip()), span.end), ""),)
+        )
+    elif diagnostic.name == "not-a-procedure" and (match := _INFIX.match(text)):
+        fix = Fix("Write the operator first", (Edit(span, f"({match[2]} {match[1]} {match[3]})"),))
     elif diagnostic.name == "extra-close" and text in (")", "]") and "unmatched" in diagnostic.message:
         fix = Fix("Remove the bracket", (Edit(span, ""),), safe=True)
     return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
+
+
+_INFIX = re.compile(r"\(([^\s()\[\]]+) ([-+*/]) ([^\s()\[\]]+)\)\Z")
+
+
+def _index_fix(span: Span) -> Fix | None:
+    """Return the fix for an index that counts from 1: one less than what is written."""
+    forms = read(Source("<index>", span.text)).forms
+    call = forms[0] if len(forms) == 1 and isinstance(forms[0], ListDatum) else None
+    if call is None or len(call.items) < 3 or call.items[0].span.text not in ("ref", "list-ref"):
+        return None
+    index = call.items[2]
+    if isinstance(index, Atom) and type(index.value) is int and index.value > 0:
+        written = str(index.value - 1)
+    elif isinstance(index, ListDatum) and [each.span.text for each in (index.items[0], index.items[-1])] == ["+", "1"]:
+        written = index.items[1].span.text
+        if len(index.items) != 3:
+            return None
+    else:
+        return None
+    at = span.start
+    edit = Edit(Span(span.source, at + index.span.start, at + index.span.end), written)
+    return Fix(f"Change to `{written}`", (edit,))
 
 
 def _is_quoted(span: Span) -> bool:
@@ -464,7 +495,7 @@ def _checked_for_comments(fix: Fix) -> Fix:
 
 
 def _narrowed(fix: Fix) -> Fix:
-    """Return a fix whose edits leave out what they do not change, by whole tokens, so that other fixes may change it."""
+    """Return a fix whose edits leave out what they keep, by whole tokens, so that other fixes may change it."""
     return replace(fix, edits=tuple(_narrowed_edit(edit) for edit in fix.edits))
 
 

@@ -25,6 +25,7 @@ from scenelang.grammar.datum import (
     subdatums,
 )
 from scenelang.grammar.reader import read
+from scenelang.interpreter.scene.primitives.base import encoded
 
 
 class Change(NamedTuple):
@@ -510,13 +511,13 @@ def _constant(datum: Datum) -> float | None:
 
 @_kind("bytes of a colour", "unit", tuned=False)
 def _color_bytes(text: Text, pick: Random) -> Iterator[Change]:
-    """The components of a colour go from 0 to 255."""
+    """The components of a colour go from 0 to 255, in sRGB as everywhere else."""
     for node, parent, place in text.nodes:
         numbers = _numbers(node)
         if numbers and len(numbers) == 3 and isinstance(parent, ListDatum) and place > 0:
             before = parent.items[place - 1]
             if isinstance(before, Atom) and "color" in str(before.value) and max(numbers) > 0:
-                yield _replace(node, "[" + " ".join(str(round(255 * x)) for x in numbers) + "]")
+                yield _replace(node, "[" + " ".join(str(round(255 * encoded(x))) for x in numbers) + "]")
 
 
 # --- order -----------------------------------------------------------------------------------------------------------
@@ -550,7 +551,7 @@ def _rotate_order(text: Text, pick: Random) -> Iterator[Change]:
             yield _swap(text, form, form.items[1], form.items[2])
 
 
-@_kind("order of arguments", "order", tuned=False)
+@_kind("order of arguments", "order", tuned=False, evidence="error")
 def _function_order(text: Text, pick: Random) -> Iterator[Change]:
     """The first two arguments of a loop, of a function of lists, or of an access are in the other order."""
     for form in text.calls("union-loop", "map", "ref", "list-ref", "ring", "scatter", "fold", "filter", "on-top-of",
