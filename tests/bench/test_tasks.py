@@ -66,7 +66,7 @@ def test_programs_to_edit_are_the_same_in_python(program: str) -> None:
 
 def test_near_misses_have_no_instance_one_or_too_many_and_the_wrong_side() -> None:
     found: Counter[str] = Counter()
-    for task, near in ((task, near) for task in TASKS for near in task.near if near.fails != KEEP):
+    for task, near in [(each, near) for each in TASKS for near in each.near if near.fails != KEEP]:
         stated = task.declarations[task.that.index(near.fails)]
         if stated.relation == "count" and stated.number is not None:
             count = count_words(scene_of(near.program).root).get(stated.things[0], 0)
