@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -12,10 +12,10 @@ from scenelang.backends.geometry.convex import bodies_of
 from scenelang.backends.geometry.lint import check_geometry
 from scenelang.backends.geometry.relations import reasons
 from scenelang.bench.tasks import KEEP, BenchTask
-from scenelang.grammar.datum import Source, dataclass
+from scenelang.grammar.datum import Source, dataclass, replace
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.inference.brief import TaskKind
-from scenelang.interpreter.scene.entity import Scene
+from scenelang.interpreter.scene.entity import Scene, descendants
 from scenelang.session import Options, Session
 
 _SAME = 1e-3  # of the scene's diagonal: what is nearer is where it was
@@ -58,8 +58,8 @@ class Score:
         return found + ([KEEP] if self.locality not in (None, 1.0) else [])
 
 
-def score_of(task: BenchTask, scene: Scene, simulates: bool = False) -> Score:
-    """Judge the scene of a program by a task.
+def score_of(task: BenchTask, scene: Scene, simulates: bool = False, is_python: bool = False) -> Score:
+    """Judge the scene of a program by a task; words of Python may have underscores for hyphens.
 
     Raises SceneError where it cannot be judged, such as for meshes that cannot be read.
     """
@@ -71,7 +71,17 @@ def score_of(task: BenchTask, scene: Scene, simulates: bool = False) -> Score:
         names = {finding.name for finding in check_geometry(scene)}
         collides, floats = bool(names & _COLLISIONS), bool(names & _GAPS)
         stable = _is_stable(scene) if simulates and task.kind is TaskKind.STILL else None
-    return Score(tuple(reasons(scene, task.declarations)), locality, collides, floats, stable)
+    declarations = task.declarations
+    if is_python:
+        words = {entity.word for entity in descendants(*scene.frames)}
+        declarations = tuple(replace(d, things=tuple(_in_python(t, words) for t in d.things)) for d in declarations)
+    return Score(tuple(reasons(scene, declarations)), locality, collides, floats, stable)
+
+
+def _in_python(word: str, words: Collection[str]) -> str:
+    """Return a word as the names of Python's functions write it, if the scene has it only so."""
+    written = word.replace("-", "_")
+    return written if word not in words and written in words else word
 
 
 def _is_stable(scene: Scene) -> bool:

@@ -180,8 +180,9 @@ def run_trial(
     reader = AnswerReader(brief, Options(project=folder, imports=frozenset()), "answer.scene")
     steps = sample_steps(brief, reader, speaker, SamplePlan(settings.repairs, mode.critiques))
     verdicts, attempts, result, error = _played(steps, task.name, mode.name, sample, answerer)
-    first = _judged(task, verdicts[0], False) if verdicts else None
-    final = _judged(task, result, settings.simulates) if result is not None else None
+    is_python = mode.notation is Notation.PYTHON
+    first = _judged(task, verdicts[0], False, is_python) if verdicts else None
+    final = _judged(task, result, settings.simulates, is_python) if result is not None else None
     if error is None and final is None:
         error = _why(result)
     failed = tuple(final.failed(task)) if final is not None else ()
@@ -230,12 +231,12 @@ def codes_of(verdict: Verdict) -> tuple[str, ...]:
     return tuple(dict.fromkeys(CODES[d.name].code for d in verdict.diagnostics if d.is_error))
 
 
-def _judged(task: BenchTask, verdict: Verdict, simulates: bool) -> Score | None:
+def _judged(task: BenchTask, verdict: Verdict, simulates: bool, is_python: bool) -> Score | None:
     if not verdict.is_usable or verdict.scene is None:
         return None
     try:
         with EVALUATING:
-            return score_of(task, verdict.scene, simulates)
+            return score_of(task, verdict.scene, simulates, is_python)
     except SceneError:
         return None  # such as a scene beyond a limit
 

@@ -175,6 +175,16 @@ def test_modes_differ_in_what_is_asked(place: Place, tasks: Path) -> None:
     assert first[0] != first[1]
 
 
+def test_words_of_python_have_underscores_for_hyphens(place: Place, tasks: Path) -> None:
+    named = TASKS.split("[[task]]")[1].replace('"cube" 2', '"red-cubes" 1').replace('"pile"', '"red-cubes"')
+    (tasks / "cubes.toml").write_text(f"[[task]]{named}")
+    report = run(place, tasks, "run", [cubes(2, word="red_cubes")])
+    assert values(report)["pass@1"] == 1.0
+    in_the_language = PASSES.replace("pile", "red_cubes")
+    report = run(place, tasks, "dsl", [f"```scene{in_the_language}```"], modes=["dsl"])
+    assert report.trials[0].failed == ('(count "red-cubes" 1)',)
+
+
 @pytest.mark.parametrize(("mode", "is_sent"), [("dsl", False), ("dsl-grammar", True)])
 def test_a_grammar_is_a_mode(
     mode: str, is_sent: bool, place: Place, tasks: Path, monkeypatch: pytest.MonkeyPatch
