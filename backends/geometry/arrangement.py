@@ -501,7 +501,8 @@ class Arrangement:
         low, high = self.bodies.boxes
         best = np.inf
         moved = np.asarray(sideways, np.float64) + np.array([0.0, start, 0.0])
-        for other in others:
+        tops = [float(high[each.first : each.last, 1].max(initial=-np.inf)) for each in others]
+        for other in (others[number] for number in np.argsort(tops, kind="stable")[::-1]):  # the nearest first
             pairs = self._rows_below(a, other, moved)
             clear = low[pairs[:, 0], 1] + moved[1] - high[pairs[:, 1], 1]
             for row in np.argsort(clear, kind="stable").tolist():

@@ -396,6 +396,8 @@ def _against(context: _Context, test: _Test, a: Thing, objects: Sequence[Thing],
     others = [b for b in objects if b.instance != a.instance]
     for b in others:
         context.work.spend()
+        if best is not None and not universal and test in _NEARNESS and _gap(context.here, a, b) >= best.amount:
+            continue  # further than the nearest is from holding
         failure = test(context, a, b)
         if failure is None and not universal:
             return None
@@ -405,6 +407,12 @@ def _against(context: _Context, test: _Test, a: Thing, objects: Sequence[Thing],
     if not others and not universal:
         return _Failure(f'there is no other "{context.stated.things[1]}"', 1.0, a)
     return worst if universal else best
+
+
+def _gap(here: Arrangement, a: Thing, b: Thing) -> float:
+    """Return the distance of the boxes of two things, 0 if these touch."""
+    (low, high), (under, over) = here.box(a), here.box(b)
+    return float(np.linalg.norm(np.maximum(np.maximum(low - over, under - high), 0.0)))
 
 
 def _boxes(context: _Context, things: Sequence[Thing]) -> tuple[FloatArray, FloatArray]:
@@ -515,8 +523,7 @@ def _touching(context: _Context, a: Thing, b: Thing) -> _Failure | None:
 
 def _clear_of(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     least = float(context.option("min", 0.0))
-    (low, high), (under, over) = context.here.box(a), context.here.box(b)
-    if float(np.linalg.norm(np.maximum(np.maximum(low - over, under - high), 0.0))) >= max(least, 1e-12):
+    if _gap(context.here, a, b) >= max(least, 1e-12):
         return None
     found = context.here.separation(a, b)
     room = context.here.touch(a) if least == 0.0 else 1e-9 * context.here.bodies.size
@@ -1006,6 +1013,7 @@ def _scaled(direction: Sequence[float], length: float) -> Vector:
 
 
 _CONTACTS = (_on, _touching, _clear_of)  # relations of things that are near
+_NEARNESS = (_on, _touching)  # those that fail by at least the distance of the boxes
 _RELATIONS: dict[str, Callable[[_Context], list[_Failure]]] = {
     "on": _pairwise(_on),
     "inside": _pairwise(_inside),
