@@ -6,7 +6,7 @@ Semantic primitives count as their boxes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -39,6 +39,9 @@ _HALVINGS = 30
 _FURTHER = 0.02  # of a thing's extent
 _UPRIGHT = 0.6  # vertical part of the direction in which something carries a thing: up to 53 degrees of slope
 _TRIES = 17  # heights at which a fall is tested first
+SUNK = 0.05  # of its height: how deep a thing may be in what it rests on
+_ENCLOSED = 0.95  # of its volume, in the hull of what it is inside of
+_MAX_RELATED = 20_000
 _SLIVER = 1e-4  # of the volume that a thing sweeps: less is rounding
 
 Vector = tuple[float, float, float]
@@ -501,7 +504,8 @@ class Arrangement:
         low, high = self.bodies.boxes
         best = np.inf
         moved = np.asarray(sideways, np.float64) + np.array([0.0, start, 0.0])
-        for other in others:
+        tops = [float(high[each.first : each.last, 1].max(initial=-np.inf)) for each in others]
+        for other in (others[number] for number in np.argsort(tops, kind="stable")[::-1]):  # the nearest first
             pairs = self._rows_below(a, other, moved)
             clear = low[pairs[:, 0], 1] + moved[1] - high[pairs[:, 1], 1]
             for row in np.argsort(clear, kind="stable").tolist():
@@ -580,3 +584,92 @@ def _two(pair: IntArray) -> tuple[int, int]:
 
 def _three(vector: FloatArray) -> Vector:
     return float(vector[0]), float(vector[1]), float(vector[2])
+
+
+def share_of(inner: Manifold, outer: Manifold) -> float | None:
+    """Return the share of the volume of a solid that is inside another; None if either has none."""
+    volume = inner.volume()
+    if inner.is_empty() or outer.is_empty() or volume <= 0.0:
+        return None
+    return float((inner ^ outer).volume() / volume)
+
+
+# --- all relations of a frame ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Related:
+    """A relation that holds between two things of a frame.
+
+    Attributes
+    ----------
+    relation
+        "on", "inside", "touching" or "overlapping".
+    subject, other
+        Numbers of the two instances in the ancestry of the frame.
+    distance
+        Signed distance in scene units, negative where they overlap.
+    """
+
+    relation: str
+    subject: int
+    other: int
+    distance: float
+
+
+def related(here: Arrangement, rows: Sequence[int], limit: int = _MAX_RELATED) -> list[Related]:
+    """Return the relations of things that touch or overlap, among instances with the same nearest instance above them.
+
+    Raises LimitError for more than ``limit`` pairs of nearby things.
+    """
+    above = _parents(here, rows)
+    things = [here.thing(row) for row in rows]
+    boxes = [here.box(thing) for thing in things]
+    low, high = np.array([box[0] for box in boxes]).reshape(-1, 3), np.array([box[1] for box in boxes]).reshape(-1, 3)
+    reach = max((here.touch(thing) for thing in things), default=0.0)
+    pairs, complete = neighbours(low, high, reach, limit)
+    if not complete:
+        raise LimitError("primitives", f"more than {limit:,} pairs of things are near each other")
+    found: list[Related] = []
+    same = [(things[i], things[j]) for i, j in pairs.tolist() if above[i] == above[j]]
+    both = [*same, *((b, a) for a, b in same)]
+    here.compare(both, [min(here.touch(a), here.touch(b)) for a, b in both])
+    for a, b in same:
+        if a.last > a.first and b.last > b.first:
+            found += _relations_between(here, a, b)
+    return found
+
+
+def _parents(here: Arrangement, rows: Sequence[int]) -> list[int]:
+    """Return for each instance the nearest one above it that is among ``rows``, -1 for none."""
+    known = set(rows)
+    found = []
+    for row in rows:
+        above = int(here.ancestry.parent[row])
+        while above >= 0 and above not in known:
+            above = int(here.ancestry.parent[above])
+        found.append(above)
+    return found
+
+
+def _relations_between(here: Arrangement, a: Thing, b: Thing) -> Iterator[Related]:
+    reach = min(here.touch(a), here.touch(b))
+    found = here.separation(a, b)
+    if found is None or found.distance > reach:
+        return
+    pair = (a.instance, b.instance)
+    for inner, outer in ((a, b), (b, a)):
+        (low, high), (under, over) = here.box(inner), here.box(outer)
+        if bool((low >= under - reach).all() and (high <= over + reach).all()):
+            share = share_of(here.hull(inner), here.hull(outer))
+            if share is not None and share >= _ENCLOSED:
+                yield Related("inside", inner.instance, outer.instance, found.distance)
+    carried = False
+    for upper, lower in ((a, b), (b, a)):
+        (low, high), (under, _) = here.box(upper), here.box(lower)
+        sunk = max(reach, SUNK * float(high[1] - low[1]))
+        if -sunk <= found.distance and low[1] > under[1] - reach and here.is_blocked(upper, lower, reach):
+            carried = True
+            yield Related("on", upper.instance, lower.instance, found.distance)
+    if not carried:
+        yield Related("overlapping" if found.distance < -reach else "touching", *pair, found.distance)

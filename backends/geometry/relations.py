@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.geometry.arrangement import Arrangement, Thing, Vector
+from scenelang.backends.geometry.arrangement import SUNK, Arrangement, Thing, Vector, share_of
 from scenelang.backends.geometry.convex import bodies_of
-from scenelang.backends.geometry.distance import IntArray, neighbours
+from scenelang.backends.geometry.distance import IntArray
 from scenelang.backends.geometry.solids import FloatArray
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError, suggest
@@ -24,9 +24,6 @@ from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 
 _MAX_TESTS = 200_000  # pairs of things that are compared for the declarations of a scene
 _MAX_VIOLATIONS = 1_000
-_MAX_RELATED = 20_000
-_ENCLOSED = 0.95  # of its volume, in the hull of what it is inside of
-_SUNK = 0.05  # of its height: how deep a thing may be in what it rests on
 _FACING = 30.0  # degrees
 _ANGLE = 1.0  # degrees
 _NUMBER = 0.01  # tolerance of a length, relative to it
@@ -396,6 +393,8 @@ def _against(context: _Context, test: _Test, a: Thing, objects: Sequence[Thing],
     others = [b for b in objects if b.instance != a.instance]
     for b in others:
         context.work.spend()
+        if best is not None and not universal and test in _NEARNESS and _gap(context.here, a, b) >= best.amount:
+            continue  # further than the nearest is from holding
         failure = test(context, a, b)
         if failure is None and not universal:
             return None
@@ -405,6 +404,12 @@ def _against(context: _Context, test: _Test, a: Thing, objects: Sequence[Thing],
     if not others and not universal:
         return _Failure(f'there is no other "{context.stated.things[1]}"', 1.0, a)
     return worst if universal else best
+
+
+def _gap(here: Arrangement, a: Thing, b: Thing) -> float:
+    """Return the distance of the boxes of two things, 0 if these touch."""
+    (low, high), (under, over) = here.box(a), here.box(b)
+    return float(np.linalg.norm(np.maximum(np.maximum(low - over, under - high), 0.0)))
 
 
 def _boxes(context: _Context, things: Sequence[Thing]) -> tuple[FloatArray, FloatArray]:
@@ -431,7 +436,7 @@ def _on(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     found = here.separation(a, b)
     if found is None:
         return _Failure(f'"{a.entity.word}" has no solid parts', 1.0, a, b)
-    deepest = max(reach, _SUNK * float(high[1] - low[1]))
+    deepest = max(reach, SUNK * float(high[1] - low[1]))
     if -deepest <= found.distance <= reach and here.is_blocked(a, b, reach):
         return None
     move = _onto(here, a, b)
@@ -482,7 +487,7 @@ def _inside(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     here, least = context.here, float(context.option("share", 1.0))
     inner, outer = here.hull(a, b), here.hull(b, a)
     (low, high), (under, over) = here.box(a), here.box(b)
-    share = _share(inner, outer)
+    share = share_of(inner, outer)
     if share is None:  # flat, or a hull of nothing: by boxes
         extent = np.maximum(high - low, 1e-12)
         share = float(np.prod(np.clip(np.minimum(high, over) - np.maximum(low, under), 0.0, None) / extent))
@@ -493,13 +498,6 @@ def _inside(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     move = _vector(out) if fits and out.any() else None
     amount = max(float(np.linalg.norm(out)), (least - share) * float((high - low).max()), here.touch(a))
     return _Failure(f'{share:.0%} of "{a.entity.word}" is inside "{b.entity.word}"', amount, a, b, move)
-
-
-def _share(inner: Any, outer: Any) -> float | None:
-    volume = inner.volume()
-    if inner.is_empty() or outer.is_empty() or volume <= 0.0:
-        return None
-    return float((inner ^ outer).volume() / volume)
 
 
 def _touching(context: _Context, a: Thing, b: Thing) -> _Failure | None:
@@ -515,8 +513,7 @@ def _touching(context: _Context, a: Thing, b: Thing) -> _Failure | None:
 
 def _clear_of(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     least = float(context.option("min", 0.0))
-    (low, high), (under, over) = context.here.box(a), context.here.box(b)
-    if float(np.linalg.norm(np.maximum(np.maximum(low - over, under - high), 0.0))) >= max(least, 1e-12):
+    if _gap(context.here, a, b) >= max(least, 1e-12):
         return None
     found = context.here.separation(a, b)
     room = context.here.touch(a) if least == 0.0 else 1e-9 * context.here.bodies.size
@@ -915,87 +912,6 @@ def _outside(here: Arrangement, group: IntArray, own: set[int]) -> list[int]:
     return [int(row) for row in here.bodies.row[rows]]
 
 
-# --- all relations of a frame ----------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class Related:
-    """A relation that holds between two things of a frame.
-
-    Attributes
-    ----------
-    relation
-        "on", "inside", "touching" or "overlapping".
-    subject, other
-        Numbers of the two instances in the ancestry of the frame.
-    distance
-        Signed distance in scene units, negative where they overlap.
-    """
-
-    relation: str
-    subject: int
-    other: int
-    distance: float
-
-
-def related(here: Arrangement, rows: Sequence[int], limit: int = _MAX_RELATED) -> list[Related]:
-    """Return the relations of things that touch or overlap, among instances with the same nearest instance above them.
-
-    Raises LimitError for more than ``limit`` pairs of nearby things.
-    """
-    above = _parents(here, rows)
-    things = [here.thing(row) for row in rows]
-    boxes = [here.box(thing) for thing in things]
-    low, high = np.array([box[0] for box in boxes]).reshape(-1, 3), np.array([box[1] for box in boxes]).reshape(-1, 3)
-    reach = max((here.touch(thing) for thing in things), default=0.0)
-    pairs, complete = neighbours(low, high, reach, limit)
-    if not complete:
-        raise LimitError("primitives", f"more than {limit:,} pairs of things are near each other")
-    found: list[Related] = []
-    same = [(things[i], things[j]) for i, j in pairs.tolist() if above[i] == above[j]]
-    both = [*same, *((b, a) for a, b in same)]
-    here.compare(both, [min(here.touch(a), here.touch(b)) for a, b in both])
-    for a, b in same:
-        if a.last > a.first and b.last > b.first:
-            found += _relations_between(here, a, b)
-    return found
-
-
-def _parents(here: Arrangement, rows: Sequence[int]) -> list[int]:
-    """Return for each instance the nearest one above it that is among ``rows``, -1 for none."""
-    known = set(rows)
-    found = []
-    for row in rows:
-        above = int(here.ancestry.parent[row])
-        while above >= 0 and above not in known:
-            above = int(here.ancestry.parent[above])
-        found.append(above)
-    return found
-
-
-def _relations_between(here: Arrangement, a: Thing, b: Thing) -> Iterator[Related]:
-    reach = min(here.touch(a), here.touch(b))
-    found = here.separation(a, b)
-    if found is None or found.distance > reach:
-        return
-    pair = (a.instance, b.instance)
-    for inner, outer in ((a, b), (b, a)):
-        (low, high), (under, over) = here.box(inner), here.box(outer)
-        if bool((low >= under - reach).all() and (high <= over + reach).all()):
-            share = _share(here.hull(inner), here.hull(outer))
-            if share is not None and share >= _ENCLOSED:
-                yield Related("inside", inner.instance, outer.instance, found.distance)
-    carried = False
-    for upper, lower in ((a, b), (b, a)):
-        (low, high), (under, _) = here.box(upper), here.box(lower)
-        sunk = max(reach, _SUNK * float(high[1] - low[1]))
-        if -sunk <= found.distance and low[1] > under[1] - reach and here.is_blocked(upper, lower, reach):
-            carried = True
-            yield Related("on", upper.instance, lower.instance, found.distance)
-    if not carried:
-        yield Related("overlapping" if found.distance < -reach else "touching", *pair, found.distance)
-
-
 def _vector(values: Iterable[float]) -> Vector:
     x, y, z = (float(value) + 0.0 for value in values)
     return x, y, z
@@ -1006,6 +922,7 @@ def _scaled(direction: Sequence[float], length: float) -> Vector:
 
 
 _CONTACTS = (_on, _touching, _clear_of)  # relations of things that are near
+_NEARNESS = (_on, _touching)  # those that fail by at least the distance of the boxes
 _RELATIONS: dict[str, Callable[[_Context], list[_Failure]]] = {
     "on": _pairwise(_on),
     "inside": _pairwise(_inside),
