@@ -8,14 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.geometry.convex import bodies_of
 from scenelang.backends.geometry.lint import check_geometry
 from scenelang.backends.geometry.relations import reasons
 from scenelang.bench.tasks import KEEP, BenchTask
 from scenelang.grammar.datum import Source, dataclass, replace
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.inference.brief import TaskKind
-from scenelang.interpreter.scene.entity import Scene, descendants
+from scenelang.interpreter.runtime.values import Matrix, Pair
+from scenelang.interpreter.scene.bounds import entity_box, parts_box
+from scenelang.interpreter.scene.entity import Entity, Scene, descendants
+from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
 from scenelang.session import Options, Session
 
 _SAME = 1e-3  # of the scene's diagonal: what is nearer is where it was
@@ -108,28 +110,35 @@ def kept_share(before: Scene, after: Scene, words: Sequence[str]) -> float:
     """
     if len(before.frames) != len(after.frames):
         return 0.0
-    return min(
-        _share(_rows(a, word), _rows(b, word), _SAME * bodies_of(a).size)
-        for a, b in zip(before.frames, after.frames)
-        for word in words
-    )
+    shares = []
+    for first, second in zip(before.frames, after.frames):
+        a, b = flatten_entity(first), flatten_entity(second)
+        box = entity_box(first)
+        size = float(np.linalg.norm(np.subtract(box[3:], box[:3]))) if box is not None else 0.0
+        shares += [_share(_rows(a, word), _rows(b, word), _SAME * size) for word in words]
+    return min(shares)
 
 
 _Rows = tuple[list[str], Any]
 
 
-def _rows(root: Any, word: str) -> _Rows:
-    """Return the words of the primitives in instances of ``word``, and their boxes and colors (N, 9)."""
-    bodies = bodies_of(root)
-    own = np.array([word in path or word == bodies.entities[e].word for path, e in _named(bodies)], bool)
-    rows = np.flatnonzero(own)
-    low, high = bodies.boxes
-    words = [bodies.entities[e].word for e in bodies.entity[rows].tolist()]
-    return words, np.hstack([low[rows], high[rows], bodies.colors[rows]]).reshape(-1, 9)
+def _rows(frame: FlatFrame, word: str) -> _Rows:
+    """Return the kinds of the primitives in instances of ``word``, and their boxes and colors (N, 9)."""
+    inside = [word in path for path in frame.paths]
+    kinds, rows = [], []
+    for row, (path, number) in enumerate(zip(frame.path_index.tolist(), frame.index.tolist())):
+        entity = frame.primitives[number]
+        if inside[path] or entity.word == word:
+            box = parts_box((Pair(entity, Matrix(frame.matrices[row].ravel().tolist())),))
+            kinds.append(_kind(entity))
+            rows.append([*(box or (0.0,) * 6), *(entity.shape.color if entity.shape is not None else (1.0,) * 3)])
+    return kinds, np.array(rows, np.float64).reshape(-1, 9)
 
 
-def _named(bodies: Any) -> list[tuple[tuple[str, ...], int]]:
-    return [(bodies.paths[p], e) for p, e in zip(bodies.path.tolist(), bodies.entity.tolist())]
+def _kind(entity: Entity) -> str:
+    """Return the word of a primitive, with attributes that are texts, such as the type of a block."""
+    texts = {name: value for name, value in entity.embedding.attributes.items() if isinstance(value, str)}
+    return f"{entity.word} {sorted(texts.items())}" if texts else entity.word
 
 
 def _share(before: _Rows, after: _Rows, within: float) -> float:

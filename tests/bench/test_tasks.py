@@ -87,3 +87,13 @@ def test_the_task_of_the_documentation() -> None:
     (task,) = tasks_of(Source("docs.toml", text.split("```toml\n")[1].split("```")[0]))
     assert score_of(task, scene_of(task.passes)).passed
     assert score_of(task, scene_of(task.near[0].program)).failed(task) == [task.near[0].fails]
+
+
+def test_blocks_must_be_kept_as_well() -> None:
+    build = """(bind "tower" (lambda () (call "set-cuboid" :block-type "minecraft:stone" :scale [2 5 2])))
+    (bind "scene" (lambda () (call "tower")))(scene "scene")"""
+    shares = [
+        kept_share(scene_of(build), scene_of(after), ["tower"])
+        for after in (build, build.replace("5", "6"), build.replace("stone", "dirt"))
+    ]
+    assert shares == [1.0, 0.0, 0.0]
