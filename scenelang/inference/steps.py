@@ -120,13 +120,14 @@ class AnswerReader:
             return _refused("model-answer", "the answer is empty")
         with EVALUATING:
             restored = self.brief.restored(answer)
-            problem = trial(lambda: self._read(restored))  # run in a forked process first, which can be killed
+            # Evaluated in a forked process first, which can be killed; what the lint does is bounded by the scene.
+            problem = trial(lambda: self._read(restored, has_findings=False))
             verdict = self._read(restored) if problem is None else Verdict("", None, (problem,))
         return self.with_layout(verdict) if any(d.name == "declaration" for d in verdict.diagnostics) else verdict
 
-    def _read(self, answer: str) -> Verdict:
+    def _read(self, answer: str, has_findings: bool = True) -> Verdict:
         with limited(self.options.limits):
-            return self._judged(answer)
+            return self._judged(answer, has_findings)
 
     def with_layout(self, verdict: Verdict) -> Verdict:
         """Return the verdict of the program whose literals are edited so that findings and declarations are resolved.
@@ -157,7 +158,7 @@ class AnswerReader:
         findings, repairs = geometry_findings(result.scene), tuple(edit.resolves for edit in found.edits)
         return Verdict(found.text, result.scene, (*result.diagnostics, *left), findings, code, repairs)
 
-    def _judged(self, answer: str) -> Verdict:
+    def _judged(self, answer: str, has_findings: bool) -> Verdict:
         session = Session(self.options)
         task = self.brief.task
         notation = task.notation if task.is_edit else _notation_of(answer, task.notation)
@@ -178,7 +179,8 @@ class AnswerReader:
         if scene is not None and notation is not Notation.PYTHON:
             program = _formatted(code)
         unlike = [*_unlike(scene, task), *linted(result, check_declarations)] if scene is not None else []
-        findings = geometry_findings(scene) if scene is not None and task.kind is not TaskKind.BLOCKS else ()
+        is_linted = has_findings and scene is not None and task.kind is not TaskKind.BLOCKS
+        findings = geometry_findings(scene) if is_linted and scene is not None else ()
         return Verdict(program, scene, (*result.diagnostics, *unlike), findings, code)
 
 

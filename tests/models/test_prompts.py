@@ -173,8 +173,9 @@ def test_examples_are_right(kind: TaskKind, notation: Notation, ablation: Ablati
         assert verdict.is_usable, verdict.report_text()
         assert verdict.diagnostics == ()
         assert verdict.findings == ()
-        checked = Session().check_geometry(Source("example.scene", verdict.program))
-        assert [d.message for d in checked] == []
+        if ablation is Ablation.NONE and kind is not TaskKind.FILM:  # of a film it is what the findings are of
+            checked = Session().check_geometry(Source("example.scene", verdict.program))
+            assert [d.message for d in checked] == []
 
 
 @pytest.mark.parametrize("kind", TaskKind)

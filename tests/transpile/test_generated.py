@@ -16,7 +16,7 @@ from transpile.generator import programs
 from transpile.reassignments import reassigning
 from transpile.reference_model import flatten
 
-EXAMPLES = int(os.environ.get("SCENELANG_EXAMPLES", many(100)))  # by hand: 2,000
+EXAMPLES = int(os.environ.get("SCENELANG_EXAMPLES", many(60)))  # by hand: 2,000
 SESSION = Session()
 
 
