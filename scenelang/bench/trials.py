@@ -182,7 +182,10 @@ def run_trial(
     verdicts, attempts, result, error = _played(steps, task.name, mode.name, sample, answerer)
     is_python = mode.notation is Notation.PYTHON
     first = _judged(task, verdicts[0], False, is_python) if verdicts else None
-    final = _judged(task, result, settings.simulates, is_python) if result is not None else None
+    final: Score | None = None
+    if result is not None:
+        is_first = bool(verdicts) and result is verdicts[0] and not settings.simulates
+        final = first if is_first else _judged(task, result, settings.simulates, is_python)
     if error is None and final is None:
         error = _why(result)
     failed = tuple(final.failed(task)) if final is not None else ()
