@@ -151,7 +151,7 @@ def _task(table: TomlTable, group: str) -> BenchTask:
         table.fail("keep", "`keep` has no meaning without a `program` to edit")
     if not that and not keep:
         table.fail(None, "a task has at least one declaration in `that`")
-    declarations = tuple(_declaration(table, text) for text in that)
+    declarations = _declarations(table, that)
     near = tuple(_near(each, passes, that, keep) for each in table.tables("near"))
     is_image = table.flag("image", False)
     table.finish()
@@ -165,6 +165,16 @@ def _required(table: TomlTable, key: str) -> str:
     if not value:
         table.fail(key if key in table else None, f"`{key}` is missing" if value is None else f"`{key}` is empty")
     return str(value)
+
+
+def _declarations(table: TomlTable, texts: Sequence[str]) -> tuple[Declaration, ...]:
+    """Parse declarations: all of a task at once, or if there is a mistake each by itself, to tell which it is in."""
+    together = Source("<declarations>", "\n".join(declaration_source(text).text for text in texts))
+    try:
+        found = Session().declarations(together) if texts else ()
+    except SceneError:
+        found = ()
+    return found if len(found) == len(texts) else tuple(_declaration(table, text) for text in texts)
 
 
 def _declaration(table: TomlTable, text: str) -> Declaration:
