@@ -64,6 +64,13 @@ _PORTABLE = _words(
     toaster tool toy trophy tv urn vase watermelon
     """
 )
+# Nouns of what stands on a floor by nothing but its weight.
+_FURNITURE = _words(
+    """
+    armchair bed bench bookcase bookshelf cabinet couch crib cupboard desk drawers dresser fridge nightstand oven piano
+    refrigerator sideboard sofa stove table wardrobe workbench
+    """
+)
 # Nouns of what is held by the ground that it stands in.
 _ROOTED = _words(
     """
@@ -223,6 +230,17 @@ def is_mounted(words: Sequence[str]) -> bool:
 def is_rooted(words: Sequence[str]) -> bool:
     """Return whether any of the words names what is held by the ground that it stands in."""
     return _has_noun(words, _ROOTED)
+
+
+def is_put_down(words: Sequence[str]) -> bool:
+    """Return whether the last bound word of a path names what a person puts on a floor."""
+    named = [word for word in words if (cls := find(word)) is None or not cls.is_solid]
+    return _has_noun(named[-1:], _PORTABLE | _FURNITURE)
+
+
+def may_be_set_in(words: Sequence[str]) -> bool:
+    """Return whether any of the words names what may be set into the ground, or is a part of a building."""
+    return _has_noun(words, _ROOTED | _SOFT | _STRUCTURE | _BUILDINGS | AIRBORNE)
 
 
 def is_portable(entity: Entity) -> bool:
