@@ -292,11 +292,13 @@ def _findings(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
         body, other = fault.body, fault.other
         if known.isdisjoint({(body, other), (other, body), (body, None), (other, None)}):
             yield Finding("through", *fault)
-    yield from _below_ground(bodies, contacts)
+    sunk = list(_below_ground(bodies, contacts))
+    yield from (finding for finding, deep in sunk if deep)
     for fault in unstable(bodies, contacts, ground):
         yield Finding("unstable" if fault.move is not None else "tipping", *fault)
     for fault in hanging(bodies, contacts, ground):
         yield Finding("hanging", *fault)
+    yield from (finding for finding, deep in sunk if not deep)  # what is tilted is told so
     yield from _hovering(bodies, pairs)
     yield from _fighting_faces(bodies, rest)
 
@@ -463,8 +465,9 @@ def _gap_of(bodies: Bodies, members: IntArray, others: IntArray, ground: float) 
 # --- the ground ------------------------------------------------------------------------------------------------------
 
 
-def _below_ground(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
-    """Yield things that are deep in the floor that they stand on, or below y = 0 if the scene stands there."""
+def _below_ground(bodies: Bodies, contacts: Contacts) -> Iterator[tuple[Finding, bool]]:
+    """Yield things that are in the floor that they stand on, or below y = 0 if the scene stands there, and whether
+    they are deep in it."""
     low, high = bodies.boxes
     room = 2.0 * bodies.touch
     names, thing = np.unique(contacts.thing, return_inverse=True)
@@ -491,7 +494,7 @@ def _below_ground(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
     for t, (dip, floor) in dips.items():
         body = int(lowest[t])
         if t in inside or not _is_beside(bodies, body, ground):
-            yield Finding("sunk", body, floor, dip, (0.0, dip, 0.0))
+            yield Finding("sunk", body, floor, dip, (0.0, dip, 0.0)), dip > limit[t] or t in legs
 
 
 def _least_dips(bodies: Bodies, lowest: IntArray, bottom: FloatArray, top: FloatArray) -> FloatArray:
@@ -707,7 +710,8 @@ def _diagnostic(group: Iterable[_Named], animated: bool) -> Diagnostic:
     if animated:
         message += f" (frame {min(frames)})"
     hint = None
-    if finding.move is not None and any(abs(x) > 1e-9 for x in finding.move):
+    on_foot = finding.kind == "unstable" and not named.other  # which moves with it
+    if finding.move is not None and not on_foot and any(abs(x) > 1e-9 for x in finding.move):
         hint = f"`(translate [{' '.join(f'{round(x, 6) + 0.0:.3g}' for x in finding.move)}])` would fix it"
     other = named.other_place
     notes = (Note("the other thing is created here", other),) if other is not None and other != named.place else ()

@@ -233,9 +233,8 @@ def is_rooted(words: Sequence[str]) -> bool:
 
 
 def is_put_down(words: Sequence[str]) -> bool:
-    """Return whether the last bound word of a path names what a person puts on a floor."""
-    named = [word for word in words if (cls := find(word)) is None or not cls.is_solid]
-    return _has_noun(named[-1:], _PORTABLE | _FURNITURE)
+    """Return whether a word of a path names what a person puts on a floor, and none what may be set into it."""
+    return _has_noun(words, _PORTABLE | _FURNITURE) and not may_be_set_in(words)
 
 
 def may_be_set_in(words: Sequence[str]) -> bool:
@@ -290,7 +289,13 @@ def contacts_of(bodies: Bodies, root: Entity) -> Contacts:
     upright = np.abs(along[:, 1]) >= _VERTICAL
     shallow = np.minimum((high - low)[pairs[:, 0], 1], (high - low)[pairs[:, 1], 1]) * _SUNK
     on_floor = floor[pairs].any(axis=1)
-    rests = apart & upright & (depth <= np.where(on_floor, 4.0 * bodies.touch, np.maximum(shallow, 4.0 * bodies.touch)))
+    held_by_floor = on_floor & (depth > 4.0 * bodies.touch)
+    for row in np.flatnonzero(held_by_floor & apart).tolist():
+        upper = next((i for i in pairs[row].tolist() if not floor[i]), None)
+        held_by_floor[row] = upper is None or not is_put_down(bodies.words(upper)[1:])
+        if upper is not None:
+            shallow[row] = _SUNK * (high - low)[upper, 1]
+    rests = apart & upright & ~held_by_floor & (depth <= np.maximum(shallow, 4.0 * bodies.touch))
     thin = np.minimum(*(bodies.boxes[1] - bodies.boxes[0]).min(axis=1)[pairs.T]) if len(pairs) else np.zeros(0)
     held = apart & ~rests & (upright | (depth > np.maximum(_WELD * thin, bodies.touch)))
     group = clusters(len(bodies), pairs[~apart | held].tolist())

@@ -107,3 +107,31 @@ def test_good_scenes_have_at_most_one_finding(path: Path) -> None:
 
     names = [d.name for d in check_geometry(result.scene)]
     assert len(names) <= 1, names
+
+
+TABLE = """(bind "table" (lambda () (union (transform (call "cube" :scale [1 .04 .6]) (translate [0 .7 0]))
+  (for*/union ((x '(-.45 .45)) (z '(-.25 .25)))
+    (transform (call "cube" :scale [.05 .68 .05]) (translate (vector x .34 z)))))))
+"""
+
+
+def tables(second: str, slab: bool) -> Source:
+    floor = '(transform (call "cube" :scale [4 .1 3]) (translate [0 -.05 0]))' if slab else ""
+    first = '(transform (call "table") (translate [-1 0 0]))'
+    return Source(
+        "a.scene", f'{TABLE}(bind "room" (lambda () (union {floor} {first} (transform (call "table") {second}))))'
+    )
+
+
+@pytest.mark.parametrize("slab", [True, False])
+@pytest.mark.parametrize("angle", [0.05, 0.1, 0.3])
+def test_a_table_that_is_tilted_through_its_floor(angle: float, slab: bool) -> None:
+    found = session.check_geometry(tables(f"(@ (translate [1 0 0]) (rotate {angle} [0 0 1]))", slab))
+    assert [d.name for d in found] == ["unstable" if angle > 0.1 or not slab else "below-ground"]
+
+
+@pytest.mark.parametrize(("dip", "count"), [(0.001, 0), (0.02, 1), (0.1, 1)])
+@pytest.mark.parametrize("slab", [True, False])
+def test_a_thing_that_is_a_little_lower_than_its_equals(dip: float, count: int, slab: bool) -> None:
+    found = session.check_geometry(tables(f"(translate [1 {-dip} 0])", slab))
+    assert [d.name for d in found] == ["below-ground"] * count
