@@ -435,7 +435,7 @@ def rename_fixes(span: Span | None, name: str, near: Iterable[str]) -> tuple[Fix
     if span is None or span.expansion is not None or span.text != name:
         return ()
     names = tuple(near)
-    is_sure = len(names) == 1 and len(name) >= _LONG and _is_one_letter_off(name, names[0])
+    is_sure = len(names) == 1 and len(name) >= _LONG and is_one_letter_off(name, names[0])
     is_sure = is_sure and name.endswith("!") == names[0].endswith("!")  # what changes a value is another function
     return tuple(Fix(f"Change to `{other}`", (Edit(span, other),), is_sure) for other in names)
 
@@ -443,7 +443,7 @@ def rename_fixes(span: Span | None, name: str, near: Iterable[str]) -> tuple[Fix
 _LONG = 5  # shorter names are one letter away from too many others
 
 
-def _is_one_letter_off(a: str, b: str) -> bool:
+def is_one_letter_off(a: str, b: str) -> bool:
     """Return whether one letter is missing, added or different, or two neighbours are swapped."""
     start = next((i for i, (x, y) in enumerate(zip(a, b)) if x != y), min(len(a), len(b)))
     x, y = a[start:], b[start:]

@@ -137,8 +137,7 @@ def relations(
     >>> [(each.subject_word, each.relation, each.other_word) for each in scene.relations()]
     [('cup', 'on', 'table')]
     """
-    from scenelang.backends.geometry.arrangement import Arrangement
-    from scenelang.backends.geometry.relations import related
+    from scenelang.backends.geometry.arrangement import Arrangement, related
     from scenelang.backends.labels.things import is_thing
     from scenelang.interpreter.scene.numbering import frame_numbers, some_handles
 

@@ -6,7 +6,7 @@ Semantic primitives count as their boxes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -39,6 +39,9 @@ _HALVINGS = 30
 _FURTHER = 0.02  # of a thing's extent
 _UPRIGHT = 0.6  # vertical part of the direction in which something carries a thing: up to 53 degrees of slope
 _TRIES = 17  # heights at which a fall is tested first
+SUNK = 0.05  # of its height: how deep a thing may be in what it rests on
+_ENCLOSED = 0.95  # of its volume, in the hull of what it is inside of
+_MAX_RELATED = 20_000
 _SLIVER = 1e-4  # of the volume that a thing sweeps: less is rounding
 
 Vector = tuple[float, float, float]
@@ -79,6 +82,7 @@ class Arrangement:
 
     def __init__(self, scene: Scene, frame: int = 0) -> None:
         self.scene = scene
+        self.frame = frame
         self.root = scene.frames[frame]
         self.ancestry: Ancestry = ancestry_of(self.root)
         self.bodies: Bodies = bodies_of(self.root)
@@ -165,6 +169,20 @@ class Arrangement:
             return []
         return sorted(row for each in found if (row := self._row(each.positions)) is not None)
 
+    def problem_of(self, path: str, within: int) -> str | None:
+        """Return why a path means nothing below ``within``, None for what is no path."""
+        if is_plain(path) or is_handle(path):
+            return None
+        try:
+            self._locator.find(path, self._locator.at(self.ancestry.path(within)))
+        except SceneError as error:
+            return f"{error.message}: {error.hint}" if error.hint else error.message
+        return None
+
+    def contains(self, thing: Thing, other: Thing) -> bool:
+        """Return whether ``other`` is a part of a thing."""
+        return thing.instance != other.instance and bool(self._is_below(thing.instance)[other.instance])
+
     def _row(self, positions: Sequence[int]) -> int | None:
         ancestry, row = self.ancestry, 0
         for position in positions:
@@ -176,7 +194,7 @@ class Arrangement:
 
     @cached_property
     def _locator(self) -> Locator:
-        return Locator(self.scene, self.scene.frames.index(self.root))
+        return Locator(self.scene, self.frame)
 
     def things(self, name: str, within: int = 0) -> list[Thing]:
         """Return the outermost instances with a word, handle or path that are ``within`` or below it."""
@@ -580,3 +598,92 @@ def _two(pair: IntArray) -> tuple[int, int]:
 
 def _three(vector: FloatArray) -> Vector:
     return float(vector[0]), float(vector[1]), float(vector[2])
+
+
+# --- all relations of a frame ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Related:
+    """A relation that holds between two things of a frame.
+
+    Attributes
+    ----------
+    relation
+        "on", "inside", "touching" or "overlapping".
+    subject, other
+        Numbers of the two instances in the ancestry of the frame.
+    distance
+        Signed distance in scene units, negative where they overlap.
+    """
+
+    relation: str
+    subject: int
+    other: int
+    distance: float
+
+
+def related(here: Arrangement, rows: Sequence[int], limit: int = _MAX_RELATED) -> list[Related]:
+    """Return the relations of things that touch or overlap, among instances with the same nearest instance above them.
+
+    Raises LimitError for more than ``limit`` pairs of nearby things.
+    """
+    above = _parents(here, rows)
+    things = [here.thing(row) for row in rows]
+    boxes = [here.box(thing) for thing in things]
+    low, high = np.array([box[0] for box in boxes]).reshape(-1, 3), np.array([box[1] for box in boxes]).reshape(-1, 3)
+    reach = max((here.touch(thing) for thing in things), default=0.0)
+    pairs, complete = neighbours(low, high, reach, limit)
+    if not complete:
+        raise LimitError("primitives", f"more than {limit:,} pairs of things are near each other")
+    found: list[Related] = []
+    same = [(things[i], things[j]) for i, j in pairs.tolist() if above[i] == above[j]]
+    both = [*same, *((b, a) for a, b in same)]
+    here.compare(both, [min(here.touch(a), here.touch(b)) for a, b in both])
+    for a, b in same:
+        if a.last > a.first and b.last > b.first:
+            found += _relations_between(here, a, b)
+    return found
+
+
+def _parents(here: Arrangement, rows: Sequence[int]) -> list[int]:
+    """Return for each instance the nearest one above it that is among ``rows``, -1 for none."""
+    known = set(rows)
+    found = []
+    for row in rows:
+        above = int(here.ancestry.parent[row])
+        while above >= 0 and above not in known:
+            above = int(here.ancestry.parent[above])
+        found.append(above)
+    return found
+
+
+def _relations_between(here: Arrangement, a: Thing, b: Thing) -> Iterator[Related]:
+    reach = min(here.touch(a), here.touch(b))
+    found = here.separation(a, b)
+    if found is None or found.distance > reach:
+        return
+    pair = (a.instance, b.instance)
+    for inner, outer in ((a, b), (b, a)):
+        (low, high), (under, over) = here.box(inner), here.box(outer)
+        if bool((low >= under - reach).all() and (high <= over + reach).all()):
+            share = share_of(here.hull(inner), here.hull(outer))
+            if share is not None and share >= _ENCLOSED:
+                yield Related("inside", inner.instance, outer.instance, found.distance)
+    carried = False
+    for upper, lower in ((a, b), (b, a)):
+        (low, high), (under, _) = here.box(upper), here.box(lower)
+        sunk = max(reach, SUNK * float(high[1] - low[1]))
+        if -sunk <= found.distance and low[1] > under[1] - reach and here.is_blocked(upper, lower, reach):
+            carried = True
+            yield Related("on", upper.instance, lower.instance, found.distance)
+    if not carried:
+        yield Related("overlapping" if found.distance < -reach else "touching", *pair, found.distance)
+
+
+def share_of(inner: Manifold, outer: Manifold) -> float | None:
+    """Return the share of a hull's volume that is inside another, None if it has none."""
+    volume = inner.volume()
+    if inner.is_empty() or outer.is_empty() or volume <= 0.0:
+        return None
+    return float((inner ^ outer).volume() / volume)

@@ -712,10 +712,16 @@ def _diagnostic(group: Iterable[_Named], animated: bool) -> Diagnostic:
     hint = None
     on_foot = finding.kind == "unstable" and not named.other  # which moves with it
     if finding.move is not None and not on_foot and any(abs(x) > 1e-9 for x in finding.move):
-        hint = f"`(translate [{' '.join(f'{round(x, 6) + 0.0:.3g}' for x in finding.move)}])` would fix it"
+        hint = f"`(translate [{rounded(finding.move, 3)}])` would fix it"
     other = named.other_place
     notes = (Note("the other thing is created here", other),) if other is not None and other != named.place else ()
     return Diagnostic(name, message, named.place, hint, notes)
+
+
+def rounded(move: Sequence[float], digits: int = 4) -> str:
+    """Return the components of a translation as they are written; those that are nothing beside the others are 0."""
+    least = 1e-6 * max(abs(x) for x in move)
+    return " ".join(f"{x if abs(x) > least else 0.0:.{digits}g}" for x in move)
 
 
 def _path(words: tuple[str, ...]) -> str:

@@ -13,20 +13,26 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.geometry.arrangement import Arrangement, Thing, Vector
+from scenelang.backends.geometry.arrangement import SUNK, Arrangement, Thing, Vector, share_of
 from scenelang.backends.geometry.convex import bodies_of
-from scenelang.backends.geometry.distance import IntArray, neighbours
+from scenelang.backends.geometry.distance import IntArray
+from scenelang.backends.geometry.lint import rounded
 from scenelang.backends.geometry.solids import FloatArray
 from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError, suggest
+from scenelang.grammar.diagnostics import (
+    Diagnostic,
+    LimitError,
+    Note,
+    SceneError,
+    is_one_letter_off,
+    near_names,
+    suggest,
+)
 from scenelang.interpreter.scene.declarations import OVER_FRAMES, Declaration, basic_color
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 
 _MAX_TESTS = 200_000  # pairs of things that are compared for the declarations of a scene
 _MAX_VIOLATIONS = 1_000
-_MAX_RELATED = 20_000
-_ENCLOSED = 0.95  # of its volume, in the hull of what it is inside of
-_SUNK = 0.05  # of its height: how deep a thing may be in what it rests on
 _FACING = 30.0  # degrees
 _ANGLE = 1.0  # degrees
 _NUMBER = 0.01  # tolerance of a length, relative to it
@@ -128,15 +134,25 @@ class _Context:
         return found
 
     def unknown(self, name: str) -> SceneError:
-        ancestry = self.here.ancestry
+        ancestry, scene = self.here.ancestry, self.here.scene
         around = (ancestry.entity(self.within) if len(ancestry) else self.here.root).word
         what = f"no instance has the handle {name}" if name.startswith("<") else f'"{name}" does not occur'
-        hint = suggest(name, self.here.words())
+        hint = self.here.problem_of(name, self.within) or suggest(name, self.here.words())
         if hint is None and self.within and self.here.instances(name):
             hint = (
                 f'it occurs outside of "{around}"; state the declaration in an entity that contains it, or at top level'
             )
-        return SceneError("declaration-subject", f'{what} in "{around}"', hint)
+        where = f" (frame {self.here.frame})" if scene.animated else ""
+        return SceneError("declaration-subject", f'{what} in "{around}"{where}', hint)
+
+    def is_misspelled(self, name: str, surely: bool) -> bool:
+        """Return whether a word that does not occur in the frame is like one that does, with ``surely`` but for one
+        letter."""
+        scene = self.here.scene
+        if scene.animated and any(entity.word == name for entity in descendants(*scene.frames)):
+            return False
+        near = near_names(name, self.here.words())
+        return any(is_one_letter_off(name, other) for other in near) if surely else bool(near)
 
     def touch(self, thing: Thing) -> float:
         return float(self.option("within", self.here.touch(thing)))
@@ -279,6 +295,7 @@ def check_declarations(scene: Scene, extra: Sequence[Declaration] = ()) -> list[
     """Return an error for each declaration that does not hold, about the worst case of each."""
     groups: dict[tuple[Any, ...], list[Violation]] = {}
     errors: list[Diagnostic] = []
+    extra = list({(str(each), each.options.get("message")): each for each in reversed(extra)}.values())[::-1]
     for each in _tested(scene, extra):
         if isinstance(each, SceneError):
             errors.append(each.diagnostic)
@@ -286,7 +303,10 @@ def check_declarations(scene: Scene, extra: Sequence[Declaration] = ()) -> list[
         span = each.declaration.span
         key = (str(each.declaration), None if span is None else (span.source.name, span.start))
         groups.setdefault(key, []).append(each)
-    return [*errors, *(_diagnostic(group, scene) for group in groups.values())]
+    found = [*errors, *(_diagnostic(group, scene) for group in groups.values())]
+    asked = {id(each.span) for each in extra}
+    stated = {d.message for d in found if id(d.span) not in asked}
+    return [d for d in found if id(d.span) not in asked or d.message not in stated]  # what the program states too
 
 
 def picture_of_declarations(scene: Scene, extra: Sequence[Declaration], path: Path) -> bool:
@@ -325,7 +345,7 @@ def _diagnostic(group: Sequence[Violation], scene: Scene) -> Diagnostic:
     message = f"{stated} does not hold: {worst.message}"
     if len(first) > 1:
         message += f" ({len(first)} times)"
-    if scene.animated:
+    if scene.animated and stated.relation not in OVER_FRAMES:
         message += f" (frame {frames[0]}" + (f" and {len(frames) - 1} more)" if len(frames) > 1 else ")")
     if stated.options.get("message"):
         message = f"{stated.options['message']}: {message}"
@@ -340,9 +360,7 @@ def _diagnostic(group: Sequence[Violation], scene: Scene) -> Diagnostic:
 def _hint(worst: Violation) -> str | None:
     if worst.move is None or not any(abs(x) > 1e-9 for x in worst.move):
         return None
-    return (
-        f'`(translate [{" ".join(f"{round(x, 9) + 0.0:.4g}" for x in worst.move)}])` of "{worst.subject}" would fix it'
-    )
+    return f'`(translate [{rounded(worst.move)}])` of "{worst.subject}" would fix it'
 
 
 # --- relations of two things -----------------------------------------------------------------------------------------
@@ -428,10 +446,14 @@ def _nearest(
 def _on(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     here, reach = context.here, context.touch(a)
     low, high = here.box(a)
+    if here.contains(a, b):
+        return _Failure(
+            f'"{b.entity.word}" is a part of "{a.entity.word}"', max(float((high - low).max()), reach), a, b
+        )
     found = here.separation(a, b)
     if found is None:
         return _Failure(f'"{a.entity.word}" has no solid parts', 1.0, a, b)
-    deepest = max(reach, _SUNK * float(high[1] - low[1]))
+    deepest = max(reach, SUNK * float(high[1] - low[1]))
     if -deepest <= found.distance <= reach and here.is_blocked(a, b, reach):
         return None
     move = _onto(here, a, b)
@@ -482,7 +504,7 @@ def _inside(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     here, least = context.here, float(context.option("share", 1.0))
     inner, outer = here.hull(a, b), here.hull(b, a)
     (low, high), (under, over) = here.box(a), here.box(b)
-    share = _share(inner, outer)
+    share = share_of(inner, outer)
     if share is None:  # flat, or a hull of nothing: by boxes
         extent = np.maximum(high - low, 1e-12)
         share = float(np.prod(np.clip(np.minimum(high, over) - np.maximum(low, under), 0.0, None) / extent))
@@ -493,13 +515,6 @@ def _inside(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     move = _vector(out) if fits and out.any() else None
     amount = max(float(np.linalg.norm(out)), (least - share) * float((high - low).max()), here.touch(a))
     return _Failure(f'{share:.0%} of "{a.entity.word}" is inside "{b.entity.word}"', amount, a, b, move)
-
-
-def _share(inner: Any, outer: Any) -> float | None:
-    volume = inner.volume()
-    if inner.is_empty() or outer.is_empty() or volume <= 0.0:
-        return None
-    return float((inner ^ outer).volume() / volume)
 
 
 def _touching(context: _Context, a: Thing, b: Thing) -> _Failure | None:
@@ -545,7 +560,7 @@ def _distance(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     found = context.here.separation(a, b)
     if found is None:
         return None
-    distance = max(found.distance, 0.0)
+    distance = max(found.distance, 0.0) + 0.0
     off = _off(context, distance)
     if off == 0.0:
         return None
@@ -606,6 +621,8 @@ def _direction(name: str) -> _Test:
         near = float(low[axis]) if sign > 0.0 else -float(high[axis])
         middle = (low + high) / 2.0
         beside = [side for side in (0, 2) if not under[side] <= middle[side] <= over[side]] if axis == 1 else []
+        if beside and ((low <= (under + over) / 2.0) & ((under + over) / 2.0 <= high))[[0, 2]].all():
+            beside = []  # a table is below the cup near its edge
         lacking = edge - center
         if lacking < 0.0 and not beside:
             return None
@@ -683,10 +700,11 @@ def _count(context: _Context) -> list[_Failure]:
     exact, least, most = context.stated.number, context.option("min"), context.option("max")
     low = exact if exact is not None else (0.0 if least is None else least)
     high = exact if exact is not None else (math.inf if most is None else most)
-    if low <= count <= high:
-        return []
-    if count == 0 and suggest(name, context.here.words()) is not None:
+    holds = low <= count <= high
+    if count == 0 and context.is_misspelled(name, surely=holds):
         raise context.unknown(name)
+    if holds:
+        return []
     subject = context.here.thing(found[0]) if found else None
     message = f"there {'is' if count == 1 else 'are'} {count}"
     return [_Failure(message, max(low - count, count - high), subject)]
@@ -706,11 +724,13 @@ def _has_color(context: _Context) -> list[_Failure]:
             name = basic_color(bodies.colors[body].tolist())
             shares[name] = shares.get(name, 0.0) + float(area[body])
         whole = sum(shares.values())
-        share = shares.get(str(context.stated.color), 0.0) / whole if whole > 0.0 else 0.0
+        if whole <= 0.0:
+            raise SceneError("declaration-subject", f'"{a.entity.word}" has no surface that can be seen')
+        share = shares.get(str(context.stated.color), 0.0) / whole
         if share > 0.5 and context.option("any"):
             return []
         if share <= 0.5:
-            most = max(shares, key=lambda name: shares[name], default="nothing")
+            most = max(shares, key=lambda name: shares[name])
             failures.append(_Failure(f'"{a.entity.word}" is {most}', 1.0 - share, a))
     return failures[:1] if context.option("any") else failures
 
@@ -915,85 +935,7 @@ def _outside(here: Arrangement, group: IntArray, own: set[int]) -> list[int]:
     return [int(row) for row in here.bodies.row[rows]]
 
 
-# --- all relations of a frame ----------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class Related:
-    """A relation that holds between two things of a frame.
-
-    Attributes
-    ----------
-    relation
-        "on", "inside", "touching" or "overlapping".
-    subject, other
-        Numbers of the two instances in the ancestry of the frame.
-    distance
-        Signed distance in scene units, negative where they overlap.
-    """
-
-    relation: str
-    subject: int
-    other: int
-    distance: float
-
-
-def related(here: Arrangement, rows: Sequence[int], limit: int = _MAX_RELATED) -> list[Related]:
-    """Return the relations of things that touch or overlap, among instances with the same nearest instance above them.
-
-    Raises LimitError for more than ``limit`` pairs of nearby things.
-    """
-    above = _parents(here, rows)
-    things = [here.thing(row) for row in rows]
-    boxes = [here.box(thing) for thing in things]
-    low, high = np.array([box[0] for box in boxes]).reshape(-1, 3), np.array([box[1] for box in boxes]).reshape(-1, 3)
-    reach = max((here.touch(thing) for thing in things), default=0.0)
-    pairs, complete = neighbours(low, high, reach, limit)
-    if not complete:
-        raise LimitError("primitives", f"more than {limit:,} pairs of things are near each other")
-    found: list[Related] = []
-    same = [(things[i], things[j]) for i, j in pairs.tolist() if above[i] == above[j]]
-    both = [*same, *((b, a) for a, b in same)]
-    here.compare(both, [min(here.touch(a), here.touch(b)) for a, b in both])
-    for a, b in same:
-        if a.last > a.first and b.last > b.first:
-            found += _relations_between(here, a, b)
-    return found
-
-
-def _parents(here: Arrangement, rows: Sequence[int]) -> list[int]:
-    """Return for each instance the nearest one above it that is among ``rows``, -1 for none."""
-    known = set(rows)
-    found = []
-    for row in rows:
-        above = int(here.ancestry.parent[row])
-        while above >= 0 and above not in known:
-            above = int(here.ancestry.parent[above])
-        found.append(above)
-    return found
-
-
-def _relations_between(here: Arrangement, a: Thing, b: Thing) -> Iterator[Related]:
-    reach = min(here.touch(a), here.touch(b))
-    found = here.separation(a, b)
-    if found is None or found.distance > reach:
-        return
-    pair = (a.instance, b.instance)
-    for inner, outer in ((a, b), (b, a)):
-        (low, high), (under, over) = here.box(inner), here.box(outer)
-        if bool((low >= under - reach).all() and (high <= over + reach).all()):
-            share = _share(here.hull(inner), here.hull(outer))
-            if share is not None and share >= _ENCLOSED:
-                yield Related("inside", inner.instance, outer.instance, found.distance)
-    carried = False
-    for upper, lower in ((a, b), (b, a)):
-        (low, high), (under, _) = here.box(upper), here.box(lower)
-        sunk = max(reach, _SUNK * float(high[1] - low[1]))
-        if -sunk <= found.distance and low[1] > under[1] - reach and here.is_blocked(upper, lower, reach):
-            carried = True
-            yield Related("on", upper.instance, lower.instance, found.distance)
-    if not carried:
-        yield Related("overlapping" if found.distance < -reach else "touching", *pair, found.distance)
+# --- tables of relations ----------------------------------------------------------------------------------------
 
 
 def _vector(values: Iterable[float]) -> Vector:

@@ -341,3 +341,18 @@ def test_geometry_and_physics_together_tell_each_finding_once(
     codes = [each["code"] for each in json.loads(capsys.readouterr().out)]
     assert len(codes) == len(set(codes))
     assert {"W612", "W633"} < set(codes)
+
+
+def test_settle_writes_the_translation_of_python(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    answer = tmp_path / "answer.py"
+    answer.write_text(
+        '@register()\ndef cup() -> Shape:\n    return primitive_call("cube", scale=1.0)\n\n'
+        "@register()\ndef room() -> Shape:\n"
+        '    return concat_shapes(\n        transform_shape(library_call("cup"), translation_matrix((0, 0.5, 0))),\n'
+        '        transform_shape(library_call("cup"), translation_matrix((3, 1.75, 0))))\n'
+    )
+    assert main(["settle", str(answer), "-o", str(tmp_path / "out.scene")]) == 0
+    text = (tmp_path / "out.scene").read_text("utf-8")
+    assert '(bind "room"' in text
+    assert "def " not in text
+    assert sl.load(tmp_path / "out.scene").bounds[1, 1] == pytest.approx(1.0, abs=0.01)
