@@ -190,6 +190,9 @@ CODES: dict[str, DiagnosticCode] = {
     "body-explodes": DiagnosticCode(
         "W634", "A body starts inside another one, and flies apart from it when the scene is simulated."
     ),
+    "not-simulated": DiagnosticCode(
+        "W635", "Nothing is simulated: the scene, or its first frame, has no solid things."
+    ),
     "empty-box": DiagnosticCode("W601", "The bounding box of an empty shape defaults to the unit box."),
     "no-extent": DiagnosticCode("W602", "A primitive has zero extent along some axis."),
     "unused-entry": DiagnosticCode("W603", "An entry of the embeddings file matches no handle of the scene."),
@@ -764,6 +767,7 @@ _WARNINGS = {
     "body-tips": "Move it over its support, widen the support, or fix it with `:fixed #t`.",
     "body-falls": "Put it on something, join it to what holds it with `:body #t` around both, or fix it.",
     "body-explodes": "Move the overlapping parts apart, or make them one body with `:body #t`.",
+    "not-simulated": "Semantic primitives take part with `:body #t`; of a 4D scene, the first frame is simulated.",
     "geometry-limit": "Check a part of the scene separately with `--root WORD`.",
     "unknown-block": "Use the block named in the message, or another block of the game.",
     "block-property": "Use one of the properties or values listed in the message, or omit the property to use its "

@@ -21,7 +21,7 @@ from scenelang.backends.physics.dynamics import GRAVITY, Motion, simulate
 from scenelang.backends.physics.grouping import BodySet, bodies_of
 from scenelang.backends.pictures.exhibit import Marks, save_marked
 from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import Scene
 
 SECONDS = 1.5
@@ -255,7 +255,13 @@ def check_physics(
     scene: Scene, seconds: float = SECONDS, metres_per_unit: float | None = None, progress: Progress | None = None
 ) -> list[Diagnostic]:
     """Return one warning for every kind of thing that does not rest; a 4D scene is checked at its first frame."""
-    return diagnostics_of(report_of(scene, 0, seconds, metres_per_unit, progress))
+    try:
+        return diagnostics_of(report_of(scene, 0, seconds, metres_per_unit, progress))
+    except SceneError as error:
+        if error.name != "empty-scene":
+            raise
+        where = "frame 0, the only one that is simulated: " if scene.animated else ""
+        return [Diagnostic("not-simulated", f"nothing was simulated: {where}{error.message}", None, error.hint)]
 
 
 def diagnostics_of(report: PhysicsReport) -> list[Diagnostic]:

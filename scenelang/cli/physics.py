@@ -23,7 +23,7 @@ from scenelang.cli.options import (
     usage_errors,
 )
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError
-from scenelang.grammar.settings import amount
+from scenelang.grammar.settings import amount, frame_rate, metres
 from scenelang.reports import say, table
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def add_physics(parser: Any, seconds: str) -> None:
     """Add the options of all commands that simulate."""
     parser.add_argument("--seconds", type=reader(amount), metavar="S", help=f"simulated time (default {seconds})")
     parser.add_argument(
-        "--metres-per-unit", type=reader(amount), metavar="M",
+        "--metres-per-unit", type=reader(metres), metavar="M",
         help="metres per scene unit (default: such that the diagonal of the scene is 2 m)",
     )  # fmt: skip
 
@@ -51,23 +51,26 @@ def add_simulate(parser: argparse.ArgumentParser) -> None:
         "--velocity", action="append", default=[], type=reader(velocity), metavar="WORD=X,Y,Z",
         help="initial velocity of the bodies of a word, in scene units per second; may be repeated",
     )  # fmt: skip
-    parser.add_argument("--fps", type=reader(amount), default=24.0, metavar="N", help="frames per second")
+    parser.add_argument("--fps", type=reader(frame_rate), default=24.0, metavar="N", help="frames per second")
     add_camera(parser, "size of the film in pixels (default 512x512)")
 
 
 def velocity(text: str) -> tuple[str, tuple[float, float, float]]:
     """Return the word and the three numbers of ``WORD=X,Y,Z``; raises ValueError."""
+    from scenelang.scene_physics import MAX_SPEED
+
     word, equals, numbers = text.rpartition("=")
     try:
         x, y, z = (float(part) for part in numbers.split(","))
     except ValueError:
         raise ValueError(f"expected WORD=X,Y,Z, got {text!r}") from None
-    if not equals or not abs(x) + abs(y) + abs(z) < float("inf"):
-        raise ValueError(f"expected WORD=X,Y,Z with finite numbers, got {text!r}")
+    if not equals or not max(abs(x), abs(y), abs(z)) <= MAX_SPEED:
+        raise ValueError(f"expected WORD=X,Y,Z with numbers of at most {MAX_SPEED:g}, got {text!r}")
     return word, (x, y, z)
 
 
 def run_simulate(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.physics.verdicts import diagnostics_of
     from scenelang.backends.pictures.camera import parse_viewpoint
 
     output = Path(arguments.output)
@@ -89,6 +92,8 @@ def run_simulate(arguments: argparse.Namespace) -> int:
     else:
         film = moved.scene.film(camera, size=arguments.size)
         film.save(output, arguments.fps, progress(arguments, "rendering"))
+    if not arguments.json:
+        report(arguments, [d for d in diagnostics_of(moved.report) if d.name == "body-explodes"])
     if arguments.json:
         return print_result(arguments, moved.report.data() | {"written": os.fspath(output)}, "")
     done(arguments, output)
