@@ -529,6 +529,7 @@ def _in_floors(
     found: dict[int, tuple[float, int | None]] = {}
     low, high = bodies.boxes
     flat = contacts.floor & (2.0 * (high - low)[:, 1] < (high - low)[:, [0, 2]].min(axis=1)) & bodies.opaque
+    flat &= ~bodies.solids.that_are("is_rounded")  # the top of a hill is not where its side is
     touching = contacts.pairs[contacts.apart & flat[contacts.pairs].any(axis=1)]
     body_of = np.where(flat[touching[:, 1]], touching[:, 0], touching[:, 1])
     floor_of = touching.sum(axis=1) - body_of

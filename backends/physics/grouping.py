@@ -434,6 +434,14 @@ class _Grouping:
             return False
         return found.depth <= (other_room if found.along[1] > 0.0 else room)
 
+    def _paved(self, height: float) -> npt.NDArray[np.bool_]:
+        """Which parts (N,) are broad and flat shapes on a floor, in which something of a height may be planted."""
+        extent = self.high - self.low
+        top = float(self.high[self._floors, 1].max(initial=-np.inf))
+        shapes = np.array([self._is_loose(part.node, False) for part in self.parts], bool)
+        broad = (2.0 * extent[:, 1] < extent[:, [0, 2]].min(axis=1)) & (extent[:, [0, 2]].max(axis=1) > height)
+        return np.asarray(shapes & broad & (self.low[:, 1] <= top + TOUCH * self.diagonal.max()), bool)
+
     @cached_property
     def _floors(self) -> npt.NDArray[np.bool_]:
         """Which parts (N,) are flat, broad and at the bottom of the scene or at 0."""
@@ -535,7 +543,9 @@ class _Grouping:
         room = TOUCH * self.diagonal[rows].max()
         beside = (self.low <= high + room).all(axis=1) & (self.high >= low - room).all(axis=1)
         beside[rows] = False
-        if is_rooted(words) and (low[1] <= ground + room or (beside & self.broad).any()):
+        if is_rooted(words) and (
+            low[1] <= ground + room or (beside & (self.broad | self._paved(float(high[1] - low[1])))).any()
+        ):
             return True
         touched = {other for part in rows for other in self.touching[part]} - set(rows)
         below = [other for other in touched if self.high[other, 1] <= low[1] + max(room, SUNK * (high - low)[1])]

@@ -64,6 +64,8 @@ class BodyReport:
         Number of the body whose motion takes it along, None if it moves by itself.
     place
         Where the program makes it, if that is known.
+    farthest, turned
+        Greatest distance of the centre of mass from where it was, and greatest turn in degrees, at any time.
     """
 
     words: tuple[str, ...]
@@ -79,10 +81,12 @@ class BodyReport:
     why: str
     cause: int | None = None
     place: Span | None = None
+    farthest: float = 0.0
+    turned: float = 0.0
 
     def data(self) -> dict[str, Any]:
         """Return the report as JSON data, without the place."""
-        names = ("kind", "mass", "fixed", "size", "moved", "drop", "tilt", "when", "why", "cause")
+        names = ("kind", "mass", "fixed", "size", "moved", "drop", "tilt", "when", "why", "cause", "farthest", "turned")
         return {"words": list(self.words), **{name: getattr(self, name) for name in names}, "center": list(self.center)}
 
 
@@ -170,7 +174,7 @@ def _report(bodies: BodySet, motion: Motion, number: int, fastest: float, restin
     return BodyReport(
         body.words, kind, body.moments.mass, body.fixed, body.size, _triple(body.moments.center),
         float(np.linalg.norm(paths[-1, number])), drop, tilt, when, _why(bodies, motion, number, kind), None,
-        bodies.place(body),
+        bodies.place(body), float(moved.max()), float(turns.max()),
     )  # fmt: skip
 
 
@@ -286,13 +290,22 @@ def _diagnostic(report: PhysicsReport, members: Sequence[int]) -> Diagnostic:
         "explodes": f"{name} flies apart from what it overlaps",
         "falls": f"{name} falls by {first.drop:.3g}",
         "tips": f"{name} tips over by {first.tilt:.0f} degrees",
-        "moves": f"{name} moves by {first.moved:.3g}",
+        "moves": f"{name} {_motion(first)}",
     }[first.kind]
     message = f"{how} after {first.when or 0.0:.2g} s{times}: {first.why}"
     taken = sum(1 for number in range(len(report.bodies)) if _root_cause(report.bodies, number) in members)
     if taken:
         message += f"; {taken} more {'body goes' if taken == 1 else 'bodies go'} with it"
     return Diagnostic(f"body-{first.kind}", message, first.place, _HINTS[first.kind])
+
+
+def _motion(body: BodyReport) -> str:
+    """Return by how much a body moves: what is seen of it, although it may be back in the end."""
+    if body.moved > MOVES * body.size:
+        return f"moves by {body.moved:.3g}"
+    if body.farthest > MOVES * body.size:
+        return f"moves by {body.farthest:.3g} and back"
+    return f"turns by {body.turned:.0f} degrees"
 
 
 def _root_cause(bodies: Sequence[BodyReport], number: int) -> int | None:

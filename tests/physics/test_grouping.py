@@ -334,3 +334,13 @@ def test_a_table_with_two_legs_in_the_floor_is_not_held_by_it(slab: str) -> None
     found = bodies(f'{table} (bind "room" (lambda () (union {slab} {upright} {tilted})))')
     assert [body.fixed for body in found.bodies if body.words[-1] == "table"] == [False, False]
     assert found.ground == pytest.approx(-0.1 if slab else 0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("word", "fixed"), [("street lamp", True), ("gallows", False)])
+def test_a_street_lamp_is_planted_in_the_pavement(word: str, fixed: bool) -> None:
+    street = """(transform (call "cube" :scale [16 .2 16]) (translate [0 -.1 0]))
+      (transform (call "cube" :scale [16 .15 2]) (translate [0 .075 -3]))"""
+    pole = f'(bind "{word}" (lambda () (call "cylinder" :radius .08 :p1 [0 4 0])))'
+    lamp = f'(transform (call "{word}") (translate [0 .15 -3]))'
+    found = bodies(f'{pole} (bind "street" (lambda () (union {street} {lamp})))')
+    assert [body.fixed for body in found.bodies if word in body.words] == [fixed]
