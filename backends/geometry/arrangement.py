@@ -428,13 +428,22 @@ class Arrangement:
             return None
         count = len(subjects)
         cross = near[(near[:, 0] < count) & (near[:, 1] >= count)]
+        pairs = [(subjects[i], objects[j - count]) for i, j in cross.tolist()]
+        own = [reaches[i] for i in cross[:, 0].tolist()]
+        self.compare(pairs, own)
         found: dict[int, list[Thing]] = {}
-        for i, j in cross.tolist():
-            found.setdefault(subjects[i].instance, []).append(objects[j - count])
-        self.compare(
-            [(subjects[i], objects[j - count]) for i, j in cross.tolist()], [reaches[i] for i in cross[:, 0].tolist()]
-        )
+        for (a, b), reach in zip(pairs, own):
+            known = self._near.get((a.instance, b.instance, reach))
+            if known is not None and known.separation is not None:
+                found.setdefault(a.instance, []).append(b)
         return found
+
+    def nearest(self, a: Thing, others: Sequence[Thing]) -> list[Thing]:
+        """Return the nearest of things that were compared with ``a``, or that overlaps it most; none of none."""
+        known = {
+            b.instance: self._separations[a.instance, b.instance].distance for b in others if b.instance != a.instance
+        }
+        return [min((b for b in others if b.instance in known), key=lambda b: known[b.instance])] if known else []
 
     def compare(self, things: Sequence[tuple[Thing, Thing]], reaches: Sequence[float]) -> None:
         """Compare pairs of things that are within reach of each other at once, for later questions about them."""

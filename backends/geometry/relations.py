@@ -15,7 +15,7 @@ import numpy as np
 
 from scenelang.backends.geometry.arrangement import SUNK, Arrangement, Thing, Vector, share_of
 from scenelang.backends.geometry.convex import bodies_of
-from scenelang.backends.geometry.distance import IntArray
+from scenelang.backends.geometry.distance import IntArray, neighbours
 from scenelang.backends.geometry.lint import rounded
 from scenelang.backends.geometry.solids import FloatArray
 from scenelang.grammar.datum import Span
@@ -33,6 +33,7 @@ from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 
 _MAX_TESTS = 200_000  # pairs of things that are compared for the declarations of a scene
 _MAX_VIOLATIONS = 1_000
+_FIRST = 32  # things that are compared before all are put in the order of their distance
 _FACING = 30.0  # degrees
 _ANGLE = 1.0  # degrees
 _NUMBER = 0.01  # tolerance of a length, relative to it
@@ -375,12 +376,15 @@ def _pairwise(test: _Test, every_object: bool = False) -> Callable[[_Context], l
     def relation(context: _Context) -> list[_Failure]:
         stated = context.stated
         subjects, objects = (context.things(name) for name in stated.things[:2])
-        universal = every_object or bool(stated.options.get("all"))
+        # No B is nearer than the least distance: then the nearest one is not.
+        apart = every_object or (test is _distance and stated.number is None and "max" not in stated.options)
+        universal = apart or bool(stated.options.get("all"))
         boxes = _boxes(context, objects)
-        reach = float(stated.options.get("min", 0.0)) if every_object else np.inf
+        reach = float(stated.options.get("min", 0.0)) if apart else np.inf
         near = None
-        if len(subjects) > 1 and test in _CONTACTS:
-            near = context.here.prepare(subjects, objects, [context.touch(a) for a in subjects], _MAX_TESTS)
+        if len(subjects) > 1 and (apart or test in _CONTACTS):
+            reaches = [max(context.touch(a), reach) if apart else context.touch(a) for a in subjects]
+            near = context.here.prepare(subjects, objects, reaches, _MAX_TESTS)
         if context.first and near is not None and not universal and stated.options.get("any"):
             if any(_against(context, test, a, near[a.instance], False) is None for a in subjects if a.instance in near):
                 return []
@@ -390,8 +394,8 @@ def _pairwise(test: _Test, every_object: bool = False) -> Callable[[_Context], l
             around = near.get(a.instance, []) if near is not None else []
             if around and not universal and _against(context, test, a, around, False) is None:
                 failure = None
-            elif near is not None and every_object and reach == 0.0:
-                failure = _against(context, test, a, around, True)
+            elif near is not None and apart:
+                failure = _against(context, test, a, context.here.nearest(a, around), True)
             else:
                 failure = _against(context, test, a, _nearest(context, a, objects, boxes, reach), universal)
             if failure is None and stated.options.get("any"):
@@ -407,12 +411,15 @@ def _pairwise(test: _Test, every_object: bool = False) -> Callable[[_Context], l
     return relation
 
 
-def _against(context: _Context, test: _Test, a: Thing, objects: Sequence[Thing], universal: bool) -> _Failure | None:
+def _against(context: _Context, test: _Test, a: Thing, objects: Iterable[Thing], universal: bool) -> _Failure | None:
     """Return why a subject fails: against the nearest object, or with ``universal`` the worst of all."""
     worst: _Failure | None = None
     best: _Failure | None = None
-    others = [b for b in objects if b.instance != a.instance]
-    for b in others:
+    alone = True
+    for b in objects:
+        if b.instance == a.instance:
+            continue
+        alone = False
         context.work.spend()
         failure = test(context, a, b)
         if failure is None and not universal:
@@ -420,7 +427,7 @@ def _against(context: _Context, test: _Test, a: Thing, objects: Sequence[Thing],
         if failure is not None:
             worst = failure if worst is None or failure.amount > worst.amount else worst
             best = failure if best is None or failure.amount < best.amount else best
-    if not others and not universal:
+    if alone and not universal:
         return _Failure(f'there is no other "{context.stated.things[1]}"', 1.0, a)
     return worst if universal else best
 
@@ -433,14 +440,18 @@ def _boxes(context: _Context, things: Sequence[Thing]) -> tuple[FloatArray, Floa
 
 def _nearest(
     context: _Context, a: Thing, objects: Sequence[Thing], boxes: tuple[FloatArray, FloatArray], reach: float
-) -> Sequence[Thing]:
-    """Return the objects whose boxes are within ``reach``, the nearest first."""
+) -> Iterator[Thing]:
+    """Yield the objects whose boxes are within ``reach``, the nearest first."""
     low, high = context.here.box(a)
     apart = np.maximum(np.maximum(boxes[0] - high, low - boxes[1]), 0.0)
     square = (apart * apart).sum(axis=1)
-    order = np.argsort(square, kind="stable")
-    order = order[square[order] <= reach * reach * (1.0 + 1e-9)]
-    return [objects[i] for i in order.tolist()]
+    first = np.zeros(0, np.int64)
+    if len(square) > 2 * _FIRST:  # all are seldom needed
+        first = np.flatnonzero(square <= np.partition(square, _FIRST)[_FIRST])
+        first = first[np.argsort(square[first], kind="stable")]
+        yield from (objects[i] for i in first[square[first] <= reach * reach * (1.0 + 1e-9)].tolist())
+    order = np.argsort(square, kind="stable")[len(first) :]
+    yield from (objects[i] for i in order[square[order] <= reach * reach * (1.0 + 1e-9)].tolist())
 
 
 def _on(context: _Context, a: Thing, b: Thing) -> _Failure | None:
@@ -858,22 +869,36 @@ def _symmetric(context: _Context) -> list[_Failure]:
     middle = here.center(context.things(about)[0])[axis] if about is not None else _middle(here, things)[axis]
     parts = [_parts(here, thing) for thing in things]
     owner = np.repeat(np.arange(len(things)), [len(part_words) for _, _, part_words in parts])
-    context.work.spend(len(owner) ** 2 // 1000)
+    context.work.spend(len(owner))
     low, high = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
     center, size = (low + high) / 2.0, high - low
     words = np.unique([word for _, _, part_words in parts for word in part_words], return_inverse=True)[1]
     mirrored = center.copy()
     mirrored[:, axis] = 2.0 * middle - mirrored[:, axis]
-    beside = np.array([
-        np.where(words == words[k], np.abs(np.hstack([center - mirrored[k], size - size[k]])).max(axis=1), np.inf).min()
-        for k in range(len(owner))
-    ])  # fmt: skip
+    beside = np.zeros(len(owner))
+    alone = np.setdiff1d(np.arange(len(owner)), _paired(center, mirrored, size, words, within))
+    context.work.spend(len(alone) * len(owner) // 1000)
+    for k in alone.tolist():
+        away = np.abs(np.hstack([center - mirrored[k], size - size[k]])).max(axis=1)
+        beside[k] = np.where(words == words[k], away, np.inf).min()
     failures = []
     for number, thing in enumerate(things):
         own = beside[owner == number]
         if len(own) and own.max() > within:
             failures.append(_Failure(f'"{thing.entity.word}" has no mirror image', _finite(own.max()), thing))
     return failures
+
+
+def _paired(center: FloatArray, mirrored: FloatArray, size: FloatArray, words: IntArray, within: float) -> IntArray:
+    """Return the boxes that have one of their word and size within a distance of their mirror image."""
+    count = len(center)
+    places = np.concatenate([center, mirrored])
+    near, _ = neighbours(places, places, within, _MAX_TESTS)
+    first, second = near[(near[:, 0] < count) & (near[:, 1] >= count)].T
+    second = second - count
+    same = (words[first] == words[second]) & (np.abs(size[first] - size[second]).max(axis=1, initial=0.0) <= within)
+    same &= np.abs(center[first] - mirrored[second]).max(axis=1, initial=0.0) <= within
+    return np.unique(second[same])
 
 
 def _parts(here: Arrangement, thing: Thing) -> tuple[FloatArray, FloatArray, list[str]]:

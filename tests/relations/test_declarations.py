@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 import scenelang as sl
+from scenelang.backends.geometry.arrangement import Arrangement
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
@@ -464,3 +465,20 @@ def test_what_is_stated_twice_is_told_once(tmp_path: Path, capsys: pytest.Captur
         told = capsys.readouterr().err
         assert (told.count("does not hold"), told.count("times")) == (1, 0)
         assert '"cup" and "table" are 0 apart' in told
+
+
+def test_a_least_distance_compares_what_is_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    posts = '(for*/union ((i (iota 12)) (j (iota 12))) (transform (call "chair") (translate (vector i 0 j))))'
+    scene = scene_of(posts)
+    compared: list[int] = []
+    alone = Arrangement.separation
+    monkeypatch.setattr(Arrangement, "separation", lambda *given: (compared.append(1), alone(*given))[1])
+    assert scene.violations('(distance "chair" "chair" :min .4)', '(clear-of "chair" "chair" :min .4)') == []
+    assert len(compared) == 0
+    assert len(scene.violations('(distance "chair" "chair" :min .9)')) == 144  # the nearest is .5 away
+
+
+def test_symmetry_of_what_is_not() -> None:
+    scene = scene_of(at("chair", -2, 0, 0) + at("chair", 2, 0, 0) + at("table", 0, 0, 0) + at("chair", 1, 0, 0.5))
+    [*found] = scene.violations('(symmetric "chair" :across "x" :about "table")')
+    assert [round(each.amount, 3) for each in found] == [1.0]
