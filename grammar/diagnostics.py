@@ -190,6 +190,9 @@ CODES: dict[str, DiagnosticCode] = {
     "body-explodes": DiagnosticCode(
         "W634", "A body starts inside another one, and flies apart from it when the scene is simulated."
     ),
+    "not-simulated": DiagnosticCode(
+        "W635", "Nothing is simulated: the scene, or its first frame, has no solid things."
+    ),
     "empty-box": DiagnosticCode("W601", "The bounding box of an empty shape defaults to the unit box."),
     "no-extent": DiagnosticCode("W602", "A primitive has zero extent along some axis."),
     "unused-entry": DiagnosticCode("W603", "An entry of the embeddings file matches no handle of the scene."),
@@ -435,7 +438,7 @@ def rename_fixes(span: Span | None, name: str, near: Iterable[str]) -> tuple[Fix
     if span is None or span.expansion is not None or span.text != name:
         return ()
     names = tuple(near)
-    is_sure = len(names) == 1 and len(name) >= _LONG and _is_one_letter_off(name, names[0])
+    is_sure = len(names) == 1 and len(name) >= _LONG and is_one_letter_off(name, names[0])
     is_sure = is_sure and name.endswith("!") == names[0].endswith("!")  # what changes a value is another function
     return tuple(Fix(f"Change to `{other}`", (Edit(span, other),), is_sure) for other in names)
 
@@ -443,7 +446,7 @@ def rename_fixes(span: Span | None, name: str, near: Iterable[str]) -> tuple[Fix
 _LONG = 5  # shorter names are one letter away from too many others
 
 
-def _is_one_letter_off(a: str, b: str) -> bool:
+def is_one_letter_off(a: str, b: str) -> bool:
     """Return whether one letter is missing, added or different, or two neighbours are swapped."""
     start = next((i for i, (x, y) in enumerate(zip(a, b)) if x != y), min(len(a), len(b)))
     x, y = a[start:], b[start:]
@@ -764,6 +767,7 @@ _WARNINGS = {
     "body-tips": "Move it over its support, widen the support, or fix it with `:fixed #t`.",
     "body-falls": "Put it on something, join it to what holds it with `:body #t` around both, or fix it.",
     "body-explodes": "Move the overlapping parts apart, or make them one body with `:body #t`.",
+    "not-simulated": "Semantic primitives take part with `:body #t`; of a 4D scene, the first frame is simulated.",
     "geometry-limit": "Check a part of the scene separately with `--root WORD`.",
     "unknown-block": "Use the block named in the message, or another block of the game.",
     "block-property": "Use one of the properties or values listed in the message, or omit the property to use its "

@@ -115,6 +115,22 @@ def seconds(text: str) -> float:
     return value
 
 
+def metres(text: str) -> float:
+    """Parse a scale in metres per scene unit."""
+    value = _number(text)
+    if not 1e-9 <= value <= 1e9:
+        raise ValueError(f"expected a number from 1e-9 to 1e9, got `{text}`")
+    return value
+
+
+def frame_rate(text: str) -> float:
+    """Parse a number of frames per second."""
+    value = _number(text)
+    if not 0 < value <= 1000:
+        raise ValueError(f"expected a number above 0 and at most 1000, got `{text}`")
+    return value
+
+
 def dollars(text: str) -> float:
     """Parse a positive amount in US dollars, with an optional ``$``."""
     value = _number(text.removeprefix("$"))

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.entity import Scene as EntityScene
     from scenelang.scene import Scene
 
+MAX_SPEED = 1e4  # scene units per second that a thing starts with
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedScene:
@@ -100,8 +102,9 @@ def simulate(
     from scenelang.backends.physics.settling import simulated
 
     for word, velocity in (velocities or {}).items():
-        if len(velocity) != 3 or not all(fits(x, "float") for x in velocity):
-            raise SceneError("value", f"`velocities`: expected three finite numbers for {word!r}, got {velocity!r}")
+        if len(velocity) != 3 or not all(fits(x, "float") and abs(x) <= MAX_SPEED for x in velocity):
+            expected = f"three numbers of at most {MAX_SPEED:g}"
+            raise SceneError("value", f"`velocities`: expected {expected} for {word!r}, got {velocity!r}")
     if not 0.0 < fps <= 1000.0:
         raise SceneError("value", f"`fps`: expected a number above 0, at most 1000, got {fps:g}")
     graph, report = simulated(self.graph, seconds, fps, checked_scale(metres_per_unit), velocities, progress)

@@ -82,6 +82,7 @@ class Arrangement:
 
     def __init__(self, scene: Scene, frame: int = 0) -> None:
         self.scene = scene
+        self.frame = frame
         self.root = scene.frames[frame]
         self.ancestry: Ancestry = ancestry_of(self.root)
         self.bodies: Bodies = bodies_of(self.root)
@@ -168,6 +169,20 @@ class Arrangement:
             return []
         return sorted(row for each in found if (row := self._row(each.positions)) is not None)
 
+    def problem_of(self, path: str, within: int) -> str | None:
+        """Return why a path means nothing below ``within``, None for what is no path."""
+        if is_plain(path) or is_handle(path):
+            return None
+        try:
+            self._locator.find(path, self._locator.at(self.ancestry.path(within)))
+        except SceneError as error:
+            return f"{error.message}: {error.hint}" if error.hint else error.message
+        return None
+
+    def contains(self, thing: Thing, other: Thing) -> bool:
+        """Return whether ``other`` is a part of a thing."""
+        return thing.instance != other.instance and bool(self._is_below(thing.instance)[other.instance])
+
     def _row(self, positions: Sequence[int]) -> int | None:
         ancestry, row = self.ancestry, 0
         for position in positions:
@@ -179,7 +194,7 @@ class Arrangement:
 
     @cached_property
     def _locator(self) -> Locator:
-        return Locator(self.scene, self.scene.frames.index(self.root))
+        return Locator(self.scene, self.frame)
 
     def things(self, name: str, within: int = 0) -> list[Thing]:
         """Return the outermost instances with a word, handle or path that are ``within`` or below it."""
@@ -413,13 +428,22 @@ class Arrangement:
             return None
         count = len(subjects)
         cross = near[(near[:, 0] < count) & (near[:, 1] >= count)]
+        pairs = [(subjects[i], objects[j - count]) for i, j in cross.tolist()]
+        own = [reaches[i] for i in cross[:, 0].tolist()]
+        self.compare(pairs, own)
         found: dict[int, list[Thing]] = {}
-        for i, j in cross.tolist():
-            found.setdefault(subjects[i].instance, []).append(objects[j - count])
-        self.compare(
-            [(subjects[i], objects[j - count]) for i, j in cross.tolist()], [reaches[i] for i in cross[:, 0].tolist()]
-        )
+        for (a, b), reach in zip(pairs, own):
+            known = self._near.get((a.instance, b.instance, reach))
+            if known is not None and known.separation is not None:
+                found.setdefault(a.instance, []).append(b)
         return found
+
+    def nearest(self, a: Thing, others: Sequence[Thing]) -> list[Thing]:
+        """Return the nearest of things that were compared with ``a``, or that overlaps it most; none of none."""
+        known = {
+            b.instance: self._separations[a.instance, b.instance].distance for b in others if b.instance != a.instance
+        }
+        return [min((b for b in others if b.instance in known), key=lambda b: known[b.instance])] if known else []
 
     def compare(self, things: Sequence[tuple[Thing, Thing]], reaches: Sequence[float]) -> None:
         """Compare pairs of things that are within reach of each other at once, for later questions about them."""

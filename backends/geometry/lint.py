@@ -23,7 +23,9 @@ from scenelang.backends.geometry.stability import (
     hanging,
     intersecting,
     is_airborne,
+    is_put_down,
     is_soft,
+    may_be_set_in,
     standing_of,
     unstable,
 )
@@ -146,6 +148,8 @@ def _clipped(subject: FloatArray, clip: FloatArray) -> FloatArray:
 _POSE_TOLERANCE = 1e-6  # pose tolerance relative to the scene's size
 _MAX_OVERLAP = 0.34  # of the smaller extent: siblings with the same word that overlap more are reported
 _SUNK = 0.4  # of its height: what is deeper in the ground was probably not raised by mistake
+_SUNK_FURNITURE = 0.05  # the same of what a person puts on a floor, by its noun
+_SUNK_PEER = 0.02  # the same of a thing whose equals stand on the ground
 _SUNK_BALL = 0.75  # rocks, bushes and boats are often half in what carries them
 _INLAY = 0.05  # of its breadth: what is flatter is laid into the floor
 _BROAD = 0.4  # of the scene's area: a body this broad is the ground
@@ -288,11 +292,13 @@ def _findings(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
         body, other = fault.body, fault.other
         if known.isdisjoint({(body, other), (other, body), (body, None), (other, None)}):
             yield Finding("through", *fault)
-    yield from _below_ground(bodies, contacts)
+    sunk = list(_below_ground(bodies, contacts))
+    yield from (finding for finding, deep in sunk if deep)
     for fault in unstable(bodies, contacts, ground):
         yield Finding("unstable" if fault.move is not None else "tipping", *fault)
     for fault in hanging(bodies, contacts, ground):
         yield Finding("hanging", *fault)
+    yield from (finding for finding, deep in sunk if not deep)  # what is tilted is told so
     yield from _hovering(bodies, pairs)
     yield from _fighting_faces(bodies, rest)
 
@@ -459,8 +465,9 @@ def _gap_of(bodies: Bodies, members: IntArray, others: IntArray, ground: float) 
 # --- the ground ------------------------------------------------------------------------------------------------------
 
 
-def _below_ground(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
-    """Yield things that are deep in the floor that they stand on, or below y = 0 if the scene stands there."""
+def _below_ground(bodies: Bodies, contacts: Contacts) -> Iterator[tuple[Finding, bool]]:
+    """Yield things that are in the floor that they stand on, or below y = 0 if the scene stands there, and whether
+    they are deep in it."""
     low, high = bodies.boxes
     room = 2.0 * bodies.touch
     names, thing = np.unique(contacts.thing, return_inverse=True)
@@ -475,40 +482,67 @@ def _below_ground(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
     ground = _ground(bodies, contacts, below)
     own = np.where(bodies.solids.that_are("is_rounded"), _SUNK_BALL, _SUNK) * (high[:, 1] - low[:, 1])
     legs = thing[(-low[:, 1] > np.maximum(own, room)) & (low[:, 1] <= bottom[thing] + room)]
-    sunk = (-bottom > np.maximum(limit, room)) | np.isin(np.arange(len(names)), legs)
+    least = np.minimum(limit, _least_dips(bodies, lowest, bottom, top))
+    sunk = (-bottom > np.maximum(least, room)) | np.isin(np.arange(len(names)), legs)
     sunk &= ~np.isin(np.arange(len(names)), thing[ground])
     standing = int(np.count_nonzero((np.abs(bottom) <= room) & ~np.isin(np.arange(len(names)), thing[ground])))
     dips: dict[int, tuple[float, int | None]] = {}
     if standing >= max(int(np.count_nonzero(sunk)), 1):
         dips |= {int(t): (-float(bottom[t]), None) for t in np.flatnonzero(sunk)}
-    inside = _in_floors(bodies, contacts, thing, bottom, limit)
+    inside = _in_floors(bodies, contacts, thing, bottom, limit, least)
     dips |= inside
     for t, (dip, floor) in dips.items():
         body = int(lowest[t])
         if t in inside or not _is_beside(bodies, body, ground):
-            yield Finding("sunk", body, floor, dip, (0.0, dip, 0.0))
+            yield Finding("sunk", body, floor, dip, (0.0, dip, 0.0)), dip > limit[t] or t in legs
+
+
+def _least_dips(bodies: Bodies, lowest: IntArray, bottom: FloatArray, top: FloatArray) -> FloatArray:
+    """Return for each thing, given by its lowest body, how deep in the ground it is a mistake even if it is not deep;
+    infinite if only its depth tells.
+
+    So is what a person puts on a floor, and a thing most of whose equals have one level above its own.
+    """
+    height, found = top - bottom, np.full(len(lowest), np.inf)
+    round_ones = bodies.solids.that_are("is_rounded")
+    equals: dict[tuple[str, ...], list[int]] = {}
+    for t, body in enumerate(lowest.tolist()):
+        words = bodies.words(body)
+        if len(words) > 2 and not round_ones[body] and not may_be_set_in(words[1:]):
+            equals.setdefault(words, []).append(t)
+            if is_put_down(words[1:]):
+                found[t] = _SUNK_FURNITURE * height[t]
+    room = 2.0 * bodies.touch
+    for members in equals.values():
+        level = float(np.quantile(bottom[members], 0.5, method="higher"))
+        at_level = [t for t in members if abs(bottom[t] - level) <= room]
+        under = [t for t in members if bottom[t] < level - room]
+        if len(members) > 1 and len(at_level) >= len(under):
+            found[under] = np.minimum(found[under], _SUNK_PEER * height[under])
+    return found
 
 
 def _in_floors(
-    bodies: Bodies, contacts: Contacts, thing: IntArray, bottom: FloatArray, limit: FloatArray
+    bodies: Bodies, contacts: Contacts, thing: IntArray, bottom: FloatArray, limit: FloatArray, least: FloatArray
 ) -> dict[int, tuple[float, int | None]]:
     """Return for each thing that is deep in a floor how deep it is, and the floor."""
     found: dict[int, tuple[float, int | None]] = {}
     low, high = bodies.boxes
     flat = contacts.floor & (2.0 * (high - low)[:, 1] < (high - low)[:, [0, 2]].min(axis=1)) & bodies.opaque
+    flat &= ~bodies.solids.that_are("is_rounded")  # the top of a hill is not where its side is
     touching = contacts.pairs[contacts.apart & flat[contacts.pairs].any(axis=1)]
     body_of = np.where(flat[touching[:, 1]], touching[:, 0], touching[:, 1])
     floor_of = touching.sum(axis=1) - body_of
-    deep = high[floor_of, 1] - bottom[thing[body_of]] > np.maximum(limit[thing[body_of]], 4.0 * bodies.touch)
+    deep = high[floor_of, 1] - bottom[thing[body_of]] > np.maximum(least[thing[body_of]], 2.0 * bodies.touch)
     for body, floor in zip(body_of[deep].tolist(), floor_of[deep].tolist()):
         t, height = int(thing[body]), float(high[floor, 1])
-        dip, room = height - float(bottom[t]), float(limit[t])
+        dip, room = height - float(bottom[t]), float(least[t])
         if is_soft(bodies.words(floor)):
-            room *= _SUNK_BALL / _SUNK
+            room = float(limit[t]) * _SUNK_BALL / _SUNK
         flat_thing = float(limit[t]) < _INLAY * float((high - low)[body, [0, 2]].max())
         if contacts.floor[body] or thing[floor] == t or bodies.hollow[floor] or flat_thing:
             continue
-        if dip > max(room, 4.0 * bodies.touch) and dip > found.get(t, (0.0, None))[0]:
+        if dip > max(room, 2.0 * bodies.touch) and dip > found.get(t, (0.0, None))[0]:
             found[t] = dip, (None if abs(height) <= bodies.touch else floor)
     return found
 
@@ -677,11 +711,18 @@ def _diagnostic(group: Iterable[_Named], animated: bool) -> Diagnostic:
     if animated:
         message += f" (frame {min(frames)})"
     hint = None
-    if finding.move is not None and any(abs(x) > 1e-9 for x in finding.move):
-        hint = f"`(translate [{' '.join(f'{round(x, 6) + 0.0:.3g}' for x in finding.move)}])` would fix it"
+    on_foot = finding.kind == "unstable" and not named.other  # which moves with it
+    if finding.move is not None and not on_foot and any(abs(x) > 1e-9 for x in finding.move):
+        hint = f"`(translate [{rounded(finding.move, 3)}])` would fix it"
     other = named.other_place
     notes = (Note("the other thing is created here", other),) if other is not None and other != named.place else ()
     return Diagnostic(name, message, named.place, hint, notes)
+
+
+def rounded(move: Sequence[float], digits: int = 4) -> str:
+    """Return the components of a translation as they are written; those that are nothing beside the others are 0."""
+    least = 1e-6 * max(abs(x) for x in move)
+    return " ".join(f"{x if abs(x) > least else 0.0:.{digits}g}" for x in move)
 
 
 def _path(words: tuple[str, ...]) -> str:

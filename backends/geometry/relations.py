@@ -15,15 +15,25 @@ import numpy as np
 
 from scenelang.backends.geometry.arrangement import SUNK, Arrangement, Thing, Vector, share_of
 from scenelang.backends.geometry.convex import bodies_of
-from scenelang.backends.geometry.distance import IntArray
+from scenelang.backends.geometry.distance import IntArray, neighbours
+from scenelang.backends.geometry.lint import rounded
 from scenelang.backends.geometry.solids import FloatArray
 from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError, suggest
+from scenelang.grammar.diagnostics import (
+    Diagnostic,
+    LimitError,
+    Note,
+    SceneError,
+    is_one_letter_off,
+    near_names,
+    suggest,
+)
 from scenelang.interpreter.scene.declarations import OVER_FRAMES, Declaration, basic_color
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 
 _MAX_TESTS = 200_000  # pairs of things that are compared for the declarations of a scene
 _MAX_VIOLATIONS = 1_000
+_FIRST = 32  # things that are compared before all are put in the order of their distance
 _FACING = 30.0  # degrees
 _ANGLE = 1.0  # degrees
 _NUMBER = 0.01  # tolerance of a length, relative to it
@@ -125,15 +135,25 @@ class _Context:
         return found
 
     def unknown(self, name: str) -> SceneError:
-        ancestry = self.here.ancestry
+        ancestry, scene = self.here.ancestry, self.here.scene
         around = (ancestry.entity(self.within) if len(ancestry) else self.here.root).word
         what = f"no instance has the handle {name}" if name.startswith("<") else f'"{name}" does not occur'
-        hint = suggest(name, self.here.words())
+        hint = self.here.problem_of(name, self.within) or suggest(name, self.here.words())
         if hint is None and self.within and self.here.instances(name):
             hint = (
                 f'it occurs outside of "{around}"; state the declaration in an entity that contains it, or at top level'
             )
-        return SceneError("declaration-subject", f'{what} in "{around}"', hint)
+        where = f" (frame {self.here.frame})" if scene.animated else ""
+        return SceneError("declaration-subject", f'{what} in "{around}"{where}', hint)
+
+    def is_misspelled(self, name: str, surely: bool) -> bool:
+        """Return whether a word that does not occur in the frame is like one that does, with ``surely`` but for one
+        letter."""
+        scene = self.here.scene
+        if scene.animated and any(entity.word == name for entity in descendants(*scene.frames)):
+            return False
+        near = near_names(name, self.here.words())
+        return any(is_one_letter_off(name, other) for other in near) if surely else bool(near)
 
     def touch(self, thing: Thing) -> float:
         return float(self.option("within", self.here.touch(thing)))
@@ -276,6 +296,7 @@ def check_declarations(scene: Scene, extra: Sequence[Declaration] = ()) -> list[
     """Return an error for each declaration that does not hold, about the worst case of each."""
     groups: dict[tuple[Any, ...], list[Violation]] = {}
     errors: list[Diagnostic] = []
+    extra = list({(str(each), each.options.get("message")): each for each in reversed(extra)}.values())[::-1]
     for each in _tested(scene, extra):
         if isinstance(each, SceneError):
             errors.append(each.diagnostic)
@@ -283,7 +304,10 @@ def check_declarations(scene: Scene, extra: Sequence[Declaration] = ()) -> list[
         span = each.declaration.span
         key = (str(each.declaration), None if span is None else (span.source.name, span.start))
         groups.setdefault(key, []).append(each)
-    return [*errors, *(_diagnostic(group, scene) for group in groups.values())]
+    found = [*errors, *(_diagnostic(group, scene) for group in groups.values())]
+    asked = {id(each.span) for each in extra}
+    stated = {d.message for d in found if id(d.span) not in asked}
+    return [d for d in found if id(d.span) not in asked or d.message not in stated]  # what the program states too
 
 
 def picture_of_declarations(scene: Scene, extra: Sequence[Declaration], path: Path) -> bool:
@@ -322,7 +346,7 @@ def _diagnostic(group: Sequence[Violation], scene: Scene) -> Diagnostic:
     message = f"{stated} does not hold: {worst.message}"
     if len(first) > 1:
         message += f" ({len(first)} times)"
-    if scene.animated:
+    if scene.animated and stated.relation not in OVER_FRAMES:
         message += f" (frame {frames[0]}" + (f" and {len(frames) - 1} more)" if len(frames) > 1 else ")")
     if stated.options.get("message"):
         message = f"{stated.options['message']}: {message}"
@@ -337,9 +361,7 @@ def _diagnostic(group: Sequence[Violation], scene: Scene) -> Diagnostic:
 def _hint(worst: Violation) -> str | None:
     if worst.move is None or not any(abs(x) > 1e-9 for x in worst.move):
         return None
-    return (
-        f'`(translate [{" ".join(f"{round(x, 9) + 0.0:.4g}" for x in worst.move)}])` of "{worst.subject}" would fix it'
-    )
+    return f'`(translate [{rounded(worst.move)}])` of "{worst.subject}" would fix it'
 
 
 # --- relations of two things -----------------------------------------------------------------------------------------
@@ -354,12 +376,15 @@ def _pairwise(test: _Test, every_object: bool = False) -> Callable[[_Context], l
     def relation(context: _Context) -> list[_Failure]:
         stated = context.stated
         subjects, objects = (context.things(name) for name in stated.things[:2])
-        universal = every_object or bool(stated.options.get("all"))
+        # No B is nearer than the least distance: then the nearest one is not.
+        apart = every_object or (test is _distance and stated.number is None and "max" not in stated.options)
+        universal = apart or bool(stated.options.get("all"))
         boxes = _boxes(context, objects)
-        reach = float(stated.options.get("min", 0.0)) if every_object else np.inf
+        reach = float(stated.options.get("min", 0.0)) if apart else np.inf
         near = None
-        if len(subjects) > 1 and test in _CONTACTS:
-            near = context.here.prepare(subjects, objects, [context.touch(a) for a in subjects], _MAX_TESTS)
+        if len(subjects) > 1 and (apart or test in _CONTACTS):
+            reaches = [max(context.touch(a), reach) if apart else context.touch(a) for a in subjects]
+            near = context.here.prepare(subjects, objects, reaches, _MAX_TESTS)
         if context.first and near is not None and not universal and stated.options.get("any"):
             if any(_against(context, test, a, near[a.instance], False) is None for a in subjects if a.instance in near):
                 return []
@@ -369,8 +394,8 @@ def _pairwise(test: _Test, every_object: bool = False) -> Callable[[_Context], l
             around = near.get(a.instance, []) if near is not None else []
             if around and not universal and _against(context, test, a, around, False) is None:
                 failure = None
-            elif near is not None and every_object and reach == 0.0:
-                failure = _against(context, test, a, around, True)
+            elif near is not None and apart:
+                failure = _against(context, test, a, context.here.nearest(a, around), True)
             else:
                 failure = _against(context, test, a, _nearest(context, a, objects, boxes, reach), universal)
             if failure is None and stated.options.get("any"):
@@ -386,12 +411,15 @@ def _pairwise(test: _Test, every_object: bool = False) -> Callable[[_Context], l
     return relation
 
 
-def _against(context: _Context, test: _Test, a: Thing, objects: Sequence[Thing], universal: bool) -> _Failure | None:
+def _against(context: _Context, test: _Test, a: Thing, objects: Iterable[Thing], universal: bool) -> _Failure | None:
     """Return why a subject fails: against the nearest object, or with ``universal`` the worst of all."""
     worst: _Failure | None = None
     best: _Failure | None = None
-    others = [b for b in objects if b.instance != a.instance]
-    for b in others:
+    alone = True
+    for b in objects:
+        if b.instance == a.instance:
+            continue
+        alone = False
         context.work.spend()
         if best is not None and not universal and test in _NEARNESS and _gap(context.here, a, b) >= best.amount:
             continue  # further than the nearest is from holding
@@ -401,7 +429,7 @@ def _against(context: _Context, test: _Test, a: Thing, objects: Sequence[Thing],
         if failure is not None:
             worst = failure if worst is None or failure.amount > worst.amount else worst
             best = failure if best is None or failure.amount < best.amount else best
-    if not others and not universal:
+    if alone and not universal:
         return _Failure(f'there is no other "{context.stated.things[1]}"', 1.0, a)
     return worst if universal else best
 
@@ -420,19 +448,27 @@ def _boxes(context: _Context, things: Sequence[Thing]) -> tuple[FloatArray, Floa
 
 def _nearest(
     context: _Context, a: Thing, objects: Sequence[Thing], boxes: tuple[FloatArray, FloatArray], reach: float
-) -> Sequence[Thing]:
-    """Return the objects whose boxes are within ``reach``, the nearest first."""
+) -> Iterator[Thing]:
+    """Yield the objects whose boxes are within ``reach``, the nearest first."""
     low, high = context.here.box(a)
     apart = np.maximum(np.maximum(boxes[0] - high, low - boxes[1]), 0.0)
     square = (apart * apart).sum(axis=1)
-    order = np.argsort(square, kind="stable")
-    order = order[square[order] <= reach * reach * (1.0 + 1e-9)]
-    return [objects[i] for i in order.tolist()]
+    first = np.zeros(0, np.int64)
+    if len(square) > 2 * _FIRST:  # all are seldom needed
+        first = np.flatnonzero(square <= np.partition(square, _FIRST)[_FIRST])
+        first = first[np.argsort(square[first], kind="stable")]
+        yield from (objects[i] for i in first[square[first] <= reach * reach * (1.0 + 1e-9)].tolist())
+    order = np.argsort(square, kind="stable")[len(first) :]
+    yield from (objects[i] for i in order[square[order] <= reach * reach * (1.0 + 1e-9)].tolist())
 
 
 def _on(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     here, reach = context.here, context.touch(a)
     low, high = here.box(a)
+    if here.contains(a, b):
+        return _Failure(
+            f'"{b.entity.word}" is a part of "{a.entity.word}"', max(float((high - low).max()), reach), a, b
+        )
     found = here.separation(a, b)
     if found is None:
         return _Failure(f'"{a.entity.word}" has no solid parts', 1.0, a, b)
@@ -542,7 +578,7 @@ def _distance(context: _Context, a: Thing, b: Thing) -> _Failure | None:
     found = context.here.separation(a, b)
     if found is None:
         return None
-    distance = max(found.distance, 0.0)
+    distance = max(found.distance, 0.0) + 0.0
     off = _off(context, distance)
     if off == 0.0:
         return None
@@ -603,6 +639,8 @@ def _direction(name: str) -> _Test:
         near = float(low[axis]) if sign > 0.0 else -float(high[axis])
         middle = (low + high) / 2.0
         beside = [side for side in (0, 2) if not under[side] <= middle[side] <= over[side]] if axis == 1 else []
+        if beside and ((low <= (under + over) / 2.0) & ((under + over) / 2.0 <= high))[[0, 2]].all():
+            beside = []  # a table is below the cup near its edge
         lacking = edge - center
         if lacking < 0.0 and not beside:
             return None
@@ -680,10 +718,11 @@ def _count(context: _Context) -> list[_Failure]:
     exact, least, most = context.stated.number, context.option("min"), context.option("max")
     low = exact if exact is not None else (0.0 if least is None else least)
     high = exact if exact is not None else (math.inf if most is None else most)
-    if low <= count <= high:
-        return []
-    if count == 0 and suggest(name, context.here.words()) is not None:
+    holds = low <= count <= high
+    if count == 0 and context.is_misspelled(name, surely=holds):
         raise context.unknown(name)
+    if holds:
+        return []
     subject = context.here.thing(found[0]) if found else None
     message = f"there {'is' if count == 1 else 'are'} {count}"
     return [_Failure(message, max(low - count, count - high), subject)]
@@ -703,11 +742,13 @@ def _has_color(context: _Context) -> list[_Failure]:
             name = basic_color(bodies.colors[body].tolist())
             shares[name] = shares.get(name, 0.0) + float(area[body])
         whole = sum(shares.values())
-        share = shares.get(str(context.stated.color), 0.0) / whole if whole > 0.0 else 0.0
+        if whole <= 0.0:
+            raise SceneError("declaration-subject", f'"{a.entity.word}" has no surface that can be seen')
+        share = shares.get(str(context.stated.color), 0.0) / whole
         if share > 0.5 and context.option("any"):
             return []
         if share <= 0.5:
-            most = max(shares, key=lambda name: shares[name], default="nothing")
+            most = max(shares, key=lambda name: shares[name])
             failures.append(_Failure(f'"{a.entity.word}" is {most}', 1.0 - share, a))
     return failures[:1] if context.option("any") else failures
 
@@ -835,22 +876,36 @@ def _symmetric(context: _Context) -> list[_Failure]:
     middle = here.center(context.things(about)[0])[axis] if about is not None else _middle(here, things)[axis]
     parts = [_parts(here, thing) for thing in things]
     owner = np.repeat(np.arange(len(things)), [len(part_words) for _, _, part_words in parts])
-    context.work.spend(len(owner) ** 2 // 1000)
+    context.work.spend(len(owner))
     low, high = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
     center, size = (low + high) / 2.0, high - low
     words = np.unique([word for _, _, part_words in parts for word in part_words], return_inverse=True)[1]
     mirrored = center.copy()
     mirrored[:, axis] = 2.0 * middle - mirrored[:, axis]
-    beside = np.array([
-        np.where(words == words[k], np.abs(np.hstack([center - mirrored[k], size - size[k]])).max(axis=1), np.inf).min()
-        for k in range(len(owner))
-    ])  # fmt: skip
+    beside = np.zeros(len(owner))
+    alone = np.setdiff1d(np.arange(len(owner)), _paired(center, mirrored, size, words, within))
+    context.work.spend(len(alone) * len(owner) // 1000)
+    for k in alone.tolist():
+        away = np.abs(np.hstack([center - mirrored[k], size - size[k]])).max(axis=1)
+        beside[k] = np.where(words == words[k], away, np.inf).min()
     failures = []
     for number, thing in enumerate(things):
         own = beside[owner == number]
         if len(own) and own.max() > within:
             failures.append(_Failure(f'"{thing.entity.word}" has no mirror image', _finite(own.max()), thing))
     return failures
+
+
+def _paired(center: FloatArray, mirrored: FloatArray, size: FloatArray, words: IntArray, within: float) -> IntArray:
+    """Return the boxes that have one of their word and size within a distance of their mirror image."""
+    count = len(center)
+    places = np.concatenate([center, mirrored])
+    near, _ = neighbours(places, places, within, _MAX_TESTS)
+    first, second = near[(near[:, 0] < count) & (near[:, 1] >= count)].T
+    second = second - count
+    same = (words[first] == words[second]) & (np.abs(size[first] - size[second]).max(axis=1, initial=0.0) <= within)
+    same &= np.abs(center[first] - mirrored[second]).max(axis=1, initial=0.0) <= within
+    return np.unique(second[same])
 
 
 def _parts(here: Arrangement, thing: Thing) -> tuple[FloatArray, FloatArray, list[str]]:
@@ -910,6 +965,9 @@ def _outside(here: Arrangement, group: IntArray, own: set[int]) -> list[int]:
     """Return the primitives of the frame whose bodies are in none of the groups ``own``."""
     rows = np.flatnonzero(~np.isin(group, list(own)))
     return [int(row) for row in here.bodies.row[rows]]
+
+
+# --- tables of relations ----------------------------------------------------------------------------------------
 
 
 def _vector(values: Iterable[float]) -> Vector:

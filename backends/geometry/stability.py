@@ -44,8 +44,8 @@ PARTS = _words(
 # Nouns of what is made to float or to hang.
 AIRBORNE = _words(
     """
-    aeroplane airplane airship angel arrow asteroid atom balloon banner bat bee bird blimp bubble bulb butterfly
-    chandelier cloud comet confetti dragon dragonfly drone droplet dust eagle electron fairy feather fire
+    aeroplane airplane airship angel arrow asteroid atom balloon banner bat bee bird blimp blind bubble bulb butterfly
+    chandelier cloud comet confetti curtain dragon dragonfly drone droplet dust eagle electron fairy feather fire
     firefly firework fish flake flame fly ghost glow gull halo hanging helicopter jet kite label lamp lantern
     letter light lightbulb logo meteor mist molecule moon mote nebula neutron orb orbit particle pendant petal plane
     planet proton rain raindrop ray rocket satellite seagull sign sky smoke snow snowflake spaceship spark
@@ -64,10 +64,17 @@ _PORTABLE = _words(
     toaster tool toy trophy tv urn vase watermelon
     """
 )
+# Nouns of what stands on a floor by nothing but its weight.
+_FURNITURE = _words(
+    """
+    armchair bed bench bookcase bookshelf cabinet couch crib cupboard desk drawers dresser fridge nightstand oven piano
+    refrigerator sideboard sofa stove table wardrobe workbench
+    """
+)
 # Nouns of what is held by the ground that it stands in.
 _ROOTED = _words(
     """
-    cactus crane flagpole flower hydrant lamppost mast palm plant pole post ramp sapling sign
+    cactus crane flagpole floodlight flower hydrant lamppost mast palm plant pole post ramp sapling sign
     signpost stair staircase step streetlamp streetlight tree
     """
 )
@@ -221,8 +228,24 @@ def is_mounted(words: Sequence[str]) -> bool:
 
 
 def is_rooted(words: Sequence[str]) -> bool:
-    """Return whether any of the words names what is held by the ground that it stands in."""
-    return _has_noun(words, _ROOTED)
+    """Return whether any of the words names what is held by the ground that it stands in, such as a street lamp."""
+    return _has_noun(words, _ROOTED) or _has_noun([_closed(word) for word in words], _ROOTED)
+
+
+def _closed(word: str) -> str:
+    """Return a word with its last two nouns as one: "street lamp" as "streetlamp"."""
+    first, _, last = word.lower().replace("_", "-").replace(" ", "-").rpartition("-")
+    return first.rpartition("-")[2] + last
+
+
+def is_put_down(words: Sequence[str]) -> bool:
+    """Return whether a word of a path names what a person puts on a floor, and none what may be set into it."""
+    return _has_noun(words, _PORTABLE | _FURNITURE) and not may_be_set_in(words)
+
+
+def may_be_set_in(words: Sequence[str]) -> bool:
+    """Return whether any of the words names what may be set into the ground, or is a part of a building."""
+    return _has_noun(words, _ROOTED | _SOFT | _STRUCTURE | _BUILDINGS | AIRBORNE)
 
 
 def is_portable(entity: Entity) -> bool:
@@ -272,7 +295,13 @@ def contacts_of(bodies: Bodies, root: Entity) -> Contacts:
     upright = np.abs(along[:, 1]) >= _VERTICAL
     shallow = np.minimum((high - low)[pairs[:, 0], 1], (high - low)[pairs[:, 1], 1]) * _SUNK
     on_floor = floor[pairs].any(axis=1)
-    rests = apart & upright & (depth <= np.where(on_floor, 4.0 * bodies.touch, np.maximum(shallow, 4.0 * bodies.touch)))
+    held_by_floor = on_floor & (depth > 4.0 * bodies.touch)
+    for row in np.flatnonzero(held_by_floor & apart).tolist():
+        upper = next((i for i in pairs[row].tolist() if not floor[i]), None)
+        held_by_floor[row] = upper is None or not is_put_down(bodies.words(upper)[1:])
+        if upper is not None:
+            shallow[row] = _SUNK * (high - low)[upper, 1]
+    rests = apart & upright & ~held_by_floor & (depth <= np.maximum(shallow, 4.0 * bodies.touch))
     thin = np.minimum(*(bodies.boxes[1] - bodies.boxes[0]).min(axis=1)[pairs.T]) if len(pairs) else np.zeros(0)
     held = apart & ~rests & (upright | (depth > np.maximum(_WELD * thin, bodies.touch)))
     group = clusters(len(bodies), pairs[~apart | held].tolist())
@@ -398,6 +427,14 @@ class _Balance:
         blocks = np.array([kind is BLOCK for kind in self.bodies.solids.kinds], bool)[self.bodies.solids.forms]
         return np.asarray(straight & blocks & self.bodies.exact, bool)
 
+    def is_pavement(self, lower: int, group: int) -> bool:
+        """Whether a body is a broad, flat shape on the ground, in which a street lamp is planted."""
+        low, high = self.bodies.boxes
+        size = high[lower] - low[lower]
+        is_broad = 2.0 * size[1] < size[[0, 2]].min() and size[[0, 2]].max() > self.high[group, 1] - self.low[group, 1]
+        top = float(high[self.contacts.floor, 1].max(initial=self.ground))
+        return bool(self.contacts.loose[lower] and is_broad and low[lower, 1] <= top + 2.0 * self.bodies.touch)
+
     def is_whole(self, upper: int, lower: int) -> bool:
         """Whether all of a body is above a level block that it rests on."""
         low, high = self.bodies.boxes
@@ -450,6 +487,24 @@ class _Balance:
             stack += fresh
         return False
 
+    def with_own_load(self, group: int) -> FloatArray:
+        """Return the centre of mass (3,) of a group and what rests on it and on nothing else, such as the upper books
+        of a pile."""
+        seen, stack = {group}, [group]
+        while stack and len(seen) <= _MANY:
+            for upper, _ in self.above[stack.pop()]:
+                other = int(self.group[upper])
+                below = {int(self.group[lower]) for _, lower, _ in self.below[other]}
+                if other not in seen and not self.feet[other] and below <= seen:
+                    seen.add(other)
+                    stack.append(other)
+        return self._center_of({group} if len(seen) > _MANY else seen)
+
+    def _center_of(self, groups: Collection[int]) -> FloatArray:
+        rows = sorted(groups)
+        found: FloatArray = (self.center[rows] * self.mass[rows, None]).sum(axis=0) / self.mass[rows].sum()
+        return found
+
     def with_load(self, group: int) -> FloatArray:
         """Return the centre of mass (3,) of a group and all that rests on it, alone or with others."""
         seen, stack = {group}, [group]
@@ -459,9 +514,7 @@ class _Balance:
                 if other not in seen:
                     seen.add(other)
                     stack.append(other)
-        rows = sorted(seen)
-        found: FloatArray = (self.center[rows] * self.mass[rows, None]).sum(axis=0) / self.mass[rows].sum()
-        return found
+        return self._center_of(seen)
 
 
 def standing_of(
@@ -503,8 +556,10 @@ def unstable(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Faul
         breadth = float((balance.high[group] - balance.low[group])[[0, 2]].max())
         first = int(balance.members[group][0])
         under = [lower for _, lower, _ in balance.below[group]]
-        rooted = all(contacts.floor[each] for each in under)
+        rooted = all(contacts.floor[each] or balance.is_pavement(each, group) for each in under)
         room = (_ROOTED_MARGIN if rooted else _MARGIN) * breadth
+        if balance.above[group] and found.beside <= room:
+            found = _with_load(balance, group, found)
         falls = found.beside > room
         if not (falls or found.edge) or (rooted and is_rooted(bodies.words(first)[1:])):
             continue
@@ -523,6 +578,13 @@ def _verdict(balance: _Balance, group: int) -> _Verdict:
     breadth = float((balance.high[group] - balance.low[group])[[0, 2]].max())
     edge = _is_on_edge(balance.bodies, balance.standing_on(group), points, breadth)
     return _Verdict(beside, nearest - middle, edge)
+
+
+def _with_load(balance: _Balance, group: int, alone: _Verdict) -> _Verdict:
+    """Return the verdict about a group with what it carries alone, if that is worse."""
+    middle = balance.with_own_load(group)[[0, 2]]
+    beside, nearest = beyond_edge(balance.supports(group)[:, [0, 2]], middle)
+    return _Verdict(beside, nearest - middle, alone.edge) if beside > alone.beside else alone
 
 
 def _is_on_edge(bodies: Bodies, feet: Collection[int], points: FloatArray, breadth: float) -> bool:

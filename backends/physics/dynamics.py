@@ -201,15 +201,22 @@ def model_of(bodies: BodySet) -> Any:
     return spec
 
 
+def check_weight(bodies: BodySet, body: RigidBody) -> None:
+    """Raise SceneError("physics") for a body that is too light to be simulated."""
+    unit, moments = bodies.unit, body.moments
+    least = float(np.diag(moments.inertia).min()) * unit**2
+    if not (moments.mass > 1e-15 and least > 1e-15 and np.isfinite(moments.inertia).all()):
+        message = f'"{body.name}" is too light to be simulated: {moments.mass:.3g} kg at {unit:.3g} metres per unit'
+        raise SceneError("physics", message, "give a larger `--metres-per-unit`", span=bodies.place(body))
+
+
 def _add_body(
     mujoco: Any, spec: Any, meshes: _Meshes, bodies: BodySet, body: RigidBody, name: str, look: Mapping[str, Any]
 ) -> None:
     unit, moments = bodies.unit, body.moments
     inertia = TO_MODEL @ moments.inertia @ TO_MODEL.T * unit**2
     full = [inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]]
-    if not (moments.mass > 1e-15 and min(full[:3]) > 1e-15 and np.isfinite(full).all()):
-        message = f'"{body.name}" is too light to be simulated: {moments.mass:.3g} kg at {unit:.3g} metres per unit'
-        raise SceneError("physics", message, "give a larger `--metres-per-unit`", span=bodies.place(body))
+    check_weight(bodies, body)
     owner = spec.worldbody.add_body(
         name=name,
         pos=TO_MODEL @ moments.center * unit,

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.convex import clusters
+from scenelang.backends.geometry.convex import beyond_edge, clusters
 from scenelang.backends.geometry.distance import neighbours
 from scenelang.backends.geometry.stability import (
     ChainLink,
@@ -31,7 +31,9 @@ from scenelang.backends.geometry.stability import (
     is_mounted,
     is_part_of_thing,
     is_portable,
+    is_put_down,
     is_rooted,
+    may_be_set_in,
 )
 from scenelang.backends.physics.colliders import (
     Collider,
@@ -423,12 +425,30 @@ class _Grouping:
     def _rests(self, i: int, j: int, room: float, other_room: float) -> bool:
         """Whether one of two parts stands on the other, although it is set into it by up to ``room``, or ``other_room``
         if it is the second: they are parts of two things, and one leaves the other upwards."""
-        if are_one_thing(self._chain(i), self._chain(j)):
+        upper = next((p for p, q in ((i, j), (j, i)) if self._floors[q]), None)
+        put_down = upper is not None and is_put_down(self._words(self.parts[upper].node)[1:])
+        if not put_down and are_one_thing(self._chain(i), self._chain(j)):
             return False
         found = self.distances.overlap(i, j)
         if found is None or abs(found.along[1]) < UPRIGHT:
             return False
         return found.depth <= (other_room if found.along[1] > 0.0 else room)
+
+    def _paved(self, height: float) -> npt.NDArray[np.bool_]:
+        """Which parts (N,) are broad and flat shapes on a floor, in which something of a height may be planted."""
+        extent = self.high - self.low
+        top = float(self.high[self._floors, 1].max(initial=-np.inf))
+        shapes = np.array([self._is_loose(part.node, False) for part in self.parts], bool)
+        broad = (2.0 * extent[:, 1] < extent[:, [0, 2]].min(axis=1)) & (extent[:, [0, 2]].max(axis=1) > height)
+        return np.asarray(shapes & broad & (self.low[:, 1] <= top + TOUCH * self.diagonal.max()), bool)
+
+    @cached_property
+    def _floors(self) -> npt.NDArray[np.bool_]:
+        """Which parts (N,) are flat, broad and at the bottom of the scene or at 0."""
+        extent, bottom, top = self.high - self.low, self.low[:, 1].min(), self.high[:, 1].max()
+        at_zero = np.abs(self.high[:, 1]) <= 1e-3 * (top - bottom)
+        low = (self.low[:, 1] <= bottom + 0.1 * (top - bottom)) | at_zero
+        return np.asarray(self.broad & low & (2.0 * extent[:, 1] < extent[:, [0, 2]].min(axis=1)), bool)
 
     def _chain(self, part: int) -> list[ChainLink]:
         return [ChainLink(at, self.nodes[at].entity) for at in self._upwards(self.parts[part].node)][::-1]
@@ -469,7 +489,24 @@ class _Grouping:
         """Whether a body in the ground is held by it: it is deep there for its least extent, or as broad as a floor."""
         rows = list(group)
         low, high = self.low[rows].min(axis=0), self.high[rows].max(axis=0)
-        return bool(ground - low[1] > ROOTED * (high - low).min() or self.broad[rows].any())
+        deep = ground - low[1] > ROOTED * (high - low).min() and not self._leans(group, ground)
+        return bool(deep or (self.broad[rows] & (self.low[rows, 1] < ground)).any())
+
+    def _leans(self, group: Sequence[int], ground: float) -> bool:
+        """Whether a body is beside the parts that it has in the ground, which are not deep enough to hold it: a table
+        that is tilted, with two of its legs in the ground."""
+        rows = np.array(group)
+        low, high = self.low[rows], self.high[rows]
+        dips = low[:, 1] < ground
+        depth, height = ground - low[:, 1].min(), high[:, 1].max() - low[:, 1].min()
+        if depth > SUNK * height or may_be_set_in(self._words(self._common(group))[1:]):
+            return False
+        shapes = [shape for part in group for shape in self.parts[part].colliders]
+        weights = np.array([volume_of_collider(shape) for shape in shapes])
+        center = np.average([shape.center for shape in shapes], axis=0, weights=np.maximum(weights, 1e-300))
+        feet = np.concatenate([np.stack([x, z], axis=1) for x in (low[dips][:, 0], high[dips][:, 0])
+                               for z in (low[dips][:, 2], high[dips][:, 2])])  # fmt: skip
+        return beyond_edge(feet, center[[0, 2]])[0] > 0.0
 
     def _is_apart(self, part: int) -> bool:
         """Whether an attribute says what body a part belongs to, so that overlaps do not."""
@@ -477,9 +514,10 @@ class _Grouping:
 
     def _ground(self, groups: Sequence[Sequence[int]]) -> float:
         """Return the height of the ground: 0 if something stands there and nothing is below, else the lowest point."""
-        bottoms = np.array([self.low[list(group), 1].min() for group in groups])
-        tops = np.array([self.high[list(group), 1].max() for group in groups])
-        near = TOUCH * np.array([self.diagonal[list(group)].max() for group in groups])
+        boxes = [[part.box() for k in group if (part := self.parts[k]).colliders] for group in groups]
+        bottoms = np.array([min(low[1] for low, _ in found) for found in boxes if found])
+        tops = np.array([max(high[1] for _, high in found) for found in boxes if found])
+        near = TOUCH * np.array([self.diagonal[list(group)].max() for group, found in zip(groups, boxes) if found])
         if (np.abs(bottoms) <= near).any() and not ((bottoms < -near) & (tops <= near)).any():
             return min(0.0, float(bottoms[np.abs(bottoms) <= near].min()))
         return float(bottoms.min())
@@ -505,7 +543,9 @@ class _Grouping:
         room = TOUCH * self.diagonal[rows].max()
         beside = (self.low <= high + room).all(axis=1) & (self.high >= low - room).all(axis=1)
         beside[rows] = False
-        if is_rooted(words) and (low[1] <= ground + room or (beside & self.broad).any()):
+        if is_rooted(words) and (
+            low[1] <= ground + room or (beside & (self.broad | self._paved(float(high[1] - low[1])))).any()
+        ):
             return True
         touched = {other for part in rows for other in self.touching[part]} - set(rows)
         below = [other for other in touched if self.high[other, 1] <= low[1] + max(room, SUNK * (high - low)[1])]

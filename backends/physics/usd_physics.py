@@ -20,7 +20,7 @@ from scenelang.backends.base import BackendOptions, Option, check_settings, fram
 from scenelang.backends.exports.usd import INSTALL, USD
 from scenelang.backends.files import atomic_write
 from scenelang.backends.physics.colliders import SEGMENTS, Collider, FloatArray
-from scenelang.backends.physics.dynamics import FRICTION, GRAVITY, quaternion
+from scenelang.backends.physics.dynamics import FRICTION, GRAVITY, check_weight, quaternion
 from scenelang.backends.physics.grouping import BodySet, RigidBody, bodies_of
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix, Pair
@@ -76,6 +76,8 @@ def _run(scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
         )
     root = scene.frames[frame_of(scene, options.frame)]
     bodies = bodies_of(root, 1.0)
+    for body in bodies.bodies:
+        check_weight(bodies, body)
     still = Scene(scene.word, [regrouped(root, bodies)], False)
     with tempfile.TemporaryDirectory() as folder, atomic_write(path) as target:
         draft = Path(folder) / "scene.usdc"

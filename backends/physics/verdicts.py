@@ -21,7 +21,7 @@ from scenelang.backends.physics.dynamics import GRAVITY, Motion, simulate
 from scenelang.backends.physics.grouping import BodySet, bodies_of
 from scenelang.backends.pictures.exhibit import Marks, save_marked
 from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import Scene
 
 SECONDS = 1.5
@@ -64,6 +64,8 @@ class BodyReport:
         Number of the body whose motion takes it along, None if it moves by itself.
     place
         Where the program makes it, if that is known.
+    farthest, turned
+        Greatest distance of the centre of mass from where it was, and greatest turn in degrees, at any time.
     """
 
     words: tuple[str, ...]
@@ -79,10 +81,12 @@ class BodyReport:
     why: str
     cause: int | None = None
     place: Span | None = None
+    farthest: float = 0.0
+    turned: float = 0.0
 
     def data(self) -> dict[str, Any]:
         """Return the report as JSON data, without the place."""
-        names = ("kind", "mass", "fixed", "size", "moved", "drop", "tilt", "when", "why", "cause")
+        names = ("kind", "mass", "fixed", "size", "moved", "drop", "tilt", "when", "why", "cause", "farthest", "turned")
         return {"words": list(self.words), **{name: getattr(self, name) for name in names}, "center": list(self.center)}
 
 
@@ -170,7 +174,7 @@ def _report(bodies: BodySet, motion: Motion, number: int, fastest: float, restin
     return BodyReport(
         body.words, kind, body.moments.mass, body.fixed, body.size, _triple(body.moments.center),
         float(np.linalg.norm(paths[-1, number])), drop, tilt, when, _why(bodies, motion, number, kind), None,
-        bodies.place(body),
+        bodies.place(body), float(moved.max()), float(turns.max()),
     )  # fmt: skip
 
 
@@ -255,7 +259,13 @@ def check_physics(
     scene: Scene, seconds: float = SECONDS, metres_per_unit: float | None = None, progress: Progress | None = None
 ) -> list[Diagnostic]:
     """Return one warning for every kind of thing that does not rest; a 4D scene is checked at its first frame."""
-    return diagnostics_of(report_of(scene, 0, seconds, metres_per_unit, progress))
+    try:
+        return diagnostics_of(report_of(scene, 0, seconds, metres_per_unit, progress))
+    except SceneError as error:
+        if error.name != "empty-scene":
+            raise
+        where = "frame 0, the only one that is simulated: " if scene.animated else ""
+        return [Diagnostic("not-simulated", f"nothing was simulated: {where}{error.message}", None, error.hint)]
 
 
 def diagnostics_of(report: PhysicsReport) -> list[Diagnostic]:
@@ -280,13 +290,22 @@ def _diagnostic(report: PhysicsReport, members: Sequence[int]) -> Diagnostic:
         "explodes": f"{name} flies apart from what it overlaps",
         "falls": f"{name} falls by {first.drop:.3g}",
         "tips": f"{name} tips over by {first.tilt:.0f} degrees",
-        "moves": f"{name} moves by {first.moved:.3g}",
+        "moves": f"{name} {_motion(first)}",
     }[first.kind]
     message = f"{how} after {first.when or 0.0:.2g} s{times}: {first.why}"
     taken = sum(1 for number in range(len(report.bodies)) if _root_cause(report.bodies, number) in members)
     if taken:
         message += f"; {taken} more {'body goes' if taken == 1 else 'bodies go'} with it"
     return Diagnostic(f"body-{first.kind}", message, first.place, _HINTS[first.kind])
+
+
+def _motion(body: BodyReport) -> str:
+    """Return by how much a body moves: what is seen of it, although it may be back in the end."""
+    if body.moved > MOVES * body.size:
+        return f"moves by {body.moved:.3g}"
+    if body.farthest > MOVES * body.size:
+        return f"moves by {body.farthest:.3g} and back"
+    return f"turns by {body.turned:.0f} degrees"
 
 
 def _root_cause(bodies: Sequence[BodyReport], number: int) -> int | None:

@@ -433,6 +433,9 @@ def _declaration(expander: Expander, datum: Datum, scope: Scope, message: Datum 
     name = base_name(head.value)
     if name == "not" and len(datum.items) == 2:
         return _declaration(expander, datum.items[1], scope, message, not negated)
+    if name == "not":
+        problem = f"`not` expects one relation, got {len(datum.items) - 1} operands"
+        raise syntax_error("assert-that", problem, datum.span, 'write `(not (on "cup" "table"))`')
     relation = RELATIONS.get(name)
     if relation is None:
         hint = suggest(name, RELATIONS) or f"the relations are {', '.join(RELATIONS)}"
@@ -468,6 +471,8 @@ def _relation_operands(relation: Relation, datum: ListDatum) -> tuple[list[Datum
             takes = ", ".join(f"`:{each}`" for each in relation.options)
             hint = suggest(key, relation.options) or f"it takes {takes}"
             raise syntax_error("assert-that", f"`{relation.name}` has no option `:{key}`", item.span, hint)
+        if any(key == other for other, _ in options):
+            raise syntax_error("assert-that", f"`:{key}` is given twice", item.span)
         if key in FLAGS:
             options.append((key, Atom(True, item.span)))
         elif pending:

@@ -281,6 +281,7 @@ OPTIONS = ("any", "all", "within", "min", "max", "share", "axis", "along", "acro
 _MOST = 1e100
 _LENGTHS = ("within", "min", "max")
 OVER_FRAMES = frozenset({"moves", "turns"})  # about all frames together
+_DEGREES = frozenset({"angle", "facing"})  # relations whose `:within` is an angle
 _ONE_AXIS = frozenset({"moves"})  # relations whose `:along` is one axis
 
 # Basic color terms: hues in degrees below which they end, of saturated colors that are neither dark nor pale.
@@ -374,6 +375,11 @@ def _check_amount(relation: Relation, made: Declaration) -> None:
         raise SceneError("value", f"`{made.relation}` expects a number, `:min` or `:max`", f"write `{relation.usage}`")
     if made.number is not None and {"min", "max"} & set(made.options):
         raise SceneError("value", f"`{made.relation}` expects a number or a range, got both")
+    least, most = made.options.get("min"), made.options.get("max")
+    if least is not None and most is not None and least > most:
+        raise SceneError("value", f"`{made.relation}` expects `:min` to be at most `:max`, got {least:g} and {most:g}")
+    if made.relation in _DEGREES and made.options.get("within", 0.0) > 180.0:
+        raise SceneError("value", f"`:within` of `{made.relation}` expects degrees from 0 to 180")
     if made.relation == "count" and made.number is not None and made.number != int(made.number):
         raise SceneError("value", f"`count` expects a whole number, got {made.number:g}")
     if made.relation == "size" and "axis" not in made.options:
@@ -398,6 +404,8 @@ def _color(value: Any) -> str:
         r, g, b = (float(x) for x in value)
     except (TypeError, ValueError):
         raise SceneError("type", f"expected a color, got {type_name(value)}", f"expected {_listed()}") from None
+    if not all(0.0 <= x <= 1.0 for x in (r, g, b)):
+        raise SceneError("value", f"expected a color with components from 0 to 1, got [{r:g} {g:g} {b:g}]")
     return basic_color((r, g, b))
 
 

@@ -86,10 +86,11 @@ def _in_python(word: str, words: Collection[str]) -> str:
     return written if word not in words and written in words else word
 
 
-def _is_stable(scene: Scene) -> bool:
+def _is_stable(scene: Scene) -> bool | None:
     from scenelang.backends.physics.verdicts import check_physics
 
-    return not any(finding.name in _MOVES for finding in check_physics(scene))
+    found = {finding.name for finding in check_physics(scene)}
+    return None if "not-simulated" in found else found.isdisjoint(_MOVES)
 
 
 @lru_cache(maxsize=64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.files import output_path, write_text
 from scenelang.cli.options import (
@@ -23,8 +23,12 @@ from scenelang.cli.options import (
     usage_errors,
 )
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError
-from scenelang.grammar.settings import amount
+from scenelang.grammar.settings import amount, frame_rate, metres
 from scenelang.reports import say, table
+
+if TYPE_CHECKING:
+    from scenelang.grammar.datum import Source
+    from scenelang.session import Session
 
 _FILMS = (".mp4", ".gif", ".apng", ".webp")
 
@@ -33,7 +37,7 @@ def add_physics(parser: Any, seconds: str) -> None:
     """Add the options of all commands that simulate."""
     parser.add_argument("--seconds", type=reader(amount), metavar="S", help=f"simulated time (default {seconds})")
     parser.add_argument(
-        "--metres-per-unit", type=reader(amount), metavar="M",
+        "--metres-per-unit", type=reader(metres), metavar="M",
         help="metres per scene unit (default: such that the diagonal of the scene is 2 m)",
     )  # fmt: skip
 
@@ -47,23 +51,26 @@ def add_simulate(parser: argparse.ArgumentParser) -> None:
         "--velocity", action="append", default=[], type=reader(velocity), metavar="WORD=X,Y,Z",
         help="initial velocity of the bodies of a word, in scene units per second; may be repeated",
     )  # fmt: skip
-    parser.add_argument("--fps", type=reader(amount), default=24.0, metavar="N", help="frames per second")
+    parser.add_argument("--fps", type=reader(frame_rate), default=24.0, metavar="N", help="frames per second")
     add_camera(parser, "size of the film in pixels (default 512x512)")
 
 
 def velocity(text: str) -> tuple[str, tuple[float, float, float]]:
     """Return the word and the three numbers of ``WORD=X,Y,Z``; raises ValueError."""
+    from scenelang.scene_physics import MAX_SPEED
+
     word, equals, numbers = text.rpartition("=")
     try:
         x, y, z = (float(part) for part in numbers.split(","))
     except ValueError:
         raise ValueError(f"expected WORD=X,Y,Z, got {text!r}") from None
-    if not equals or not abs(x) + abs(y) + abs(z) < float("inf"):
-        raise ValueError(f"expected WORD=X,Y,Z with finite numbers, got {text!r}")
+    if not equals or not max(abs(x), abs(y), abs(z)) <= MAX_SPEED:
+        raise ValueError(f"expected WORD=X,Y,Z with numbers of at most {MAX_SPEED:g}, got {text!r}")
     return word, (x, y, z)
 
 
 def run_simulate(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.physics.verdicts import diagnostics_of
     from scenelang.backends.pictures.camera import parse_viewpoint
 
     output = Path(arguments.output)
@@ -85,6 +92,8 @@ def run_simulate(arguments: argparse.Namespace) -> int:
     else:
         film = moved.scene.film(camera, size=arguments.size)
         film.save(output, arguments.fps, progress(arguments, "rendering"))
+    if not arguments.json:
+        report(arguments, [d for d in diagnostics_of(moved.report) if d.name == "body-explodes"])
     if arguments.json:
         return print_result(arguments, moved.report.data() | {"written": os.fspath(output)}, "")
     done(arguments, output)
@@ -104,6 +113,7 @@ def run_settle(arguments: argparse.Namespace) -> int:
     from scenelang.backends.exports.scene_json import holds_scene, write_scene
     from scenelang.backends.physics.settling import SETTLE_SECONDS, EditedProgram, edited_program, settled
     from scenelang.scene_physics import checked_scale
+    from scenelang.session import is_python
 
     asked = Path(arguments.output) if arguments.output else None
     if asked is not None and asked.suffix.lower() not in (".scene", ".json"):
@@ -111,12 +121,15 @@ def run_settle(arguments: argparse.Namespace) -> int:
     result, source, session = opened(arguments)
     if result.scene is None:
         return 1
+    writes_scene = asked is not None and asked.suffix.lower() == ".json"
+    if is_python(source) and not writes_scene:
+        source = _translated(session, source)
     scene, scale = result.scene, checked_scale(arguments.metres_per_unit)
     with bounded(arguments):
         compute_solids(arguments, scene.frames)
         found = settled(scene, arguments.seconds or SETTLE_SECONDS, scale, progress(arguments, "simulating"))
         edited = EditedProgram(source.text, ())
-        if result.program is not None and (asked is None or asked.suffix.lower() == ".scene"):
+        if result.program is not None and not writes_scene:
             edited = edited_program(source, scene, scale, found, lambda text: session.evaluate(text).scene)
     complete = len(edited.bodies) == len(found.moved)
     is_program = asked.suffix.lower() == ".scene" if asked is not None else complete and result.program is not None
@@ -130,6 +143,17 @@ def run_settle(arguments: argparse.Namespace) -> int:
     else:
         write_scene(found.scene, output)
     return _told(arguments, found, edited, output, is_program)
+
+
+def _translated(session: Session, source: Source) -> Source:
+    """Return the program that a language model's Python is translated to, which is what is edited."""
+    from scenelang.grammar.datum import Source
+
+    translation = session.transpile(source)
+    if not translation.ok:
+        message = f"`settle` edits programs in the Scene Language, and `{source.name}` cannot be translated as a whole"
+        raise UsageError("value", message, "write the scene instead: `-o OUT.json`")
+    return Source(f"{source.name}.scene", translation.text)
 
 
 def _told(arguments: argparse.Namespace, found: Any, edited: Any, output: Path, is_program: bool) -> int:

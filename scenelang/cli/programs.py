@@ -100,6 +100,8 @@ def run_check(arguments: argparse.Namespace) -> int:
     files = program_files(arguments.files)
     if arguments.fix and not all(path.endswith(".scene") for path in files):
         raise UsageError("value", "--fix supports only .scene files")
+    if not arguments.physics and not arguments.seconds is arguments.metres_per_unit is None:
+        raise UsageError("value", "--seconds and --metres-per-unit require --physics")
     if arguments.picture:
         if not (arguments.evaluate or arguments.geometry or arguments.physics or arguments.that):
             raise UsageError("value", "--picture requires --run, --that, --geometry or --physics")

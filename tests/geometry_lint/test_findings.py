@@ -107,3 +107,58 @@ def test_good_scenes_have_at_most_one_finding(path: Path) -> None:
 
     names = [d.name for d in check_geometry(result.scene)]
     assert len(names) <= 1, names
+
+
+TABLE = """(bind "table" (lambda () (union (transform (call "cube" :scale [1 .04 .6]) (translate [0 .7 0]))
+  (for*/union ((x '(-.45 .45)) (z '(-.25 .25)))
+    (transform (call "cube" :scale [.05 .68 .05]) (translate (vector x .34 z)))))))
+"""
+
+
+def tables(second: str, slab: bool) -> Source:
+    floor = '(transform (call "cube" :scale [4 .1 3]) (translate [0 -.05 0]))' if slab else ""
+    first = '(transform (call "table") (translate [-1 0 0]))'
+    return Source(
+        "a.scene", f'{TABLE}(bind "room" (lambda () (union {floor} {first} (transform (call "table") {second}))))'
+    )
+
+
+@pytest.mark.parametrize("slab", [True, False])
+@pytest.mark.parametrize("angle", [0.05, 0.1, 0.3])
+def test_a_table_that_is_tilted_through_its_floor(angle: float, slab: bool) -> None:
+    found = session.check_geometry(tables(f"(@ (translate [1 0 0]) (rotate {angle} [0 0 1]))", slab))
+    assert [d.name for d in found] == ["unstable" if angle > 0.1 or not slab else "below-ground"]
+
+
+@pytest.mark.parametrize(("dip", "count"), [(0.001, 0), (0.02, 1), (0.1, 1)])
+@pytest.mark.parametrize("slab", [True, False])
+def test_a_thing_that_is_a_little_lower_than_its_equals(dip: float, count: int, slab: bool) -> None:
+    found = session.check_geometry(tables(f"(translate [1 {-dip} 0])", slab))
+    assert [d.name for d in found] == ["below-ground"] * count
+
+
+BOOK = '(bind "book" (lambda () (transform (call "cube" :scale [.24 .03 .17]) (translate [0 .015 0]))))'
+
+
+@pytest.mark.parametrize(("overhang", "count"), [(0.04, 0), (0.1, 1)])
+def test_a_pile_that_leans_falls_with_what_it_carries(overhang: float, count: int) -> None:
+    pile = " ".join(at(i * overhang, 0.7 + i * 0.03, 0, '(call "book")') for i in range(3))
+    desk = at(0, 0.35, 0, '(call "cube" :scale [1.5 .7 .8])')
+    found = session.check_geometry(Source("a.scene", f'{BOOK}(bind "room" (lambda () (union {desk}{pile})))'))
+    assert [d.name for d in found] == ["unstable"] * count
+
+
+def test_what_is_in_a_hill_is_not_below_its_top() -> None:
+    hill = at(0, -3.5, 0, '(transform (call "sphere" :radius 1) (scale [6 4 6]))')
+    post = at(4, -0.7, 0, '(call "cube" :scale [.2 1.6 .2])')
+    text = f'(bind "stake" (lambda () (union {post})))(bind "a" (lambda () (union {hill} (call "stake"))))'
+    assert [d.name for d in session.check_geometry(Source("a.scene", text))] == []
+
+
+@pytest.mark.parametrize(("word", "names"), [("street lamp", []), ("gallows", ["unstable"])])
+def test_a_street_lamp_is_planted_in_the_pavement(word: str, names: list[str]) -> None:
+    pole = '(call "cylinder" :radius .08 :p1 [0 4 0])' + at(0.9, 3.95, 0, '(call "cube" :scale [1.9 .3 .3])')
+    street = at(0, -0.1, 0, '(call "cube" :scale [16 .2 16])') + at(0, 0.075, -3, '(call "cube" :scale [16 .15 2])')
+    lamp = at(0, 0.15, -3, f'(call "{word}")')
+    text = f'(bind "{word}" (lambda () (union {pole})))(bind "street" (lambda () (union {street}{lamp})))'
+    assert [d.name for d in session.check_geometry(Source("a.scene", text))] == names

@@ -322,3 +322,25 @@ def test_what_is_set_into_the_ground_a_little_stands_on_it(depth: float, fixed: 
     low = min(float(shape.corners[:, 1].min()) for part in man.parts for shape in found.parts[part].colliders
               if shape.kind == "mesh") if not fixed else 0.0  # fmt: skip
     assert low == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("slab", ['(transform (call "cube" :scale [4 .1 3]) (translate [0 -.05 0]))', ""])
+def test_a_table_with_two_legs_in_the_floor_is_not_held_by_it(slab: str) -> None:
+    table = """(bind "table" (lambda () (union (transform (call "cube" :scale [1 .04 .6]) (translate [0 .7 0]))
+      (for*/union ((x '(-.45 .45)) (z '(-.25 .25)))
+        (transform (call "cube" :scale [.05 .68 .05]) (translate (vector x .34 z)))))))"""
+    tilted = '(transform (call "table") (@ (translate [1 0 0]) (rotate .3 [0 0 1])))'
+    upright = '(transform (call "table") (translate [-1 0 0]))'
+    found = bodies(f'{table} (bind "room" (lambda () (union {slab} {upright} {tilted})))')
+    assert [body.fixed for body in found.bodies if body.words[-1] == "table"] == [False, False]
+    assert found.ground == pytest.approx(-0.1 if slab else 0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("word", "fixed"), [("street lamp", True), ("gallows", False)])
+def test_a_street_lamp_is_planted_in_the_pavement(word: str, fixed: bool) -> None:
+    street = """(transform (call "cube" :scale [16 .2 16]) (translate [0 -.1 0]))
+      (transform (call "cube" :scale [16 .15 2]) (translate [0 .075 -3]))"""
+    pole = f'(bind "{word}" (lambda () (call "cylinder" :radius .08 :p1 [0 4 0])))'
+    lamp = f'(transform (call "{word}") (translate [0 .15 -3]))'
+    found = bodies(f'{pole} (bind "street" (lambda () (union {street} {lamp})))')
+    assert [body.fixed for body in found.bodies if word in body.words] == [fixed]

@@ -341,3 +341,54 @@ def test_geometry_and_physics_together_tell_each_finding_once(
     codes = [each["code"] for each in json.loads(capsys.readouterr().out)]
     assert len(codes) == len(set(codes))
     assert {"W612", "W633"} < set(codes)
+
+
+def test_settle_writes_the_translation_of_python(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    answer = tmp_path / "answer.py"
+    answer.write_text(
+        '@register()\ndef cup() -> Shape:\n    return primitive_call("cube", scale=1.0)\n\n'
+        "@register()\ndef room() -> Shape:\n"
+        '    return concat_shapes(\n        transform_shape(library_call("cup"), translation_matrix((0, 0.5, 0))),\n'
+        '        transform_shape(library_call("cup"), translation_matrix((3, 1.75, 0))))\n'
+    )
+    assert main(["settle", str(answer), "-o", str(tmp_path / "out.scene")]) == 0
+    text = (tmp_path / "out.scene").read_text("utf-8")
+    assert '(bind "room"' in text
+    assert "def " not in text
+    assert sl.load(tmp_path / "out.scene").bounds[1, 1] == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        ["check", "room.scene", "--seconds", "3"],
+        ["check", "room.scene", "--physics", "--metres-per-unit", "1e-12"],
+        ["check", "room.scene", "--physics", "--metres-per-unit", "1e300"],
+        ["simulate", "room.scene", "-o", "a.json", "--fps", "100000"],
+        ["simulate", "room.scene", "-o", "a.json", "--velocity", "cup=1e300,0,0"],
+    ],
+)
+def test_settings_without_meaning_are_wrong_usage(file: Path, asked: list[str]) -> None:
+    assert exit_code(asked) == 2
+
+
+def exit_code(asked: list[str]) -> Any:
+    try:
+        return main(asked)
+    except SystemExit as end:
+        return end.code
+
+
+@pytest.mark.parametrize("ending", [".urdf", ".mjcf"])
+def test_exports_refuse_what_is_too_light(tmp_path: Path, ending: str) -> None:
+    scene = sl.evaluate('(bind "a" (lambda () (call "cube" :scale 1e-7)))')
+    with pytest.raises(sl.SceneError, match="too light"):
+        scene.export(tmp_path / f"a{ending}")
+
+
+def test_a_scene_without_solids_passes_with_a_remark() -> None:
+    cloud = sl.evaluate('(bind "sky" (lambda () (call "cloud")))')
+    assert [d.name for d in verdicts.check_physics(cloud.graph)] == ["not-simulated"]
+    film = sl.evaluate('(bind "sky" (lambda () (frames (list (call "cloud") (call "cube")))))')
+    [remark] = verdicts.check_physics(film.graph)
+    assert "frame 0" in remark.message

@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 import scenelang as sl
+from scenelang.backends.geometry.arrangement import Arrangement
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
@@ -414,3 +415,70 @@ def test_symmetry_of_blocks_is_that_of_their_boxes() -> None:
     assert towers("-3 1 3").violations('(symmetric "tower" :across "x")') != []
     with pytest.raises(SceneError, match="no meaning"):
         towers("0").violations('(has-color "tower" "gray")')
+
+
+@pytest.mark.parametrize(
+    ("stated", "name", "message"),
+    [
+        ('(count "cupp" 0)', "declaration-subject", '"cupp" does not occur in "room"'),
+        ('(distance "cup" "table" :min 5 :max 1)', "value", "`:min` to be at most `:max`"),
+        ('(facing "cup" "table" :within 200)', "value", "degrees from 0 to 180"),
+        ('(has-color "cup" [300 0 0])', "value", "components from 0 to 1"),
+        ("(not)", "syntax", "`not` expects one relation, got 0 operands"),
+        ('(on "cup" "table" :any :any)', "syntax", "`:any` is given twice"),
+    ],
+)
+def test_what_a_declaration_does_not_take(stated: str, name: str, message: str) -> None:
+    with pytest.raises(SceneError) as error:
+        scene_of(TABLE + at("cup", 0, 1, 0)).violations(stated)
+    assert (error.value.name, message in error.value.message) == (name, True)
+
+
+def test_no_thing_is_on_its_own_part_and_a_table_is_below_what_is_above_it() -> None:
+    scene = scene_of(TABLE + at("cup", 0.6, 1, 0))
+    [violation] = scene.violations('(on "room" "table")', '(below "table" "cup")', '(above "cup" "table")')
+    assert violation.message == '"table" is a part of "room"'
+    assert scene.violations('(count "lamp" 0)') == []
+
+
+def test_a_wrong_number_in_a_path_has_a_hint() -> None:
+    with pytest.raises(SceneError) as error:
+        scene_of(TABLE + at("cup", 0, 1, 0)).violations('(on "room/cup[9]" "table")')
+    assert "there is only one `cup`" in (error.value.hint or "")
+
+
+def test_what_is_missing_in_a_frame_names_the_frame() -> None:
+    frames = f"(frames (list (union {TABLE}{at('cup', 0, 1, 0)}) {TABLE}))"
+    scene = sl.evaluate(f'{THINGS}(bind "room" (lambda () {frames}))(scene "room")')
+    assert scene.violations('(count "cup" :max 1)') == []
+    with pytest.raises(SceneError, match=r'"cup" does not occur in "room" \(frame 1\)'):
+        scene.violations('(on "cup" "table")')
+
+
+def test_what_is_stated_twice_is_told_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    stated = '(distance "cup" "table" 3)'
+    for inner in ("", f"(assert-that {stated})"):
+        parts = TABLE + at("cup", 0, 1, 0)
+        file = tmp_path / "room.scene"
+        file.write_text(f'{THINGS}(bind "room" (lambda () {inner} (union {parts})))(scene "room")')
+        assert main(["check", str(file), "--that", stated, "--that", stated]) == 1
+        told = capsys.readouterr().err
+        assert (told.count("does not hold"), told.count("times")) == (1, 0)
+        assert '"cup" and "table" are 0 apart' in told
+
+
+def test_a_least_distance_compares_what_is_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    posts = '(for*/union ((i (iota 12)) (j (iota 12))) (transform (call "chair") (translate (vector i 0 j))))'
+    scene = scene_of(posts)
+    compared: list[int] = []
+    alone = Arrangement.separation
+    monkeypatch.setattr(Arrangement, "separation", lambda *given: (compared.append(1), alone(*given))[1])
+    assert scene.violations('(distance "chair" "chair" :min .4)', '(clear-of "chair" "chair" :min .4)') == []
+    assert len(compared) == 0
+    assert len(scene.violations('(distance "chair" "chair" :min .9)')) == 144  # the nearest is .5 away
+
+
+def test_symmetry_of_what_is_not() -> None:
+    scene = scene_of(at("chair", -2, 0, 0) + at("chair", 2, 0, 0) + at("table", 0, 0, 0) + at("chair", 1, 0, 0.5))
+    [*found] = scene.violations('(symmetric "chair" :across "x" :about "table")')
+    assert [round(each.amount, 3) for each in found] == [1.0]
