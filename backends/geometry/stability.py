@@ -117,6 +117,7 @@ _WELD = 0.05  # of the smaller body's least side: things that are deeper in each
 _VERTICAL = 0.8  # of the normal of a contact between a thing and what it rests on
 _MARGIN = 0.02  # of a group's breadth: how far its centre of mass may be beside its support
 _ROOTED_MARGIN = 0.05  # the same on the ground
+_ROOM = 0.1  # of a group's breadth: how far inside its support the centre of mass of what stands well is
 _MAX_DEPTH = 0.25  # of the smaller extent: how deep equal things may be in each other
 _MAX_SHARED = 0.12  # of the smaller thing's volume: how much of it may be inside another
 _MAX_PART = 0.2  # of the smaller body's volume: how much of it may be inside a body of another thing
@@ -138,13 +139,17 @@ class Fault(NamedTuple):
         How far its centre of mass is beside its support, or how deep it is in the other, in scene units; the breadth of
         what stands on an edge.
     move
-        The translation that would fix it; None for what stands on an edge.
+        The translation that would fix it; None for what stands on an edge, and for what moving it does not help.
+    shift
+        How far the centre of mass must move over the support to be inside it, with room; None for what stands on an
+        edge.
     """
 
     body: int
     other: int | None
     amount: float
     move: tuple[float, float, float] | None
+    shift: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -438,6 +443,16 @@ class _Balance:
             found[j].add(i)
         return found
 
+    def is_everywhere(self, group: int) -> bool:
+        """Whether a group rests with all of its feet on what it stands on, so that moving it changes nothing."""
+        floor, level = self.contacts.floor, self.bodies.boxes
+        return all(
+            self.is_whole(upper, lower) or (floor[lower] and bool(
+                ((level[0][upper] >= level[0][lower]) & (level[1][upper] <= level[1][lower]))[[0, 2]].all()
+            ))
+            for upper, lower, _ in self.below[group]
+        )  # fmt: skip
+
     def is_supported(self, group: int, but: int) -> bool:
         """Whether a group stands on the ground, or touches what does, without the group ``but``."""
         seen, stack = {group, but}, [group]
@@ -481,16 +496,32 @@ def standing_of(
     return corners, np.concatenate([sides, plumb]), center[None]
 
 
+def loads_of(bodies: Bodies, contacts: Contacts, body: int, ground: float) -> tuple[IntArray, FloatArray, IntArray]:
+    """Return the bodies of the group of a body, their shares of its mass, and those on which it stands."""
+    balance = _Balance(bodies, contacts, ground)
+    group = int(balance.group[body])
+    members = balance.members[group]
+    mass = bodies.masses[0][members]
+    return members, mass / mass.sum(), np.array(sorted(balance.standing_on(group)), np.int64)
+
+
 class _Verdict(NamedTuple):
-    """How a group is balanced: how far its centre is beside its support, the way back, and whether it is on an edge."""
+    """How a group is balanced: how far its centre is beside its support, negative inside, the way to a place inside
+    with room, and whether it is on an edge."""
 
     beside: float
     back: FloatArray
     edge: bool
 
 
-def unstable(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Fault]:
-    """Yield the rigid groups that rest on something, but beside their centre of mass or on an edge."""
+def unstable(
+    bodies: Bodies, contacts: Contacts, ground: float, margins: tuple[float, float] = (_MARGIN, _ROOTED_MARGIN)
+) -> Iterator[Fault]:
+    """Yield the rigid groups that rest on something, but beside their centre of mass or on an edge.
+
+    ``margins`` are of a group's breadth: how far its centre may be beside its support, on other things and on the
+    ground; negative ones ask for room.
+    """
     balance = _Balance(bodies, contacts, ground)
     known: dict[tuple[object, ...], _Verdict] = {}
     for group in range(len(balance.members)):
@@ -504,14 +535,15 @@ def unstable(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Faul
         first = int(balance.members[group][0])
         under = [lower for _, lower, _ in balance.below[group]]
         rooted = all(contacts.floor[each] for each in under)
-        room = (_ROOTED_MARGIN if rooted else _MARGIN) * breadth
+        room = margins[1 if rooted else 0] * breadth
         falls = found.beside > room
         if not (falls or found.edge) or (rooted and is_rooted(bodies.words(first)[1:])):
             continue
         lowest = int(balance.members[group][np.argmin(bodies.boxes[0][balance.members[group], 1])])
         below = under[0] if under and not balance.grounded[lowest] else None
         if falls and beyond_edge(balance.supports(group)[:, [0, 2]], balance.with_load(group)[[0, 2]])[0] > room:
-            yield Fault(lowest, below, found.beside, (float(found.back[0]), 0.0, float(found.back[1])))
+            shift = float(found.back[0]), 0.0, float(found.back[1])
+            yield Fault(lowest, below, found.beside, None if balance.is_everywhere(group) else shift, shift)
         elif found.edge:
             yield Fault(lowest, below, breadth, None)
 
@@ -522,7 +554,11 @@ def _verdict(balance: _Balance, group: int) -> _Verdict:
     beside, nearest = beyond_edge(points[:, [0, 2]], middle)
     breadth = float((balance.high[group] - balance.low[group])[[0, 2]].max())
     edge = _is_on_edge(balance.bodies, balance.standing_on(group), points, breadth)
-    return _Verdict(beside, nearest - middle, edge)
+    inward = points[:, [0, 2]].mean(axis=0) - nearest
+    room = _ROOM * breadth / max(float(np.linalg.norm(inward)), 1e-9 * breadth)
+    if balance.is_everywhere(group):
+        room = min(room, 0.5)  # its foot grows no broader
+    return _Verdict(beside, nearest - middle + room * inward, edge)
 
 
 def _is_on_edge(bodies: Bodies, feet: Collection[int], points: FloatArray, breadth: float) -> bool:
