@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 if TYPE_CHECKING:
     from scenelang.backends.geometry.arrangement import Vector
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from scenelang.backends.geometry.distance import IntArray
     from scenelang.backends.geometry.lint import CheckedFrame, Finding
     from scenelang.backends.geometry.solids import FloatArray
+
+BoolArray = npt.NDArray[np.bool_]
 
 _BENT = 4.0  # what bending a thing costs, of moving it as far
 _OTHERS = 2.0  # what moving a thing costs that is in no finding
@@ -84,19 +87,15 @@ class Things:
         _, thing, counts = np.unique(np.repeat(np.concatenate(labels), 2), return_inverse=True, return_counts=True)
         return cls(thing, counts)
 
-    def cost(self, motion: FloatArray, rows: IntArray) -> float:
+    def cost(self, motion: FloatArray, rows: IntArray, every: IntArray) -> float:
         """Return what a motion (N, 3) of all corners costs: how far things move, twice for those that no finding is
-        about (``rows``), and how much they are bent."""
+        about (``every``), and how much they are bent. Those of equal findings (``rows``) count as one."""
         mean, rest = self._split(motion)
         weights = np.full(len(self.counts), _OTHERS)
-        weights[self.thing[rows]] = 1.0
+        weights[self.thing[every]] = 1.0 / max(len(np.unique(self.thing[rows])), 1)
         bent = np.zeros(len(self.counts))
         np.maximum.at(bent, self.thing, np.linalg.norm(rest, axis=1))
         return float(weights @ np.linalg.norm(mean, axis=1) + _BENT * bent.sum())
-
-    def farthest(self, corners: FloatArray, motion: FloatArray) -> float:
-        """Return how far any corner moves."""
-        return float(np.linalg.norm(motion, axis=1).max(initial=0.0))
 
     def _split(self, motion: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the mean motion of each thing, and the rest of the motion of each corner."""
@@ -129,7 +128,7 @@ def aims_of(frame: CheckedFrame, finding: Finding, cluster: IntArray, at: int) -
     elif thing[finding.body] == thing[finding.other]:
         yield Aim.between(body, rows_of(bodies.row[[finding.other]], at), moves)
     else:
-        others = rows_of(bodies.row[thing == thing[finding.other]], at)
+        others = rows_of(bodies.row[[finding.other]], at)
         yield Aim.between(rows, others, moves)
         yield Aim.between(body, others, moves)
 
@@ -142,6 +141,8 @@ def _falls(frame: CheckedFrame, cluster: IntArray, finding: Finding) -> Iterator
         return
     bodies = frame.bodies
     low, high = bodies.boxes
+    if finding.kind == "hanging":  # it touches only what it is to fall from
+        cluster = frame.contacts.thing
     own = cluster == cluster[finding.body]
     foot, least, most = float(low[own, 1].min()), low[own].min(axis=0), high[own].max(axis=0)
     below = ~own & (high[:, 1] <= foot + bodies.touch)
@@ -163,7 +164,8 @@ def _moves(bodies: Bodies, finding: Finding) -> tuple[Vector, ...]:
     i, j = finding.body, finding.other
     moves: list[Vector] = []
     for axis in range(3):
-        for length in (high[j, axis] - low[i, axis], low[j, axis] - high[i, axis]):
+        up, down = high[j, axis] - low[i, axis], low[j, axis] - high[i, axis]
+        for length in (up,) if axis == 1 else (up, down):  # nothing is put under what it was in
             x, y, z = (float(length) if k == axis else 0.0 for k in range(3))
             moves.append((x, y, z))
     return tuple(sorted(moves, key=lambda move: math.hypot(*move)))
@@ -172,7 +174,7 @@ def _moves(bodies: Bodies, finding: Finding) -> tuple[Vector, ...]:
 # --- whether things rest after an edit -------------------------------------------------------------------------------
 
 
-def is_sound_motion(before: CheckedFrame, after: CheckedFrame, motion: FloatArray, rows: IntArray) -> bool:
+def is_sound_motion(before: CheckedFrame, after: CheckedFrame, motion: FloatArray) -> bool:
     """Return whether what a motion (N, 3) of the corners of a frame moves rests as it did: parts stay together, nothing
     loses what carries it, is set deeper into other things, or stands without room.
 
@@ -191,7 +193,7 @@ def is_sound_motion(before: CheckedFrame, after: CheckedFrame, motion: FloatArra
     )  # fmt: skip
 
 
-def _is_torn(before: CheckedFrame, after: CheckedFrame, moved: FloatArray) -> bool:
+def _is_torn(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:
     """Return whether a part of a thing touches none of the parts that it touched."""
     touching = {tuple(pair) for pair in after.contacts.pairs.tolist()}
     own = before.contacts.pairs[~before.contacts.apart]
@@ -202,26 +204,32 @@ def _is_torn(before: CheckedFrame, after: CheckedFrame, moved: FloatArray) -> bo
     return not all(kept.values())
 
 
-def _is_left(before: CheckedFrame, after: CheckedFrame, moved: FloatArray) -> bool:
-    """Return whether a thing that stood on the ground or touched other things does neither."""
+def _is_left(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:
+    """Return whether a thing that stood on something touches it only at the side, or a thing touches nothing more."""
     things = before.contacts.thing
-    carried = _carried(before, things) & ~_carried(after, things)
-    return bool(carried[things].any())
+    return bool((_hold(after, things) < _hold(before, things)).any())
 
 
-def _carried(frame: CheckedFrame, things: IntArray) -> FloatArray:
-    """Return for each number of a thing (N,) whether it stands on the ground or touches another thing."""
+_STANDS, _TOUCHES = 2, 1
+
+
+def _hold(frame: CheckedFrame, things: IntArray) -> IntArray:
+    """Return for each number of a thing (N,) whether it stands on something, touches something, or neither."""
     from scenelang.backends.geometry.lint import ground_height
 
-    bodies = frame.bodies
-    found = np.zeros(len(things), bool)
-    found[things[bodies.boxes[0][:, 1] <= ground_height(bodies) + bodies.touch]] = True
-    pairs = things[frame.contacts.pairs]
-    found[pairs[pairs[:, 0] != pairs[:, 1]]] = True
+    bodies, contacts = frame.bodies, frame.contacts
+    low, high = bodies.boxes
+    found = np.zeros(len(things), np.int64)
+    pairs = contacts.pairs[things[contacts.pairs[:, 0]] != things[contacts.pairs[:, 1]]]
+    found[things[pairs]] = _TOUCHES
+    resting = contacts.pairs[contacts.rests]
+    middle = (low + high)[:, 1]
+    found[things[np.where(middle[resting[:, 0]] >= middle[resting[:, 1]], resting[:, 0], resting[:, 1])]] = _STANDS
+    found[things[low[:, 1] <= ground_height(bodies) + bodies.touch]] = _STANDS
     return found
 
 
-def _is_deeper(before: CheckedFrame, after: CheckedFrame, moved: FloatArray) -> bool:
+def _is_deeper(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:
     """Return whether what was moved is deeper in another thing than it was."""
     known = dict(zip(map(tuple, before.contacts.pairs.tolist()), before.contacts.depth.tolist()))
     pairs, depth = after.contacts.pairs, after.contacts.depth
@@ -236,7 +244,7 @@ def _is_deeper(before: CheckedFrame, after: CheckedFrame, moved: FloatArray) -> 
 _DEEPER = 1.0  # contact tolerances
 
 
-def _is_loose(before: CheckedFrame, after: CheckedFrame, moved: FloatArray) -> bool:
+def _is_loose(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:
     """Return whether what was moved stands with its centre of mass so near to the edge that it may fall."""
     from scenelang.backends.geometry.lint import ground_height
     from scenelang.backends.geometry.stability import unstable

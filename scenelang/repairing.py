@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -45,31 +46,21 @@ SECONDS = 30.0
 MAX_EDITS = 20
 _MAX_LITERALS = 400
 _MAX_PARTS = 60
-_MAX_TESTS = 10  # candidates that are tested for one finding
+_MAX_TESTS = 16  # candidates that are tested for one finding
 _STEP = 1e-4  # of a literal, to measure what it moves
 _STILL = 1e-9  # of the scene's size: less is rounding
 _OFF = 0.3  # of a motion: how far the motion of a candidate may be from it
 _TIDY = 5e-3  # of the scene's size: what one more changed literal costs
+_INSIDE = 1e-3  # of the scene's size: what a literal costs that does not place a bound word
 _STRUCTURAL = 0.02  # of the scene's size: what a new form in the program costs
 _CORRECTIONS = 4
 _OVERLAPS = ("twin", "through", "deep", "buried", "fighting")
 _ROUNDING = 1e-2  # of a motion, and
 _EXACT = 2e-5  # of the scene's size: what rounding may cost
 _ALMOST = 0.05  # of its least extent: what is that near to its equal is there twice
+_MAX_LOWERED = 6  # versions without a pose of which the literals are tried
 _MAX_COMPARED = 20_000  # primitives that are compared with those that are left
-_FARTHEST = 3.0  # times what the resolved findings need: how far things may move
-_DESCRIPTIONS = {
-    "twin": "{0} occurs twice in the same place",
-    "buried": "{0} is hidden inside {1}",
-    "deep": "{0} overlaps its neighbour of the same word",
-    "through": "{0} passes through {1}",
-    "unstable": "{0} would fall: its centre of mass is beside its foot",
-    "tipping": "{0} would fall: it stands on an edge",
-    "hanging": "{0} would fall: it hangs below {1}, which does not hold it",
-    "hovering": "{0} floats",
-    "sunk": "{0} extends below the ground",
-    "fighting": "a face of {0} is coplanar with one of {1} in another colour (z-fighting)",
-}
+_FARTHEST = 4.0  # times what the resolved findings need: how far things may move
 _NO_LITERALS = frozenset({"assert-that", "color", "import", "format", "embedding"})
 
 
@@ -134,13 +125,19 @@ class Repair:
 
     def diff(self, name: str = "program.scene") -> str:
         """Return a unified diff; empty if nothing changed."""
-        old, new = (text.splitlines(keepends=True) for text in (self.original, self.text))
-        return "".join(difflib.unified_diff(old, new, name, name))
+        old, new = (_lines(text) for text in (self.original, self.text))
+        lines = difflib.unified_diff(old, new, name, name)
+        return "".join(line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines)
 
     def data(self) -> dict[str, Any]:
         """Return the repair as JSON data."""
         edits = [{"line": e.line, "old": e.old, "new": e.new, "resolves": e.resolves} for e in self.edits]
         return {"edits": edits, "before": list(self.before), "left": list(self.left), "displacement": self.displacement}
+
+
+def _lines(text: str) -> list[str]:
+    """Return the lines of a text with their ends; only line feeds end lines in a diff."""
+    return re.findall(r"[^\n]*\n|[^\n]+", text)
 
 
 def repaired(
@@ -261,7 +258,17 @@ _MAX_TITLE = 40
 
 
 def _messages(version: _Version) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(goal.message for goal in version.goals))
+    """Return a message for each kind of finding, about the worst one."""
+    worst: dict[tuple[str, ...], Goal] = {}
+    for goal in version.goals:
+        if goal.key not in worst or worst[goal.key].amount < goal.amount:
+            worst[goal.key] = goal
+    counts = version.counts
+    return tuple(
+        dict.fromkeys(
+            each.message + (f" ({counts[key]} times)" if counts[key] > 1 else "") for key, each in worst.items()
+        )
+    )
 
 
 def _displacement(before: FloatArray, after: FloatArray) -> float | None:
@@ -309,6 +316,18 @@ class _Version:
     def counts(self) -> Counter[tuple[str, ...]]:
         return Counter(goal.key for goal in self.goals)
 
+    def cost(self, motion: FloatArray, goal: Goal) -> float:
+        """Return what a motion (N, 3) of all corners costs that is to resolve a goal, or all that are equal to it."""
+        if goal.key not in self._rows:
+            every = [goal, *self.goals]
+            equal = [each.rows for each in every if each.key == goal.key]
+            self._rows[goal.key] = np.concatenate(equal), np.concatenate([each.rows for each in every])
+        return self.things.cost(motion, *self._rows[goal.key])
+
+    @cached_property
+    def _rows(self) -> dict[tuple[str, ...], tuple[IntArray, IntArray]]:
+        return {}
+
     @cached_property
     def size(self) -> float:
         """Diagonal of the box of all corners, or 1."""
@@ -318,11 +337,13 @@ class _Version:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Literal:
-    """A number in the text, and the group of numbers that it is changed with: those of one vector."""
+    """A number in the text, the group of numbers that it is changed with (those of one vector), and whether it is in the
+    pose of a word that the program binds."""
 
     span: Span
     value: float
     group: int
+    places: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -332,6 +353,7 @@ class _Candidate:
     changes: tuple[tuple[Span, str], ...]
     cost: float
     literals: tuple[int, ...] = ()
+    is_pose: bool = False  # a pose is left out
 
 
 @dataclass(eq=False)
@@ -343,6 +365,7 @@ class _Search:
     deadline: float
     motions: dict[str, list[FloatArray | None]] = field(default_factory=dict)
     evaluations: float = math.inf  # that are left
+    lowered: set[str] = field(default_factory=set)
 
     @cached_property
     def editing(self) -> Editing:
@@ -404,15 +427,32 @@ class _Search:
 
     def step(self, now: _Version, goal: Goal) -> _Version | None:
         """Return a version in which a goal is resolved and nothing new is found; None if none is found."""
+        tried: set[frozenset[tuple[int, str]]] = set()
         for candidates in (self._by_literals, self._by_amount_or_turn, self._by_form):
-            ordered = sorted(candidates(now, goal), key=lambda each: each.cost)
-            for candidate in ordered[:_MAX_TESTS]:
-                if not self.has_time():
-                    return None
+            spare: _Version | None = None
+            for candidate in self._distinct(candidates(now, goal), tried):
                 found = self._tested(now, goal, candidate)
-                if found is not None:
+                if found is not None and (goal.declaration is None or _is_sound(now, found)):
                     return found
+                spare = spare or found
+            if spare is not None or not self.has_time():
+                return spare
         return None
+
+    def _distinct(
+        self, candidates: Iterator[_Candidate], tried: set[frozenset[tuple[int, str]]]
+    ) -> Iterator[_Candidate]:
+        """Yield the candidates to test while there is time, the cheapest first, without those that make equal texts."""
+        count = 0
+        for candidate in sorted(candidates, key=lambda each: each.cost):
+            changes = frozenset((s.start, new) for s, new in candidate.changes if not _is_same_number(s.text, new))
+            if changes in tried:
+                continue
+            if count == _MAX_TESTS or not self.has_time():
+                return
+            tried.add(changes)
+            count += 1
+            yield candidate
 
     def _tested(self, now: _Version, goal: Goal, candidate: _Candidate) -> _Version | None:
         """Return the version that a candidate makes if it is better; it is corrected where the motion is not linear."""
@@ -424,9 +464,27 @@ class _Search:
                 left = next((each for each in found.goals if each.key == goal.key), None)
             except SceneError:
                 return None
-            if left is None or not candidate.literals or left.amount > 0.7 * goal.amount:
+            if left is None:
+                return None
+            if not candidate.literals:
+                return self._lowered(now, found, goal, left) if candidate.is_pose else None
+            if left.amount > 0.7 * goal.amount:
                 return None
             candidate = self._corrected(now, found, left, candidate)
+        return None
+
+    def _lowered(self, now: _Version, found: _Version, goal: Goal, left: Goal) -> _Version | None:
+        """Return a version in which what a removed pose leaves of a goal is resolved by a literal."""
+        if _too_far(now, found, goal, left.need) or found.text in self.lowered or len(self.lowered) >= _MAX_LOWERED:
+            return None
+        self.lowered.add(found.text)
+        for candidate in self._distinct(self._by_literals(found, left), set()):
+            further = self._applied(found, candidate)
+            try:
+                if further is not None and _is_better(now, further, goal, left.need):
+                    return replace(further, edits=(*found.edits, *further.edits))
+            except SceneError:
+                return None
         return None
 
     def _corrected(self, now: _Version, found: _Version, left: Goal, candidate: _Candidate) -> _Candidate:
@@ -501,7 +559,8 @@ class _Search:
             if off > _OFF * length or not np.isfinite(steps).all():
                 continue
             whole = np.tensordot(steps, np.stack(every), 1)
-            cost = now.things.cost(whole, goal.rows) + off + _TIDY * now.size * len(chosen)
+            cost = now.cost(whole, goal) + off + _TIDY * now.size * len(chosen)
+            cost += 0.0 if literals[chosen[0]].places else _INSIDE * now.size
             values = np.array([literals[n].value for n in chosen]) + steps
             for rank, places in enumerate(self._places(now, relative, values, length)):
                 changes = tuple((literals[n].span, _number(v, places)) for n, v in zip(chosen, values.tolist()))
@@ -553,7 +612,13 @@ class _Search:
         return None
 
     def _turned(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
-        """Yield turns of the operands of ``union`` that place something, about their own vertical axis."""
+        """Yield turns of angles, and of the operands of ``union`` that place something, about their own vertical
+        axis."""
+        for angle in angles_of(Source(self.name, now.text), zero=True):
+            for turn in (goal.turn or 0.0, -(goal.turn or 0.0)):
+                for places in (2, 4):
+                    value = math.remainder(float(angle.value) + turn, math.tau)
+                    yield _Candidate(((angle.span, _number(value, places)),), _TIDY * now.size + 1e-9 * places)
         for group in unions_of(Source(self.name, now.text)):
             for part in group:
                 if _head(part) != "transform" or len(part.items) != 3 or not self.has_time():
@@ -594,7 +659,8 @@ class _Search:
         groups = unions_of(Source(self.name, now.text))
         parts = [part for group in groups for part in group][:_MAX_PARTS]
         if goal.key[0] in _OVERLAPS:
-            yield from (_Candidate(((part.span, ""),), 0.0) for part in parts if self._is_double(now, part))
+            doubles = [part for part in parts if self._is_double(now, part)]  # the last of equal ones is removed
+            yield from (_Candidate(((_removed(part.span), ""),), -1e-9 * k) for k, part in enumerate(doubles))
         if goal.key[0] == "twin":
             return
         for part in parts:
@@ -610,7 +676,7 @@ class _Search:
             return
         for move in aim.moves:
             offset = np.linalg.lstsq(relative, np.array(move), rcond=1e-6)[0]
-            cost = now.things.cost(moved @ offset, goal.rows) + _STRUCTURAL * now.size
+            cost = now.cost(moved @ offset, goal) + _STRUCTURAL * now.size
             for places in self._places(now, relative, offset, float(np.linalg.norm(move))):
                 numbers = " ".join(_number(x, places) for x in offset)
                 new = f"(transform {part.span.text} (translate [{numbers}]))"
@@ -629,8 +695,8 @@ class _Search:
                 continue
             motion = found.corners - now.corners
             if np.abs(motion[goal.rows]).max() > _STILL * now.size:
-                cost = now.things.cost(motion, goal.rows)
-                yield _Candidate((change,), cost + _STRUCTURAL * now.size)
+                cost = now.cost(motion, goal)
+                yield _Candidate((change,), cost + _STRUCTURAL * now.size, is_pose=True)
 
     def _moved_by(self, now: _Version, part: Datum) -> FloatArray | None:
         """Return how all corners move with a translation of a part, (N, 3, 3) per unit; None if nothing moves."""
@@ -660,27 +726,38 @@ class _Search:
         )  # fmt: skip
 
 
-def _is_better(now: _Version, found: _Version, goal: Goal) -> bool:
+def _too_far(now: _Version, found: _Version, goal: Goal, further: float = 0.0) -> bool:
+    """Return whether a version moves something much farther than the findings that it resolves need, and what came up
+    on the way to it (``further``)."""
+    if goal.declaration is not None or found.corners.shape != now.corners.shape:
+        return False
+    resolved, need = now.counts - found.counts, further
+    for each in now.goals:
+        if resolved[each.key] > 0 or each is goal:
+            resolved[each.key] -= 1
+            need += each.need
+    motion = np.linalg.norm(found.corners - now.corners, axis=1)
+    return need > 0.0 and float(motion.max()) > _FARTHEST * need
+
+
+def _is_better(now: _Version, found: _Version, goal: Goal, further: float = 0.0) -> bool:
     """Return whether a version resolves one goal at least, and makes no finding that was not there; for a finding of
     the lint also, whether things move little for it, and rest where they rested."""
     fewer = now.counts - found.counts
     if fewer[goal.key] <= 0 or found.counts - now.counts or sum(found.counts.values()) >= sum(now.counts.values()):
         return False
-    if goal.declaration is not None or found.corners.shape != now.corners.shape:
+    return goal.declaration is not None or (not _too_far(now, found, goal, further) and _is_sound(now, found))
+
+
+def _is_sound(now: _Version, found: _Version) -> bool:
+    """Return whether things rest in a version where they rested."""
+    if found.corners.shape != now.corners.shape:
         return True
     motion = found.corners - now.corners
-    resolved = Counter(fewer)
-    need = 0.0
-    for each in now.goals:
-        if resolved[each.key] > 0:
-            resolved[each.key] -= 1
-            need += each.need
-    if need > 0.0 and now.things.farthest(now.corners, motion) > _FARTHEST * need:
-        return False
     return all(
-        is_sound_motion(now.frames[number], found.frames[number], motion[2 * at : 2 * (at + count)], goal.rows)
+        is_sound_motion(now.frames[number], found.frames[number], motion[2 * at : 2 * (at + count)])
         for number, (at, count) in now.spans.items()
-    )  # fmt: skip
+    )
 
 
 # --- layouts ---------------------------------------------------------------------------------------------------------
@@ -744,6 +821,7 @@ def _between(rows: tuple[int, int] | None) -> IntArray | None:
 
 def _lint_goals(frames: Mapping[int, CheckedFrame], offsets: Mapping[int, int]) -> list[Goal]:
     from scenelang.backends.geometry.convex import clusters
+    from scenelang.backends.geometry.lint import message_of
 
     found = []
     for number, at in offsets.items():
@@ -754,7 +832,7 @@ def _lint_goals(frames: Mapping[int, CheckedFrame], offsets: Mapping[int, int]) 
             words = "/".join(frame.words(each)), "" if each.other is None else "/".join(bodies.words(each.other))
             if each.whole:
                 words = words[0], ""
-            message = _DESCRIPTIONS[each.kind].format(*(f'"{"/".join(path.split("/")[-3:])}"' for path in words))
+            message = message_of(frame, each)
             rows = rows_of(bodies.row[thing == thing[each.body]], at)
             aims = tuple(aims_of(frame, each, cluster, at))
             found.append(Goal((each.kind, *words), message, each.amount, rows, aims))
@@ -767,15 +845,28 @@ def _lint_goals(frames: Mapping[int, CheckedFrame], offsets: Mapping[int, int]) 
 def literals_of(source: Source) -> list[_Literal]:
     """Return the numbers of a program that may place things, at most 400, each with those of the same vector."""
     found: list[_Literal] = []
-    stack: list[tuple[Datum, Datum | None]] = [(form, None) for form in reversed(read(source).forms)]
+    forms = read(source).forms
+    bound = {_called(form) for form in forms if _head(form) == "bind"}
+    stack: list[tuple[Datum, Datum | None, bool]] = [(form, None, False) for form in reversed(forms)]
     while stack and len(found) < _MAX_LITERALS:
-        datum, parent = stack.pop()
+        datum, parent, places = stack.pop()
         if isinstance(datum, Atom):
             if type(datum.value) in (int, float) and math.isfinite(datum.value):
-                found.append(_Literal(datum.span, datum.value, id(parent) if _is_vector(parent) else id(datum)))
+                group = id(parent) if _is_vector(parent) else id(datum)
+                found.append(_Literal(datum.span, datum.value, group, places))
             continue
-        stack.extend((child, datum) for child in reversed(list(_placing(datum))))
+        pose = None
+        if isinstance(datum, ListDatum) and _head(datum) == "transform" and len(datum.items) == 3:
+            called = datum.items[1]
+            pose = datum.items[2] if _head(called) == "call" and _called(called) in bound else None
+        stack.extend((child, datum, places or child is pose) for child in reversed(list(_placing(datum))))
     return found
+
+
+def _called(form: Datum) -> str | None:
+    """Return the word of a form such as ``(call "cup")`` or ``(bind "cup" ...)``."""
+    second = form.items[1] if isinstance(form, ListDatum) and len(form.items) > 1 else None
+    return second.value if isinstance(second, Atom) and type(second.value) is str else None
 
 
 def _is_vector(datum: Datum | None) -> bool:
@@ -824,10 +915,14 @@ def poses_of(source: Source) -> list[ListDatum]:
     ]
 
 
-def angles_of(source: Source) -> list[Atom]:
-    """Return the numbers that are angles of ``rotate`` and not 0."""
+def angles_of(source: Source, zero: bool = False) -> list[Atom]:
+    """Return the numbers that are angles of ``rotate``, those that are 0 only if ``zero``."""
     angles = [form.items[1] for head, form in _forms(source) if head == "rotate" and len(form.items) > 2]
-    return [each for each in angles if isinstance(each, Atom) and type(each.value) in (int, float) and each.value != 0]
+    return [
+        each
+        for each in angles
+        if isinstance(each, Atom) and type(each.value) in (int, float) and (zero or each.value != 0)
+    ]
 
 
 def _forms(source: Source) -> Iterator[tuple[str, ListDatum]]:
@@ -840,6 +935,16 @@ def _forms(source: Source) -> Iterator[tuple[str, ListDatum]]:
 
 def _replaced(text: str, span: Span, new: str) -> str:
     return text[: span.start] + new + text[span.end :]
+
+
+def _removed(span: Span) -> Span:
+    """Return the place of a form with the blanks before it, and the break before them if nothing else is in its
+    line."""
+    text, start = span.source.text, span.start
+    while start > 0 and text[start - 1] in " \t":
+        start -= 1
+    alone = start > 0 and text[start - 1] == "\n" and text[span.end : span.end + 1] in ("", "\n")
+    return Span(span.source, start - 1 if alone else start, span.end)
 
 
 def _digits(size: float) -> int:

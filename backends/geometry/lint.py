@@ -747,6 +747,11 @@ def _place(bodies: Bodies, i: int) -> Span | None:
     return places[0] if places else None
 
 
+def message_of(checked: CheckedFrame, finding: Finding) -> str:
+    """Return the message of a warning about a finding."""
+    return _MESSAGES[finding.kind][1](_named(checked, finding, 0))
+
+
 def _diagnostic(group: Iterable[_Named], animated: bool) -> Diagnostic:
     """Return one warning for equal findings, about the worst one."""
     every = list(group)

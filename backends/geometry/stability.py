@@ -536,6 +536,8 @@ def unstable(
         under = [lower for _, lower, _ in balance.below[group]]
         rooted = all(contacts.floor[each] for each in under)
         room = margins[1 if rooted else 0] * breadth
+        if room < 0.0:  # no foot is asked for more room than it has
+            room = max(room, -0.25 * width_of(balance.supports(group)[:, [0, 2]]))
         falls = found.beside > room
         if not (falls or found.edge) or (rooted and is_rooted(bodies.words(first)[1:])):
             continue
