@@ -99,8 +99,8 @@ class Things:
 
     def _split(self, motion: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the mean motion of each thing, and the rest of the motion of each corner."""
-        mean = np.stack([np.bincount(self.thing, motion[:, k], len(self.counts)) for k in range(3)], axis=1)
-        mean /= np.maximum(self.counts, 1)[:, None]
+        sums = [np.bincount(self.thing, motion[:, axis], len(self.counts)) for axis in range(3)]
+        mean: FloatArray = np.stack(sums, axis=1) / np.maximum(self.counts, 1)[:, None]
         return mean, motion - mean[self.thing]
 
 
@@ -176,21 +176,32 @@ def _moves(bodies: Bodies, finding: Finding) -> tuple[Vector, ...]:
 
 def is_sound_motion(before: CheckedFrame, after: CheckedFrame, motion: FloatArray) -> bool:
     """Return whether what a motion (N, 3) of the corners of a frame moves rests as it did: parts stay together, nothing
-    loses what carries it, is set deeper into other things, or stands without room.
+    loses what carries it or stands without room.
 
     This is stricter than the lint, which reports only what is nearly always a mistake.
     """
+    moved = _moved(before, after, motion)
+    return not moved.any() or not (
+        _is_torn(before, after, moved) or _is_left(before, after, moved) or _is_loose(before, after, moved)
+    )
+
+
+def is_deeper_motion(before: CheckedFrame, after: CheckedFrame, motion: FloatArray) -> bool:
+    """Return whether a motion (N, 3) of the corners of a frame sets anything deeper into another thing than it was."""
+    moved = _moved(before, after, motion)
+    return bool(moved.any()) and _is_deeper(before, after, moved)
+
+
+def _moved(before: CheckedFrame, after: CheckedFrame, motion: FloatArray) -> BoolArray:
+    """Return which bodies (N,) are moved, none if others are in the frame."""
     old, new = before.bodies, after.bodies
-    if len(old) != len(new) or (old.row != new.row).any():
-        return True
-    length = np.linalg.norm(motion, axis=1).reshape(-1, 2).max(axis=1)[old.row] if len(old) else np.zeros(0)
-    moved = length > 1e-6 * old.size
-    if not moved.any():
-        return True
-    return (
-        not _is_torn(before, after, moved) and not _is_left(before, after, moved)
-        and not _is_deeper(before, after, moved) and not _is_loose(before, after, moved)
-    )  # fmt: skip
+    if len(old) != len(new) or (old.row != new.row).any() or not len(old):
+        return np.zeros(len(old), bool)
+    length = np.linalg.norm(motion, axis=1).reshape(-1, 2).max(axis=1)[old.row]
+    return np.asarray(length > _STILL * old.size, bool)
+
+
+_STILL = 1e-6  # of the frame's size
 
 
 def _is_torn(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:

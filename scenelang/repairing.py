@@ -29,7 +29,7 @@ from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.rearranging import Aim, Things, aims_of, is_sound_motion, rows_of
+from scenelang.rearranging import Aim, Things, aims_of, is_deeper_motion, is_sound_motion, rows_of
 
 if TYPE_CHECKING:
     from scenelang.backends.base import Progress
@@ -337,8 +337,8 @@ class _Version:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Literal:
-    """A number in the text, the group of numbers that it is changed with (those of one vector), and whether it is in the
-    pose of a word that the program binds."""
+    """A number in the text, the group of numbers that it is changed with (those of one vector), and whether it places a
+    word that the program binds."""
 
     span: Span
     value: float
@@ -428,16 +428,16 @@ class _Search:
     def step(self, now: _Version, goal: Goal) -> _Version | None:
         """Return a version in which a goal is resolved and nothing new is found; None if none is found."""
         tried: set[frozenset[tuple[int, str]]] = set()
+        spare: _Version | None = None  # it has no new finding, but something is deeper in another thing
         for candidates in (self._by_literals, self._by_amount_or_turn, self._by_form):
-            spare: _Version | None = None
             for candidate in self._distinct(candidates(now, goal), tried):
                 found = self._tested(now, goal, candidate)
-                if found is not None and (goal.declaration is None or _is_sound(now, found)):
+                if found is not None and _is_sound(now, found):
                     return found
                 spare = spare or found
-            if spare is not None or not self.has_time():
-                return spare
-        return None
+            if spare is not None and goal.declaration is not None:
+                break
+        return spare
 
     def _distinct(
         self, candidates: Iterator[_Candidate], tried: set[frozenset[tuple[int, str]]]
@@ -562,14 +562,17 @@ class _Search:
             cost = now.cost(whole, goal) + off + _TIDY * now.size * len(chosen)
             cost += 0.0 if literals[chosen[0]].places else _INSIDE * now.size
             values = np.array([literals[n].value for n in chosen]) + steps
-            for rank, places in enumerate(self._places(now, relative, values, length)):
+            for rank, places in enumerate(self._places(now, goal, relative, values, length)):
                 changes = tuple((literals[n].span, _number(v, places)) for n, v in zip(chosen, values.tolist()))
                 written = 1e-7 * now.size * sum(len(new) for _, new in changes)  # of equal ones, the simplest
                 yield _Candidate(changes, cost + rank * 1e-9 * now.size + written, tuple(chosen))
 
-    def _places(self, now: _Version, relative: FloatArray, values: FloatArray, length: float) -> list[int]:
-        """Return the least number of decimals that is exact enough for a motion, and the exact one."""
+    def _places(self, now: _Version, goal: Goal, relative: FloatArray, values: FloatArray, length: float) -> list[int]:
+        """Return the least number of decimals that is exact enough for a motion, and the exact one; for declarations,
+        which have tolerances, also a lower one."""
         digits = _digits(now.size)
+        if goal.declaration is not None:
+            return [digits - 2, digits, 9]
         for places in range(max(digits - 2, 0), 9):
             error = float(np.linalg.norm(relative @ (np.round(values, places) - values)))
             if error <= min(_ROUNDING * length, _EXACT * now.size):
@@ -630,9 +633,9 @@ class _Search:
                 if not np.abs(own).max() > 1e-6:
                     continue
                 call, pose = part.items[1].span.text, part.items[2].span.text
-                turn = goal.turn if np.linalg.det(own) > 0.0 else -(goal.turn or 0.0)
+                turn = math.copysign(1.0, float(np.linalg.det(own))) * (goal.turn or 0.0)
                 for places in (2, 4):
-                    new = f"(transform {call} (@ {pose} (rotate {_number(turn or 0.0, places)} [0 1 0])))"
+                    new = f"(transform {call} (@ {pose} (rotate {_number(turn, places)} [0 1 0])))"
                     yield _Candidate(((part.span, new),), _STRUCTURAL * now.size)
 
     def _amount(self, now: _Version, goal: Goal, literal: _Literal, value: float) -> float | None:
@@ -677,7 +680,7 @@ class _Search:
         for move in aim.moves:
             offset = np.linalg.lstsq(relative, np.array(move), rcond=1e-6)[0]
             cost = now.cost(moved @ offset, goal) + _STRUCTURAL * now.size
-            for places in self._places(now, relative, offset, float(np.linalg.norm(move))):
+            for places in self._places(now, goal, relative, offset, float(np.linalg.norm(move))):
                 numbers = " ".join(_number(x, places) for x in offset)
                 new = f"(transform {part.span.text} (translate [{numbers}]))"
                 yield _Candidate(((part.span, new),), cost + 1e-9 * places)
@@ -746,16 +749,23 @@ def _is_better(now: _Version, found: _Version, goal: Goal, further: float = 0.0)
     fewer = now.counts - found.counts
     if fewer[goal.key] <= 0 or found.counts - now.counts or sum(found.counts.values()) >= sum(now.counts.values()):
         return False
-    return goal.declaration is not None or (not _too_far(now, found, goal, further) and _is_sound(now, found))
+    return goal.declaration is not None or (
+        not _too_far(now, found, goal, further) and _holds(now, found, is_sound_motion)
+    )
 
 
 def _is_sound(now: _Version, found: _Version) -> bool:
-    """Return whether things rest in a version where they rested."""
+    """Return whether things rest in a version where they rested, and are not deeper in others."""
+    return _holds(now, found, is_sound_motion) and _holds(now, found, lambda *each: not is_deeper_motion(*each))
+
+
+def _holds(now: _Version, found: _Version, test: Callable[[CheckedFrame, CheckedFrame, FloatArray], bool]) -> bool:
+    """Return whether a test of a motion holds in all frames."""
     if found.corners.shape != now.corners.shape:
         return True
     motion = found.corners - now.corners
     return all(
-        is_sound_motion(now.frames[number], found.frames[number], motion[2 * at : 2 * (at + count)])
+        test(now.frames[number], found.frames[number], motion[2 * at : 2 * (at + count)])
         for number, (at, count) in now.spans.items()
     )
 
@@ -913,6 +923,11 @@ def poses_of(source: Source) -> list[ListDatum]:
         for head, form in _forms(source)
         if head == "transform" and len(form.items) == 3 and _head(form.items[2]) in heads
     ]
+
+
+def imports_of(source: Source) -> list[ListDatum]:
+    """Return the forms of a program that import files."""
+    return [form for head, form in _forms(source) if head == "import"]
 
 
 def angles_of(source: Source, zero: bool = False) -> list[Atom]:

@@ -206,6 +206,7 @@ class CheckedFrame:
         bodies = self.bodies
         words = bodies.words(finding.body)
         if finding.whole:
+            words = words[:-1]
             for i in np.flatnonzero(self.contacts.thing == self.contacts.thing[finding.body]).tolist():
                 words = words[: next((k for k, (a, b) in enumerate(zip(words, bodies.words(i))) if a != b), None)]
         return words
