@@ -165,6 +165,8 @@ def _moves(bodies: Bodies, finding: Finding) -> tuple[Vector, ...]:
     moves: list[Vector] = []
     for axis in range(3):
         up, down = high[j, axis] - low[i, axis], low[j, axis] - high[i, axis]
+        if finding.kind == "fighting":
+            up, down = (math.copysign(4.0 * bodies.touch, each) for each in (up, down))
         for length in (up,) if axis == 1 else (up, down):  # nothing is put under what it was in
             x, y, z = (float(length) if k == axis else 0.0 for k in range(3))
             moves.append((x, y, z))

@@ -642,9 +642,17 @@ def _fighting_faces(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
         if shared is None or shared.share < _MIN_SHARED:
             continue
         if not _is_covered(bodies, shared, i, j):
-            thick = [float(np.abs(shared.normal) @ (bodies.boxes[1] - bodies.boxes[0])[k]) for k in (i, j)]
-            move = shared.normal * min(2.0 * bodies.touch, 0.5 * min(thick)) * (1.0 if thick[1] <= thick[0] else -1.0)
-            yield Finding("fighting", j, i, shared.area, (float(move[0]), float(move[1]), float(move[2])))
+            yield Finding("fighting", j, i, shared.area, _out_of(bodies, shared.normal, i, j))
+
+
+def _out_of(bodies: Bodies, normal: FloatArray, i: int, j: int) -> tuple[float, float, float] | None:
+    """Return a translation of a body ``j`` by which the thinner of two bodies stands out of the other along a normal;
+    None if they are equally thick, and so coplanar on both sides."""
+    thick = [float(np.abs(normal) @ (bodies.boxes[1] - bodies.boxes[0])[k]) for k in (i, j)]
+    if abs(thick[0] - thick[1]) <= 1e-5 * bodies.size:
+        return None
+    move = normal * min(2.0 * bodies.touch, 0.5 * min(thick)) * (1.0 if thick[1] < thick[0] else -1.0)
+    return float(move[0]), float(move[1]), float(move[2])
 
 
 def _is_covered(bodies: Bodies, shared: SharedFace, i: int, j: int) -> bool:

@@ -125,7 +125,7 @@ SIGN = """
 (bind "easel" (lambda () (union
   (call "cylinder" :radius .3 :p0 [0 0 0] :p1 [0 .05 0])
   (call "cylinder" :radius .03 :p0 [0 0 0] :p1 [0 2 0])
-  (transform (call "cube" :scale [1.2 .8 .05]) (translate [.8 1.6 0])))))
+  (transform (call "cube" :scale [1.2 .8 .05]) (translate [.6 1.6 0])))))
 """
 CART = """
 (bind "cart" (lambda () (union
@@ -148,7 +148,7 @@ PLACES = [
     # words, what is in the room, and the edits: what a person would change
     (CABINET, WALL + '(transform (call "cabinet") (translate [0 0 -3.8]))', [("-3.8", "-3.6")]),  # all of it
     (CART, TABLE + '(transform (call "cart") (translate [0 .15 3]))', [(".15", "0")]),  # with its wheels
-    (SIGN, '(call "easel")', [(".8", None)]),  # not without the pose
+    (SIGN, '(call "easel")', [(".6", None)]),  # not without the pose
     ("", TABLE + CUP.replace("X", "1.02"), [("1.02", None)]),  # it stands with room
     ("", TABLE + WALL + CUP.replace("X", ".3").replace("1 0]", ".97 0]"), []),  # a little deep is no finding
     (SOFA, '(call "sofa")' + "".join(f'(transform (call "chair") (translate [{x} 0 .1]))' for x in ("-.9", ".9")),
@@ -174,7 +174,7 @@ def test_edits_are_those_that_a_person_would_make(words: str, things: str, edits
 def test_what_is_top_heavy_moves_only_its_weight() -> None:
     found = repaired(Session(), Source("room.scene", SIGN + ROOM.replace("THINGS", FLOOR + '(call "easel")')))
     (edit,) = found.edits
-    assert 0.1 < float(edit.new) < 0.4
+    assert 0.1 < float(edit.new) < 0.42
 
 
 def test_what_is_at_an_edge_stands_with_room() -> None:
