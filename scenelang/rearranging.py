@@ -97,6 +97,13 @@ class Things:
         np.maximum.at(bent, self.thing, np.linalg.norm(rest, axis=1))
         return float(weights @ np.linalg.norm(mean, axis=1) + _BENT * bent.sum())
 
+    def least(self, corners: FloatArray) -> FloatArray:
+        """Return the least extent (N,) of the box of each corner's thing."""
+        low, high = np.full((len(self.counts), 3), np.inf), np.full((len(self.counts), 3), -np.inf)
+        np.minimum.at(low, self.thing, corners)
+        np.maximum.at(high, self.thing, corners)
+        return np.asarray((high - low).min(axis=1)[self.thing], np.float64)
+
     def _split(self, motion: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the mean motion of each thing, and the rest of the motion of each corner."""
         sums = [np.bincount(self.thing, motion[:, axis], len(self.counts)) for axis in range(3)]

@@ -722,7 +722,7 @@ class _Search:
         if corners is None or not 0 < len(corners) < len(now.corners):
             return False
         kept, every = (boxes.reshape(-1, 6) for boxes in (corners, now.corners))
-        room = _ALMOST * np.abs(every[:, 3:] - every[:, :3]).min(axis=1) + 1e-6 * now.size
+        room = _ALMOST * now.things.least(now.corners)[::2] + 1e-6 * now.size
         return all(
             bool((np.abs(kept - box).max(axis=1) <= least).any())
             for box, least in zip(every[: _MAX_COMPARED], room[: _MAX_COMPARED].tolist())

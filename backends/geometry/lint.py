@@ -20,6 +20,7 @@ from scenelang.backends.geometry.distance import IntArray, depths, distances
 from scenelang.backends.geometry.solids import FloatArray, PosedForms
 from scenelang.backends.geometry.stability import (
     Contacts,
+    boxes_of_things,
     contacts_of,
     hanging,
     intersecting,
@@ -313,7 +314,7 @@ def findings(bodies: Bodies, root: Entity) -> list[Finding]:
 def _findings(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
     """Yield all findings about a frame, kind by kind."""
     pairs = contacts.pairs
-    twins = _twins(bodies, pairs)
+    twins = _twins(bodies, contacts, pairs)
     yield from twins
     same = {(f.body, f.other) for f in twins}
     rest = np.array([pair for pair in pairs.tolist() if (pair[1], pair[0]) not in same], np.int64).reshape(-1, 2)
@@ -340,7 +341,7 @@ def _findings(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
 # --- overlaps --------------------------------------------------------------------------------------------------------
 
 
-def _twins(bodies: Bodies, pairs: IntArray) -> list[Finding]:
+def _twins(bodies: Bodies, contacts: Contacts, pairs: IntArray) -> list[Finding]:
     """Return duplicates: equal solids under equal poses, however they were created, and solids of one call that are
     moved a little against each other."""
     a, b = pairs[:, 0], pairs[:, 1]
@@ -353,7 +354,10 @@ def _twins(bodies: Bodies, pairs: IntArray) -> list[Finding]:
     turned = np.abs(first.matrices - second.matrices)[:, :, :3].max(axis=(1, 2), initial=0.0)
     apart = np.linalg.norm(first.matrices[:, :, 3] - second.matrices[:, :, 3], axis=1)
     low, high = bodies.boxes
-    almost = (apart <= _ALMOST * (high - low)[a].min(axis=1)) & (turned <= _POSE_TOLERANCE * bodies.size)
+    whole = boxes_of_things(bodies, contacts.thing)
+    own, of_things = (high - low)[a].min(axis=1), (whole[1] - whole[0])[a].min(axis=1)
+    least = np.where(contacts.thing[a] == contacts.thing[b], own, of_things)
+    almost = (apart <= _ALMOST * least) & (turned <= _POSE_TOLERANCE * bodies.size)
     almost &= (bodies.entity[a] == bodies.entity[b]) & (bodies.path[a] == bodies.path[b])
     return [Finding("twin", j, i, _extent(bodies, i)) for i, j in pairs[(equal & near) | almost].tolist()]
 

@@ -273,7 +273,7 @@ def contacts_of(bodies: Bodies, root: Entity) -> Contacts:
     if apart.any():
         depth[apart], along[apart] = bodies.overlaps(pairs[apart])
     thing = clusters(len(bodies), pairs[~apart].tolist())
-    low, high = _boxes_of(bodies, thing)
+    low, high = boxes_of_things(bodies, thing)
     upright = np.abs(along[:, 1]) >= _VERTICAL
     shallow = np.minimum((high - low)[pairs[:, 0], 1], (high - low)[pairs[:, 1], 1]) * _SUNK
     on_floor = floor[pairs].any(axis=1)
@@ -288,7 +288,7 @@ def contacts_of(bodies: Bodies, root: Entity) -> Contacts:
     return Contacts(pairs, gaps, apart, rests, depth, along, thing, group, floor, loose, owner.astype(np.int64))
 
 
-def _boxes_of(bodies: Bodies, group: IntArray) -> tuple[FloatArray, FloatArray]:
+def boxes_of_things(bodies: Bodies, group: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return for each body the box (N, 3) of all bodies of its group."""
     low, high = (each.copy() for each in bodies.boxes)
     np.minimum.at(low, group, bodies.boxes[0])
