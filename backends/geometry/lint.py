@@ -155,8 +155,9 @@ _INLAY = 0.05  # of its breadth: what is flatter is laid into the floor
 _BROAD = 0.4  # of the scene's area: a body this broad is the ground
 _HOVERING = 2.0  # of its size: what floats higher than that is meant to fly
 _FALL = 4.0  # times the nearest gap: what is that near below a thing is what it is to stand on
-_PAIRED = 64  # bodies of a cluster, and pairs, whose fall is computed
-_APPROACHES = 40
+_PAIRED = 16  # bodies of a cluster, and pairs, whose fall is computed
+_APPROACHES = 16
+_MET = 0.02  # contact tolerances: gaps that count as none
 _MANY = 6  # equal things that float
 _JOINT_GAP = 0.05  # of their size: gaps of many equal things, such as tiles, that are meant
 _MAX_FLOATING = 0.34  # of all clusters: if more of them float, the scene is in the air
@@ -498,7 +499,8 @@ def _gap_of(bodies: Bodies, members: IntArray, others: IntArray, ground: float) 
     if min(gap, height) >= _HOVERING * size:
         return
     i, j = numbers[best].tolist()
-    drop, upper, lower = _drop_of(bodies, members, others, max(min(_FALL * gap, _HOVERING * size), gap))
+    most = max(min(_FALL * gap, _HOVERING * size), gap)
+    drop, upper, lower = (np.inf, i, j) if height < gap else _drop_of(bodies, members, others, most)
     if height < gap or height <= drop < np.inf:
         yield Finding("hovering", i, None, height, (0.0, -height, 0.0))
     elif drop < np.inf and not is_mounted(bodies.words(i)[1:]):
@@ -517,8 +519,8 @@ def _drop_of(bodies: Bodies, members: IntArray, others: IntArray, most: float) -
     """
     low, high = bodies.boxes
     room = bodies.touch
-    above = np.repeat(members[:_PAIRED], len(others))
-    below = np.tile(others, len(members[:_PAIRED]))
+    lowest = members[np.argsort(low[members, 1], kind="stable")][:_PAIRED]
+    above, below = np.repeat(lowest, len(others)), np.tile(others, len(lowest))
     near = ((low[above] <= high[below]) & (high[above] >= low[below]))[:, [0, 2]].all(axis=1)
     fall = low[above, 1] - high[below, 1]
     near &= (low[above, 1] >= low[below, 1]) & (fall <= most)
@@ -526,19 +528,21 @@ def _drop_of(bodies: Bodies, members: IntArray, others: IntArray, most: float) -
     if not len(order):
         return np.inf, 0, 0
     pairs = bodies.pairs(np.stack([above[order], below[order]], axis=1))
-    dropped = np.maximum(fall[order], 0.0)
-    first = pairs.a.matrices.copy()
+    dropped, rows = np.maximum(fall[order], 0.0), np.arange(len(order))
+    best, which = np.inf, 0
     for _ in range(_APPROACHES):
-        pairs.a.matrices[:] = first
-        pairs.a.matrices[:, 1, 3] -= dropped
-        gaps = distances(pairs)
-        dropped = np.where(dropped <= most, dropped + gaps, np.inf)
-        if not (gaps[np.isfinite(dropped)] > 1e-3 * room).any():
+        near_pairs = pairs.take(rows)
+        near_pairs.a.matrices[:, 1, 3] -= dropped[rows]
+        gaps = distances(near_pairs)
+        met = rows[gaps <= _MET * room]
+        if len(met) and dropped[met].min() < best:
+            which = int(met[np.argmin(dropped[met])])
+            best = float(dropped[which])
+        dropped[rows] += gaps
+        rows = rows[(gaps > _MET * room) & (dropped[rows] <= min(most, best))]
+        if not len(rows):
             break
-        dropped = np.where(np.isfinite(dropped), dropped, 2.0 * most + 1.0)
-    dropped[dropped > most] = np.inf
-    best = int(np.argmin(dropped))
-    return float(dropped[best]), int(above[order[best]]), int(below[order[best]])
+    return best, int(above[order[which]]), int(below[order[which]])
 
 
 # --- the ground ------------------------------------------------------------------------------------------------------
