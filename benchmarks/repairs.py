@@ -57,12 +57,17 @@ class Tally:
         )
 
 
+def _without_amounts(message: str) -> str:
+    return re.sub(r"[\d.]+(?= )|\(\d+ times\)", "", message).strip()
+
+
 def add(tally: Tally, program: Program, fault: Fault, sound: Repair, found: Repair) -> str:
     """Count a repair; returns a line about it."""
-    if set(found.before) <= set(sound.before):
+    known = set(map(_without_amounts, sound.before))
+    if set(map(_without_amounts, found.before)) <= known:
         return "not found"
     tally.planted[fault.kind] += 1
-    left = [message for message in found.left if message not in sound.before]
+    left = [message for message in found.left if _without_amounts(message) not in known]
     if left:
         return f"left: {left[0]}"
     tally.resolved[fault.kind] += 1

@@ -13,9 +13,10 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -28,12 +29,13 @@ from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.rearranging import Aim, Things, aims_of, is_deeper_motion, is_sound_motion, rows_of
 
 if TYPE_CHECKING:
     from scenelang.backends.base import Progress
     from scenelang.backends.geometry.arrangement import Vector
     from scenelang.backends.geometry.distance import IntArray
-    from scenelang.backends.geometry.lint import CheckedFrame, Finding
+    from scenelang.backends.geometry.lint import CheckedFrame
     from scenelang.backends.geometry.solids import FloatArray
     from scenelang.editing import Editing
     from scenelang.interpreter.scene.declarations import Declaration
@@ -44,14 +46,21 @@ SECONDS = 30.0
 MAX_EDITS = 20
 _MAX_LITERALS = 400
 _MAX_PARTS = 60
-_MAX_TESTS = 10  # candidates that are tested for one finding
+_MAX_TESTS = 16  # candidates that are tested for one finding
 _STEP = 1e-4  # of a literal, to measure what it moves
 _STILL = 1e-9  # of the scene's size: less is rounding
 _OFF = 0.3  # of a motion: how far the motion of a candidate may be from it
 _TIDY = 5e-3  # of the scene's size: what one more changed literal costs
+_INSIDE = 1e-3  # of the scene's size: what a literal costs that does not place a bound word
 _STRUCTURAL = 0.02  # of the scene's size: what a new form in the program costs
 _CORRECTIONS = 4
 _OVERLAPS = ("twin", "through", "deep", "buried", "fighting")
+_ROUNDING = 1e-2  # of a motion, and
+_EXACT = 2e-5  # of the scene's size: what rounding may cost
+_ALMOST = 0.05  # of its least extent: what is that near to its equal is there twice
+_MAX_LOWERED = 6  # versions without a pose of which the literals are tried
+_MAX_COMPARED = 20_000  # primitives that are compared with those that are left
+_FARTHEST = 4.0  # times what the resolved findings need: how far things may move
 _NO_LITERALS = frozenset({"assert-that", "color", "import", "format", "embedding"})
 
 
@@ -59,25 +68,22 @@ _NO_LITERALS = frozenset({"assert-that", "color", "import", "format", "embedding
 class Goal:
     """A finding or failed declaration to resolve.
 
-    ``key`` is equal for equal findings of other versions. ``rows`` and ``others`` are the primitives of the two things
-    in the layout; ``moves`` are translations of the first thing, each of which would do, ``turn`` an angle about the
-    vertical axis. ``body`` is the part of the first thing that the finding is about, None for all of it.
+    ``key`` is equal for equal findings of other versions. Each of the ``aims`` would do; ``turn`` is an angle about the
+    vertical axis by which the first thing would face the other. ``rows`` are those of the things that it is about.
     """
 
     key: tuple[str, ...]
     message: str
     amount: float
     rows: IntArray
-    others: IntArray
-    moves: tuple[Vector, ...]
+    aims: tuple[Aim, ...]
     turn: float | None = None
     declaration: Declaration | None = None
-    body: IntArray | None = None
 
     @property
-    def subjects(self) -> tuple[Goal, ...]:
-        """The goal for all of its thing, and for the part that it is about."""
-        return (self,) if self.body is None else (self, replace(self, rows=self.body, body=None))
+    def need(self) -> float:
+        """How far something must move at least; 0 if unknown."""
+        return min((float(np.linalg.norm(move)) for aim in self.aims for move in aim.moves), default=0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,13 +125,19 @@ class Repair:
 
     def diff(self, name: str = "program.scene") -> str:
         """Return a unified diff; empty if nothing changed."""
-        old, new = (text.splitlines(keepends=True) for text in (self.original, self.text))
-        return "".join(difflib.unified_diff(old, new, name, name))
+        old, new = (_lines(text) for text in (self.original, self.text))
+        lines = difflib.unified_diff(old, new, name, name)
+        return "".join(line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines)
 
     def data(self) -> dict[str, Any]:
         """Return the repair as JSON data."""
         edits = [{"line": e.line, "old": e.old, "new": e.new, "resolves": e.resolves} for e in self.edits]
         return {"edits": edits, "before": list(self.before), "left": list(self.left), "displacement": self.displacement}
+
+
+def _lines(text: str) -> list[str]:
+    """Return the lines of a text with their ends; only line feeds end lines in a diff."""
+    return re.findall(r"[^\n]*\n|[^\n]+", text)
 
 
 def repaired(
@@ -246,7 +258,17 @@ _MAX_TITLE = 40
 
 
 def _messages(version: _Version) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(goal.message for goal in version.goals))
+    """Return a message for each kind of finding, about the worst one."""
+    worst: dict[tuple[str, ...], Goal] = {}
+    for goal in version.goals:
+        if goal.key not in worst or worst[goal.key].amount < goal.amount:
+            worst[goal.key] = goal
+    counts = version.counts
+    return tuple(
+        dict.fromkeys(
+            each.message + (f" ({counts[key]} times)" if counts[key] > 1 else "") for key, each in worst.items()
+        )
+    )
 
 
 def _displacement(before: FloatArray, after: FloatArray) -> float | None:
@@ -267,16 +289,44 @@ class _Version:
     text: str
     scene: Scene
     corners: FloatArray
-    find: Callable[[Scene], list[Goal]]
+    find: Callable[[_Version], list[Goal]]
     edits: tuple[ProgramEdit, ...] = ()
 
     @cached_property
     def goals(self) -> list[Goal]:
-        return self.find(self.scene)
+        return self.find(self)
+
+    @cached_property
+    def frames(self) -> dict[int, CheckedFrame]:
+        from scenelang.backends.geometry.lint import CheckedFrame
+
+        return {number: CheckedFrame(self.scene.frames[number]) for number in self.spans}
+
+    @cached_property
+    def spans(self) -> dict[int, tuple[int, int]]:
+        """For each frame of the layout the position of its first primitive, and how many it has."""
+        offsets = _offsets(self.scene)
+        return {number: (at, primitive_count(self.scene.frames[number])) for number, at in offsets.items()}
+
+    @cached_property
+    def things(self) -> Things:
+        return Things.of([(self.frames[number], at, count) for number, (at, count) in self.spans.items()])
 
     @cached_property
     def counts(self) -> Counter[tuple[str, ...]]:
         return Counter(goal.key for goal in self.goals)
+
+    def cost(self, motion: FloatArray, goal: Goal) -> float:
+        """Return what a motion (N, 3) of all corners costs that is to resolve a goal, or all that are equal to it."""
+        if goal.key not in self._rows:
+            every = [goal, *self.goals]
+            equal = [each.rows for each in every if each.key == goal.key]
+            self._rows[goal.key] = np.concatenate(equal), np.concatenate([each.rows for each in every])
+        return self.things.cost(motion, *self._rows[goal.key])
+
+    @cached_property
+    def _rows(self) -> dict[tuple[str, ...], tuple[IntArray, IntArray]]:
+        return {}
 
     @cached_property
     def size(self) -> float:
@@ -287,11 +337,13 @@ class _Version:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Literal:
-    """A number in the text, and the group of numbers that it is changed with: those of one vector."""
+    """A number in the text, the group of numbers that it is changed with (those of one vector), and whether it places a
+    word that the program binds."""
 
     span: Span
     value: float
     group: int
+    places: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -301,6 +353,7 @@ class _Candidate:
     changes: tuple[tuple[Span, str], ...]
     cost: float
     literals: tuple[int, ...] = ()
+    is_pose: bool = False  # a pose is left out
 
 
 @dataclass(eq=False)
@@ -312,6 +365,7 @@ class _Search:
     deadline: float
     motions: dict[str, list[FloatArray | None]] = field(default_factory=dict)
     evaluations: float = math.inf  # that are left
+    lowered: set[str] = field(default_factory=set)
 
     @cached_property
     def editing(self) -> Editing:
@@ -349,38 +403,56 @@ class _Search:
         except SceneError:
             return None
 
-    def goals(self, scene: Scene) -> list[Goal]:
+    def goals(self, version: _Version) -> list[Goal]:
         """Return all findings of a version, failed declarations first."""
         from scenelang.backends.geometry.relations import violations
 
-        offsets = _offsets(scene)
+        scene, offsets = version.scene, _offsets(version.scene)
         found = []
         for violation in violations(scene, self.extra):
             if violation.frame not in offsets:
                 continue
             at = offsets[violation.frame]
-            rows, others = _rows(_between(violation.rows), at), _rows(_between(violation.other_rows), at)
+            rows, others = rows_of(_between(violation.rows), at), rows_of(_between(violation.other_rows), at)
             moves = () if violation.move is None else _alternatives(violation.move, violation.declaration.relation)
             key = ("declaration", str(violation.declaration), violation.subject or "", str(violation.rows))
             message = f"{violation.declaration} does not hold: {violation.message}"
             turn, declaration = violation.turn, violation.declaration
-            found.append(Goal(key, message, violation.amount, rows, others, moves, turn, declaration))
+            aims = (Aim.between(rows, others, moves),) if moves else ()
+            found.append(Goal(key, message, violation.amount, rows, aims, turn, declaration))
         found.sort(key=lambda goal: -goal.amount)
-        return [*found, *(_lint_goals(scene, offsets) if self.geometry else ())]
+        return [*found, *(_lint_goals(version.frames, offsets) if self.geometry else ())]
 
     # --- one step ----------------------------------------------------------------------------------------------
 
     def step(self, now: _Version, goal: Goal) -> _Version | None:
         """Return a version in which a goal is resolved and nothing new is found; None if none is found."""
+        tried: set[frozenset[tuple[int, str]]] = set()
+        spare: _Version | None = None  # it has no new finding, but something is deeper in another thing
         for candidates in (self._by_literals, self._by_amount_or_turn, self._by_form):
-            ordered = sorted(candidates(now, goal), key=lambda each: each.cost)
-            for candidate in ordered[:_MAX_TESTS]:
-                if not self.has_time():
-                    return None
+            for candidate in self._distinct(candidates(now, goal), tried):
                 found = self._tested(now, goal, candidate)
-                if found is not None:
+                if found is not None and _is_sound(now, found):
                     return found
-        return None
+                spare = spare or found
+            if spare is not None and goal.declaration is not None:
+                break
+        return spare
+
+    def _distinct(
+        self, candidates: Iterator[_Candidate], tried: set[frozenset[tuple[int, str]]]
+    ) -> Iterator[_Candidate]:
+        """Yield the candidates to test while there is time, the cheapest first, without those that make equal texts."""
+        count = 0
+        for candidate in sorted(candidates, key=lambda each: each.cost):
+            changes = frozenset((s.start, new) for s, new in candidate.changes if not _is_same_number(s.text, new))
+            if changes in tried:
+                continue
+            if count == _MAX_TESTS or not self.has_time():
+                return
+            tried.add(changes)
+            count += 1
+            yield candidate
 
     def _tested(self, now: _Version, goal: Goal, candidate: _Candidate) -> _Version | None:
         """Return the version that a candidate makes if it is better; it is corrected where the motion is not linear."""
@@ -392,16 +464,34 @@ class _Search:
                 left = next((each for each in found.goals if each.key == goal.key), None)
             except SceneError:
                 return None
-            if left is None or not candidate.literals or left.amount > 0.7 * goal.amount:
+            if left is None:
+                return None
+            if not candidate.literals:
+                return self._lowered(now, found, goal, left) if candidate.is_pose else None
+            if left.amount > 0.7 * goal.amount:
                 return None
             candidate = self._corrected(now, found, left, candidate)
+        return None
+
+    def _lowered(self, now: _Version, found: _Version, goal: Goal, left: Goal) -> _Version | None:
+        """Return a version in which what a removed pose leaves of a goal is resolved by a literal."""
+        if _too_far(now, found, goal, left.need) or found.text in self.lowered or len(self.lowered) >= _MAX_LOWERED:
+            return None
+        self.lowered.add(found.text)
+        for candidate in self._distinct(self._by_literals(found, left), set()):
+            further = self._applied(found, candidate)
+            try:
+                if further is not None and _is_better(now, further, goal, left.need):
+                    return replace(further, edits=(*found.edits, *further.edits))
+            except SceneError:
+                return None
         return None
 
     def _corrected(self, now: _Version, found: _Version, left: Goal, candidate: _Candidate) -> _Candidate:
         """Return a candidate whose literals also resolve what it leaves of a goal."""
         literals, motions = literals_of(Source(self.name, found.text)), self._motions(now)
         every = [
-            c for move in left.moves for c in self._solved(found, left, literals, motions, candidate.literals, move)
+            each for aim in left.aims for each in self._solved(found, left, aim, literals, motions, candidate.literals)
         ]
         if not every:
             return replace(candidate, literals=())
@@ -443,8 +533,6 @@ class _Search:
 
     def _by_literals(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
         """Yield changes of the literals of one vector that move the two things of a goal to or from each other."""
-        if not goal.moves or not len(goal.rows):
-            return
         literals, motions = literals_of(Source(self.name, now.text)), self._motions(now)
         groups: dict[int, list[int]] = {}
         for number, literal in enumerate(literals):
@@ -452,37 +540,48 @@ class _Search:
                 groups.setdefault(literal.group, []).append(number)
         for numbers in groups.values():
             for chosen in [[number] for number in numbers] + ([numbers] if len(numbers) > 1 else []):
-                for subject in goal.subjects:
-                    for move in goal.moves:
-                        yield from self._solved(now, subject, literals, motions, chosen, move)
+                for aim in goal.aims:
+                    yield from self._solved(now, goal, aim, literals, motions, chosen)
 
     def _solved(
-        self, now: _Version, goal: Goal, literals: Sequence[_Literal], motions: Sequence[FloatArray | None],
-        chosen: Sequence[int], move: Vector,
+        self, now: _Version, goal: Goal, aim: Aim, literals: Sequence[_Literal], motions: Sequence[FloatArray | None],
+        chosen: Sequence[int],
     ) -> Iterator[_Candidate]:  # fmt: skip
-        """Yield the change of the chosen literals that is nearest to a translation of the goal's thing."""
+        """Yield the changes of the chosen literals that are nearest to the translations of an aim."""
         every = [motion for number in chosen if (motion := motions[number]) is not None]
-        own = np.stack([_mean(motion, goal.rows) for motion in every], axis=1)
-        relative = own - np.stack([_mean(motion, goal.others) for motion in every], axis=1)
+        relative = np.stack([aim.of(motion) for motion in every], axis=1)
         if float(np.abs(relative).max()) < 1e-9:
             return
-        steps = np.linalg.lstsq(relative, np.array(move), rcond=1e-6)[0]
-        length = float(np.linalg.norm(move))
-        off = float(np.linalg.norm(relative @ steps - move))
-        if off > _OFF * length or not np.isfinite(steps).all():
-            return
-        whole = np.tensordot(steps, np.stack(every), 1)
-        cost = _cost(whole, goal) + off + _TIDY * now.size * len(chosen)
+        for move in aim.moves:
+            steps = np.linalg.lstsq(relative, np.array(move), rcond=1e-6)[0]
+            length = float(np.linalg.norm(move))
+            off = float(np.linalg.norm(relative @ steps - move))
+            if off > _OFF * length or not np.isfinite(steps).all():
+                continue
+            whole = np.tensordot(steps, np.stack(every), 1)
+            cost = now.cost(whole, goal) + off + _TIDY * now.size * len(chosen)
+            cost += 0.0 if literals[chosen[0]].places else _INSIDE * now.size
+            values = np.array([literals[n].value for n in chosen]) + steps
+            for rank, places in enumerate(self._places(now, goal, relative, values, length)):
+                changes = tuple((literals[n].span, _number(v, places)) for n, v in zip(chosen, values.tolist()))
+                written = 1e-7 * now.size * sum(len(new) for _, new in changes)  # of equal ones, the simplest
+                yield _Candidate(changes, cost + rank * 1e-9 * now.size + written, tuple(chosen))
+
+    def _places(self, now: _Version, goal: Goal, relative: FloatArray, values: FloatArray, length: float) -> list[int]:
+        """Return the least number of decimals that is exact enough for a motion, and the exact one; for declarations,
+        which have tolerances, also a lower one."""
         digits = _digits(now.size)
-        for places, extra in ((digits - 2, 0.0), (digits, 1e-9 * now.size), (9, 2e-9 * now.size)):
-            values = [literals[n].value + step for n, step in zip(chosen, steps.tolist())]
-            changes = tuple((literals[n].span, _number(v, places)) for n, v in zip(chosen, values))
-            written = 1e-7 * now.size * sum(len(new) for _, new in changes)  # of equal ones, the simplest
-            yield _Candidate(changes, cost + extra + written, tuple(chosen))
+        if goal.declaration is not None:
+            return [digits - 2, digits, 9]
+        for places in range(max(digits - 2, 0), 9):
+            error = float(np.linalg.norm(relative @ (np.round(values, places) - values)))
+            if error <= min(_ROUNDING * length, _EXACT * now.size):
+                return [places, 9]
+        return [9]
 
     def _by_amount_or_turn(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
         """Yield changes of one literal by which the amount of a failed declaration becomes 0, and turns of a part."""
-        if goal.declaration is None or goal.moves:
+        if goal.declaration is None or goal.aims:
             return
         if goal.turn is not None:
             yield from self._turned(now, goal)
@@ -516,18 +615,27 @@ class _Search:
         return None
 
     def _turned(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
-        """Yield turns of the operands of ``union`` that place something, about their own vertical axis."""
+        """Yield turns of angles, and of the operands of ``union`` that place something, about their own vertical
+        axis."""
+        for angle in angles_of(Source(self.name, now.text), zero=True):
+            for turn in (goal.turn or 0.0, -(goal.turn or 0.0)):
+                for places in (2, 4):
+                    value = math.remainder(float(angle.value) + turn, math.tau)
+                    yield _Candidate(((angle.span, _number(value, places)),), _TIDY * now.size + 1e-9 * places)
         for group in unions_of(Source(self.name, now.text)):
             for part in group:
                 if _head(part) != "transform" or len(part.items) != 3 or not self.has_time():
                     continue
-                moved = self._moved_by(now, goal, part)
-                if moved is None:
+                moved = self._moved_by(now, part)
+                if moved is None or not len(goal.rows):
+                    continue
+                own = moved[goal.rows].mean(axis=0)
+                if not np.abs(own).max() > 1e-6:
                     continue
                 call, pose = part.items[1].span.text, part.items[2].span.text
-                turn = goal.turn if np.linalg.det(moved[0]) > 0.0 else -(goal.turn or 0.0)
+                turn = math.copysign(1.0, float(np.linalg.det(own))) * (goal.turn or 0.0)
                 for places in (2, 4):
-                    new = f"(transform {call} (@ {pose} (rotate {_number(turn or 0.0, places)} [0 1 0])))"
+                    new = f"(transform {call} (@ {pose} (rotate {_number(turn, places)} [0 1 0])))"
                     yield _Candidate(((part.span, new),), _STRUCTURAL * now.size)
 
     def _amount(self, now: _Version, goal: Goal, literal: _Literal, value: float) -> float | None:
@@ -554,19 +662,28 @@ class _Search:
         groups = unions_of(Source(self.name, now.text))
         parts = [part for group in groups for part in group][:_MAX_PARTS]
         if goal.key[0] in _OVERLAPS:
-            yield from (_Candidate(((part.span, ""),), 0.0) for part in parts if self._is_double(now, part))
+            doubles = [part for part in parts if self._is_double(now, part)]  # the last of equal ones is removed
+            yield from (_Candidate(((_removed(part.span), ""),), -1e-9 * k) for k, part in enumerate(doubles))
         if goal.key[0] == "twin":
             return
         for part in parts:
-            moved = self._moved_by(now, goal, part) if self.has_time() else None
-            for move in goal.moves if moved is not None else ():
+            moved = self._moved_by(now, part) if self.has_time() else None
+            for aim in goal.aims if moved is not None else ():
                 assert moved is not None
-                offset = np.linalg.lstsq(moved[0], np.array(move), rcond=1e-6)[0]
-                cost = _cost(moved[1] @ offset, goal) + _STRUCTURAL * now.size
-                for places in (_digits(now.size) - 2, _digits(now.size)):
-                    numbers = " ".join(_number(x, places) for x in offset)
-                    new = f"(transform {part.span.text} (translate [{numbers}]))"
-                    yield _Candidate(((part.span, new),), cost + 1e-9 * places)
+                yield from self._placed(now, goal, aim, part, moved)
+
+    def _placed(self, now: _Version, goal: Goal, aim: Aim, part: Datum, moved: FloatArray) -> Iterator[_Candidate]:
+        """Yield a part with a translation around it, by which an aim is reached."""
+        relative = aim.of(moved)
+        if not np.abs(relative).max() > 1e-6:
+            return
+        for move in aim.moves:
+            offset = np.linalg.lstsq(relative, np.array(move), rcond=1e-6)[0]
+            cost = now.cost(moved @ offset, goal) + _STRUCTURAL * now.size
+            for places in self._places(now, goal, relative, offset, float(np.linalg.norm(move))):
+                numbers = " ".join(_number(x, places) for x in offset)
+                new = f"(transform {part.span.text} (translate [{numbers}]))"
+                yield _Candidate(((part.span, new),), cost + 1e-9 * places)
 
     def _unwrapped(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
         """Yield the program without one of the poses that turn, scale or move what the goal is about."""
@@ -581,14 +698,12 @@ class _Search:
                 continue
             motion = found.corners - now.corners
             if np.abs(motion[goal.rows]).max() > _STILL * now.size:
-                yield _Candidate((change,), float(np.linalg.norm(motion, axis=1).mean()) + _STRUCTURAL * now.size)
+                cost = now.cost(motion, goal)
+                yield _Candidate((change,), cost + _STRUCTURAL * now.size, is_pose=True)
 
-    def _moved_by(self, now: _Version, goal: Goal, part: Datum) -> tuple[FloatArray, FloatArray] | None:
-        """Return how the goal's thing (3, 3) and all corners (N, 3, 3) move with a translation of a part, per unit.
-
-        None if the thing does not move.
-        """
-        found, whole = np.zeros((3, 3)), np.zeros((len(now.corners), 3, 3))
+    def _moved_by(self, now: _Version, part: Datum) -> FloatArray | None:
+        """Return how all corners move with a translation of a part, (N, 3, 3) per unit; None if nothing moves."""
+        whole = np.zeros((len(now.corners), 3, 3))
         step = _STEP * now.size
         for axis in range(3):
             offset = " ".join(_number(step if k == axis else 0.0, 12) for k in range(3))
@@ -596,36 +711,62 @@ class _Search:
             corners = self.layout(_replaced(now.text, part.span, text))
             if corners is None or corners.shape != now.corners.shape:
                 return None
-            motion = (corners - now.corners) / step
-            found[:, axis] = _mean(motion, goal.rows) - _mean(motion, goal.others)
-            whole[:, :, axis] = motion
-            if axis == 0 and not np.abs(motion).max() > 1e-6:
+            whole[:, :, axis] = (corners - now.corners) / step
+            if axis == 0 and not np.abs(whole).max() > 1e-6:
                 return None
-        return (found, whole) if np.abs(found).max() > 1e-6 else None
+        return whole
 
     def _is_double(self, now: _Version, part: Datum) -> bool:
-        """Return whether all that a part makes is there without it too."""
+        """Return whether all that a part makes is there, or almost there, without it too."""
         corners = self.layout(_replaced(now.text, part.span, ""))
-        if corners is None:
+        if corners is None or not 0 < len(corners) < len(now.corners):
             return False
-        kept, every = _places(corners, now.size), _places(now.corners, now.size)
-        return len(kept) > 0 and kept == every and len(corners) < len(now.corners)
+        kept, every = (boxes.reshape(-1, 6) for boxes in (corners, now.corners))
+        room = _ALMOST * now.things.least(now.corners)[::2] + 1e-6 * now.size
+        return all(
+            bool((np.abs(kept - box).max(axis=1) <= least).any())
+            for box, least in zip(every[: _MAX_COMPARED], room[: _MAX_COMPARED].tolist())
+        )  # fmt: skip
 
 
-def _cost(motion: FloatArray, goal: Goal) -> float:
-    """Return what a motion (N, 3) of all corners costs: its mean length, twice for what is in no finding, and how much
-    it bends the thing."""
-    rows = goal.rows
-    bent = float(np.linalg.norm(motion[rows] - motion[rows].mean(axis=0), axis=1).max())
-    moved = np.linalg.norm(motion, axis=1)
-    return float(2.0 * moved.sum() - moved[rows].sum()) / len(moved) + bent
+def _too_far(now: _Version, found: _Version, goal: Goal, further: float = 0.0) -> bool:
+    """Return whether a version moves something much farther than the findings that it resolves need, and what came up
+    on the way to it (``further``)."""
+    if goal.declaration is not None or found.corners.shape != now.corners.shape:
+        return False
+    resolved, need = now.counts - found.counts, further
+    for each in now.goals:
+        if resolved[each.key] > 0 or each is goal:
+            resolved[each.key] -= 1
+            need += each.need
+    motion = np.linalg.norm(found.corners - now.corners, axis=1)
+    return need > 0.0 and float(motion.max()) > _FARTHEST * need
 
 
-def _is_better(now: _Version, found: _Version, goal: Goal) -> bool:
-    """Return whether a version resolves one goal at least, and makes no finding that was not there."""
+def _is_better(now: _Version, found: _Version, goal: Goal, further: float = 0.0) -> bool:
+    """Return whether a version resolves one goal at least, and makes no finding that was not there; for a finding of
+    the lint also, whether things move little for it, and rest where they rested."""
     fewer = now.counts - found.counts
-    return (
-        fewer[goal.key] > 0 and not found.counts - now.counts and sum(found.counts.values()) < sum(now.counts.values())
+    if fewer[goal.key] <= 0 or found.counts - now.counts or sum(found.counts.values()) >= sum(now.counts.values()):
+        return False
+    return goal.declaration is not None or (
+        not _too_far(now, found, goal, further) and _holds(now, found, is_sound_motion)
+    )
+
+
+def _is_sound(now: _Version, found: _Version) -> bool:
+    """Return whether things rest in a version where they rested, and are not deeper in others."""
+    return _holds(now, found, is_sound_motion) and _holds(now, found, lambda *each: not is_deeper_motion(*each))
+
+
+def _holds(now: _Version, found: _Version, test: Callable[[CheckedFrame, CheckedFrame, FloatArray], bool]) -> bool:
+    """Return whether a test of a motion holds in all frames."""
+    if found.corners.shape != now.corners.shape:
+        return True
+    motion = found.corners - now.corners
+    return all(
+        test(now.frames[number], found.frames[number], motion[2 * at : 2 * (at + count)])
+        for number, (at, count) in now.spans.items()
     )
 
 
@@ -685,77 +826,27 @@ def _between(rows: tuple[int, int] | None) -> IntArray | None:
     return None if rows is None else np.arange(rows[0], rows[1] + 1)
 
 
-def _rows(primitives: IntArray | None, at: int) -> IntArray:
-    """Return the rows of the layout for primitives of a frame that begins at ``at``."""
-    if primitives is None:
-        return np.zeros(0, np.int64)
-    return np.stack([2 * (primitives + at), 2 * (primitives + at) + 1], axis=1).reshape(-1)
-
-
-def _mean(motion: FloatArray, rows: IntArray) -> FloatArray:
-    return np.asarray(motion[rows].mean(axis=0), np.float64) if len(rows) else np.zeros(3)
-
-
-def _places(corners: FloatArray, size: float) -> set[tuple[float, ...]]:
-    return set(map(tuple, np.round(corners / (1e-6 * size)).tolist()))
-
-
 # --- findings of the geometry lint -----------------------------------------------------------------------------------
 
 
-def _lint_goals(scene: Scene, offsets: dict[int, int]) -> list[Goal]:
+def _lint_goals(frames: Mapping[int, CheckedFrame], offsets: Mapping[int, int]) -> list[Goal]:
     from scenelang.backends.geometry.convex import clusters
-    from scenelang.backends.geometry.lint import CheckedFrame
+    from scenelang.backends.geometry.lint import message_of
 
     found = []
     for number, at in offsets.items():
-        frame = CheckedFrame(scene.frames[number])
+        frame = frames[number]
         bodies, thing = frame.bodies, frame.contacts.thing
         cluster = clusters(len(bodies), bodies.contacts[0].tolist()) if frame.findings else thing
         for each in frame.findings:
-            rows = bodies.row[thing == thing[each.body]]
-            others = None if each.other is None else bodies.row[thing == thing[each.other]]
-            words = "/".join(bodies.words(each.body)), "" if each.other is None else "/".join(bodies.words(each.other))
-            message = f'{each.kind} "{words[0]}"' + (f' and "{words[1]}"' if words[1] else "")
-            moves = (*_moves(bodies, each), *_falls(frame, cluster, each))
-            body = _rows(bodies.row[[each.body]], at)
-            goal = Goal((each.kind, *words), message, each.amount, _rows(rows, at), _rows(others, at), moves, body=body)
-            found.append(goal)
+            words = "/".join(frame.words(each)), "" if each.other is None else "/".join(bodies.words(each.other))
+            if each.whole:
+                words = words[0], ""
+            message = message_of(frame, each)
+            rows = rows_of(bodies.row[thing == thing[each.body]], at)
+            aims = tuple(aims_of(frame, each, cluster, at))
+            found.append(Goal((each.kind, *words), message, each.amount, rows, aims))
     return found
-
-
-def _falls(frame: CheckedFrame, cluster: IntArray, finding: Finding) -> Iterator[Vector]:
-    """Yield how far the things that touch the subject of a finding can fall: to the ground, and to what is below."""
-    from scenelang.backends.geometry.lint import ground_height
-
-    if finding.kind not in ("hovering", "hanging", "unstable", "tipping"):
-        return
-    bodies = frame.bodies
-    low, high = bodies.boxes
-    own = cluster == cluster[finding.body]
-    foot, least, most = float(low[own, 1].min()), low[own].min(axis=0), high[own].max(axis=0)
-    below = ~own & (high[:, 1] <= foot + bodies.touch)
-    for axis in (0, 2):
-        below &= (low[:, axis] < most[axis]) & (high[:, axis] > least[axis])
-    heights = {ground_height(bodies), *([float(high[below, 1].max())] if below.any() else [])}
-    yield from ((0.0, height - foot, 0.0) for height in sorted(heights, reverse=True) if foot - height > bodies.touch)
-
-
-def _moves(bodies: Any, finding: Finding) -> tuple[Vector, ...]:
-    """Return the translations that would resolve a finding: its own, or those that separate the two boxes."""
-    if finding.move is not None:
-        return (finding.move,)
-    if finding.other is None or finding.kind == "twin":
-        return ()
-    low, high = bodies.boxes
-    i, j = finding.body, finding.other
-    moves = []
-    for axis in range(3):
-        for length in (high[j, axis] - low[i, axis], low[j, axis] - high[i, axis]):
-            if finding.kind == "fighting":
-                length = math.copysign(4.0 * bodies.touch, length)
-            moves.append(tuple(float(length) if k == axis else 0.0 for k in range(3)))
-    return tuple(sorted(moves, key=lambda move: sum(map(abs, move))))  # type: ignore[arg-type]
 
 
 # --- text ------------------------------------------------------------------------------------------------------------
@@ -764,15 +855,28 @@ def _moves(bodies: Any, finding: Finding) -> tuple[Vector, ...]:
 def literals_of(source: Source) -> list[_Literal]:
     """Return the numbers of a program that may place things, at most 400, each with those of the same vector."""
     found: list[_Literal] = []
-    stack: list[tuple[Datum, Datum | None]] = [(form, None) for form in reversed(read(source).forms)]
+    forms = read(source).forms
+    bound = {_called(form) for form in forms if _head(form) == "bind"}
+    stack: list[tuple[Datum, Datum | None, bool]] = [(form, None, False) for form in reversed(forms)]
     while stack and len(found) < _MAX_LITERALS:
-        datum, parent = stack.pop()
+        datum, parent, places = stack.pop()
         if isinstance(datum, Atom):
             if type(datum.value) in (int, float) and math.isfinite(datum.value):
-                found.append(_Literal(datum.span, datum.value, id(parent) if _is_vector(parent) else id(datum)))
+                group = id(parent) if _is_vector(parent) else id(datum)
+                found.append(_Literal(datum.span, datum.value, group, places))
             continue
-        stack.extend((child, datum) for child in reversed(list(_placing(datum))))
+        pose = None
+        if isinstance(datum, ListDatum) and _head(datum) == "transform" and len(datum.items) == 3:
+            called = datum.items[1]
+            pose = datum.items[2] if _head(called) == "call" and _called(called) in bound else None
+        stack.extend((child, datum, places or child is pose) for child in reversed(list(_placing(datum))))
     return found
+
+
+def _called(form: Datum) -> str | None:
+    """Return the word of a form such as ``(call "cup")`` or ``(bind "cup" ...)``."""
+    second = form.items[1] if isinstance(form, ListDatum) and len(form.items) > 1 else None
+    return second.value if isinstance(second, Atom) and type(second.value) is str else None
 
 
 def _is_vector(datum: Datum | None) -> bool:
@@ -821,10 +925,19 @@ def poses_of(source: Source) -> list[ListDatum]:
     ]
 
 
-def angles_of(source: Source) -> list[Atom]:
-    """Return the numbers that are angles of ``rotate`` and not 0."""
+def imports_of(source: Source) -> list[ListDatum]:
+    """Return the forms of a program that import files."""
+    return [form for head, form in _forms(source) if head == "import"]
+
+
+def angles_of(source: Source, zero: bool = False) -> list[Atom]:
+    """Return the numbers that are angles of ``rotate``, those that are 0 only if ``zero``."""
     angles = [form.items[1] for head, form in _forms(source) if head == "rotate" and len(form.items) > 2]
-    return [each for each in angles if isinstance(each, Atom) and type(each.value) in (int, float) and each.value != 0]
+    return [
+        each
+        for each in angles
+        if isinstance(each, Atom) and type(each.value) in (int, float) and (zero or each.value != 0)
+    ]
 
 
 def _forms(source: Source) -> Iterator[tuple[str, ListDatum]]:
@@ -837,6 +950,16 @@ def _forms(source: Source) -> Iterator[tuple[str, ListDatum]]:
 
 def _replaced(text: str, span: Span, new: str) -> str:
     return text[: span.start] + new + text[span.end :]
+
+
+def _removed(span: Span) -> Span:
+    """Return the place of a form with the blanks before it, and the break before them if nothing else is in its
+    line."""
+    text, start = span.source.text, span.start
+    while start > 0 and text[start - 1] in " \t":
+        start -= 1
+    alone = start > 0 and text[start - 1] == "\n" and text[span.end : span.end + 1] in ("", "\n")
+    return Span(span.source, start - 1 if alone else start, span.end)
 
 
 def _digits(size: float) -> int:

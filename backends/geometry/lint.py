@@ -8,21 +8,24 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.geometry.convex import MAX_PAIRS, Bodies, bodies_of, clusters
-from scenelang.backends.geometry.distance import IntArray, depths
+from scenelang.backends.geometry.distance import IntArray, depths, distances
 from scenelang.backends.geometry.solids import FloatArray, PosedForms
 from scenelang.backends.geometry.stability import (
     Contacts,
+    boxes_of_things,
     contacts_of,
     hanging,
     intersecting,
     is_airborne,
+    is_mounted,
     is_put_down,
     is_soft,
     may_be_set_in,
@@ -146,6 +149,7 @@ def _clipped(subject: FloatArray, clip: FloatArray) -> FloatArray:
 
 
 _POSE_TOLERANCE = 1e-6  # pose tolerance relative to the scene's size
+_ALMOST = 0.05  # of its least extent: what is moved less against its equal was made twice by mistake
 _MAX_OVERLAP = 0.34  # of the smaller extent: siblings with the same word that overlap more are reported
 _SUNK = 0.4  # of its height: what is deeper in the ground was probably not raised by mistake
 _SUNK_FURNITURE = 0.05  # the same of what a person puts on a floor, by its noun
@@ -154,6 +158,10 @@ _SUNK_BALL = 0.75  # rocks, bushes and boats are often half in what carries them
 _INLAY = 0.05  # of its breadth: what is flatter is laid into the floor
 _BROAD = 0.4  # of the scene's area: a body this broad is the ground
 _HOVERING = 2.0  # of its size: what floats higher than that is meant to fly
+_FALL = 4.0  # times the nearest gap: what is that near below a thing is what it is to stand on
+_PAIRED = 16  # bodies of a cluster, and pairs, whose fall is computed
+_APPROACHES = 16
+_MET = 0.02  # contact tolerances: gaps that count as none
 _MANY = 6  # equal things that float
 _JOINT_GAP = 0.05  # of their size: gaps of many equal things, such as tiles, that are meant
 _MAX_FLOATING = 0.34  # of all clusters: if more of them float, the scene is in the air
@@ -169,7 +177,8 @@ class Finding:
 
     ``kind`` is twin, buried, deep, through, unstable, tipping (on an edge), hanging, hovering, sunk or fighting,
     ``body`` its subject, ``other`` the body it is near or in. ``amount`` is a length in scene units, an area for faces,
-    ``move`` the translation that would fix it.
+    ``move`` the translation that would fix it, ``shift`` that of its centre of mass alone, over its foot. ``whole`` if
+    a twin is all of a thing.
     """
 
     kind: str
@@ -177,6 +186,8 @@ class Finding:
     other: int | None
     amount: float
     move: tuple[float, float, float] | None = None
+    shift: tuple[float, float, float] | None = None
+    whole: bool = False
 
 
 _OVERLAPS = ("twin", "buried", "deep", "through")
@@ -191,7 +202,20 @@ class CheckedFrame:
     def __init__(self, root: Entity, bodies: Bodies | None = None) -> None:
         self.bodies = bodies_of(root) if bodies is None else bodies
         self.contacts = contacts_of(self.bodies, root)
-        self.findings = self._ranked(list(_findings(self.bodies, self.contacts))) if len(self.bodies) else []
+
+    @cached_property
+    def findings(self) -> list[Finding]:
+        return self._ranked(list(_findings(self.bodies, self.contacts))) if len(self.bodies) else []
+
+    def words(self, finding: Finding) -> tuple[str, ...]:
+        """Return the words from the root to the subject of a finding, for a twin to the thing that is there twice."""
+        bodies = self.bodies
+        words = bodies.words(finding.body)
+        if finding.whole:
+            words = words[:-1]
+            for i in np.flatnonzero(self.contacts.thing == self.contacts.thing[finding.body]).tolist():
+                words = words[: next((k for k, (a, b) in enumerate(zip(words, bodies.words(i))) if a != b), None)]
+        return words
 
     def concerned(self, finding: Finding) -> IntArray:
         """Return the bodies of the things that a finding is about."""
@@ -225,9 +249,11 @@ class CheckedFrame:
     def _ranked(self, found: list[Finding]) -> list[Finding]:
         """Return one finding for each thing: of those about overlaps, for the thing that is in most of them."""
         thing = self.contacts.thing
-        often = Counter(
-            int(thing[i]) for f in found if f.kind in ("deep", "through") for i in (f.body, f.other) if i is not None
+        often = self._often(found)
+        twins = Counter(
+            (int(thing[f.body]), int(thing[f.other])) for f in found if f.kind == "twin" and f.other is not None
         )
+        parts = Counter(thing.tolist())
         told: dict[tuple[str, int], Finding] = {}
         moved: set[int] = set()
         for finding in found:
@@ -244,12 +270,28 @@ class CheckedFrame:
             key = "deep" if finding.kind in ("deep", "through") else finding.kind
             if key == "deep" and any((kind, subject) in told for kind in ("twin", "buried")):
                 continue
-            if key == "twin" or key == "buried":
+            if key == "twin" and other is not None and other != subject and twins[subject, other] == parts[subject]:
+                told.setdefault((key, parts.total() + subject), replace(finding, whole=parts[subject] > 1))
+            elif key == "twin" or key == "buried":
                 told.setdefault((key, finding.body), finding)
             elif (key, subject) not in told or told[key, subject].amount < finding.amount:
                 told[key, subject] = finding
             moved.add(subject)
         return list(told.values())
+
+    def _often(self, found: Iterable[Finding]) -> Counter[int]:
+        """Return in how many overlaps each thing is that it could leave by one translation; else it is in none of its
+        own making, such as a sofa with a chair in each side."""
+        thing = self.contacts.thing
+        moves: dict[int, list[FloatArray]] = {}
+        for f in found:
+            if f.kind in ("deep", "through") and f.other is not None and f.move is not None:
+                moves.setdefault(int(thing[f.body]), []).append(np.array(f.move))
+                moves.setdefault(int(thing[f.other]), []).append(-np.array(f.move))
+        return Counter({
+            number: len(every) if all(a @ b >= 0.0 for a in every for b in every) else 0
+            for number, every in moves.items()
+        })  # fmt: skip
 
     def _turned(self, finding: Finding, often: Mapping[int, int]) -> Finding:
         """Return a finding about an overlap with the thing first that is in more of them, or is the smaller."""
@@ -261,7 +303,7 @@ class CheckedFrame:
         if (first, -sizes[0]) >= (second, -sizes[1]):
             return finding
         x, y, z = finding.move
-        return Finding(finding.kind, finding.other, finding.body, finding.amount, (-x, -y, -z))
+        return replace(finding, body=finding.other, other=finding.body, move=(-x, -y, -z))
 
     def _size(self, i: int) -> float:
         low, high = self.bodies.boxes
@@ -277,7 +319,7 @@ def findings(bodies: Bodies, root: Entity) -> list[Finding]:
 def _findings(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
     """Yield all findings about a frame, kind by kind."""
     pairs = contacts.pairs
-    twins = _twins(bodies, pairs)
+    twins = _twins(bodies, contacts, pairs)
     yield from twins
     same = {(f.body, f.other) for f in twins}
     rest = np.array([pair for pair in pairs.tolist() if (pair[1], pair[0]) not in same], np.int64).reshape(-1, 2)
@@ -295,7 +337,7 @@ def _findings(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
     sunk = list(_below_ground(bodies, contacts))
     yield from (finding for finding, deep in sunk if deep)
     for fault in unstable(bodies, contacts, ground):
-        yield Finding("unstable" if fault.move is not None else "tipping", *fault)
+        yield Finding("unstable" if fault.shift is not None else "tipping", *fault)
     for fault in hanging(bodies, contacts, ground):
         yield Finding("hanging", *fault)
     yield from (finding for finding, deep in sunk if not deep)  # what is tilted is told so
@@ -306,8 +348,9 @@ def _findings(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
 # --- overlaps --------------------------------------------------------------------------------------------------------
 
 
-def _twins(bodies: Bodies, pairs: IntArray) -> list[Finding]:
-    """Return duplicates: equal solids under equal poses, however they were created."""
+def _twins(bodies: Bodies, contacts: Contacts, pairs: IntArray) -> list[Finding]:
+    """Return duplicates: equal solids under equal poses, however they were created, and solids of one call that are
+    moved a little against each other."""
     a, b = pairs[:, 0], pairs[:, 1]
     first, second = bodies.solids.take(a), bodies.solids.take(b)
     equal = (first.forms == second.forms) & (
@@ -315,7 +358,15 @@ def _twins(bodies: Bodies, pairs: IntArray) -> list[Finding]:
     )
     equal &= ~bodies.hollow[pairs].any(axis=1) | (bodies.entity[a] == bodies.entity[b])
     near = np.abs(first.matrices - second.matrices).max(axis=(1, 2)) <= _POSE_TOLERANCE * bodies.size
-    return [Finding("twin", j, i, _extent(bodies, i)) for i, j in pairs[equal & near].tolist()]
+    turned = np.abs(first.matrices - second.matrices)[:, :, :3].max(axis=(1, 2), initial=0.0)
+    apart = np.linalg.norm(first.matrices[:, :, 3] - second.matrices[:, :, 3], axis=1)
+    low, high = bodies.boxes
+    whole = boxes_of_things(bodies, contacts.thing)
+    own, of_things = (high - low)[a].min(axis=1), (whole[1] - whole[0])[a].min(axis=1)
+    least = np.where(contacts.thing[a] == contacts.thing[b], own, of_things)
+    almost = (apart <= _ALMOST * least) & (turned <= _POSE_TOLERANCE * bodies.size)
+    almost &= (bodies.entity[a] == bodies.entity[b]) & (bodies.path[a] == bodies.path[b])
+    return [Finding("twin", j, i, _extent(bodies, i)) for i, j in pairs[(equal & near) | almost].tolist()]
 
 
 def _extent(bodies: Bodies, i: int) -> float:
@@ -454,12 +505,50 @@ def _gap_of(bodies: Bodies, members: IntArray, others: IntArray, ground: float) 
     if min(gap, height) >= _HOVERING * size:
         return
     i, j = numbers[best].tolist()
-    if height < gap:
+    most = max(min(_FALL * gap, _HOVERING * size), gap)
+    drop, upper, lower = (np.inf, i, j) if height < gap else _drop_of(bodies, members, others, most)
+    if height < gap or height <= drop < np.inf:
         yield Finding("hovering", i, None, height, (0.0, -height, 0.0))
+    elif drop < np.inf and not is_mounted(bodies.words(i)[1:]):
+        yield Finding("hovering", upper, lower, drop, (0.0, -drop, 0.0))
     else:
         _, along = depths(bodies.pairs(numbers[best : best + 1]))
         move = along[0] * -gap if np.isfinite(along).all() else along[0]
         yield Finding("hovering", i, j, gap, (-float(move[0]), -float(move[1]), -float(move[2])))
+
+
+def _drop_of(bodies: Bodies, members: IntArray, others: IntArray, most: float) -> tuple[float, int, int]:
+    """Return how far a cluster can fall until one of its bodies meets another body, and these two; infinity if there is
+    none within ``most``.
+
+    Each pair approaches by its distance, which is never more than what is left to fall.
+    """
+    low, high = bodies.boxes
+    room = bodies.touch
+    lowest = members[np.argsort(low[members, 1], kind="stable")][:_PAIRED]
+    above, below = np.repeat(lowest, len(others)), np.tile(others, len(lowest))
+    near = ((low[above] <= high[below]) & (high[above] >= low[below]))[:, [0, 2]].all(axis=1)
+    fall = low[above, 1] - high[below, 1]
+    near &= (low[above, 1] >= low[below, 1]) & (fall <= most)
+    order = np.flatnonzero(near)[np.argsort(fall[near], kind="stable")][:_PAIRED]
+    if not len(order):
+        return np.inf, 0, 0
+    pairs = bodies.pairs(np.stack([above[order], below[order]], axis=1))
+    dropped, rows = np.maximum(fall[order], 0.0), np.arange(len(order))
+    best, which = np.inf, 0
+    for _ in range(_APPROACHES):
+        near_pairs = pairs.take(rows)
+        near_pairs.a.matrices[:, 1, 3] -= dropped[rows]
+        gaps = distances(near_pairs)
+        met = rows[gaps <= _MET * room]
+        if len(met) and dropped[met].min() < best:
+            which = int(met[np.argmin(dropped[met])])
+            best = float(dropped[which])
+        dropped[rows] += gaps
+        rows = rows[(gaps > _MET * room) & (dropped[rows] <= min(most, best))]
+        if not len(rows):
+            break
+    return best, int(above[order[which]]), int(below[order[which]])
 
 
 # --- the ground ------------------------------------------------------------------------------------------------------
@@ -595,7 +684,17 @@ def _fighting_faces(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
         if shared is None or shared.share < _MIN_SHARED:
             continue
         if not _is_covered(bodies, shared, i, j):
-            yield Finding("fighting", j, i, shared.area)
+            yield Finding("fighting", j, i, shared.area, _out_of(bodies, shared.normal, i, j))
+
+
+def _out_of(bodies: Bodies, normal: FloatArray, i: int, j: int) -> tuple[float, float, float] | None:
+    """Return a translation of a body ``j`` by which the thinner of two bodies stands out of the other along a normal;
+    None if they are equally thick, and so coplanar on both sides."""
+    thick = [float(np.abs(normal) @ (bodies.boxes[1] - bodies.boxes[0])[k]) for k in (i, j)]
+    if abs(thick[0] - thick[1]) <= 1e-5 * bodies.size:
+        return None
+    move = normal * min(2.0 * bodies.touch, 0.5 * min(thick)) * (1.0 if thick[1] < thick[0] else -1.0)
+    return float(move[0]), float(move[1]), float(move[2])
 
 
 def _is_covered(bodies: Bodies, shared: SharedFace, i: int, j: int) -> bool:
@@ -656,7 +755,7 @@ def check_geometry(scene: Scene) -> list[Diagnostic]:
         checked = CheckedFrame(root)
         bodies = checked.bodies
         for finding in checked.findings:
-            named = _named(bodies, finding, number)
+            named = _named(checked, finding, number)
             found.setdefault((finding.kind, named.words, named.other), []).append(named)
         if len(bodies) and not bodies.contacts[2]:
             remarks.append(
@@ -682,11 +781,11 @@ def _incomplete(why: str, frame: int, count: int) -> Diagnostic:
     return Diagnostic("geometry-limit", f"{where} was not checked completely: {why}")
 
 
-def _named(bodies: Bodies, finding: Finding, frame: int) -> _Named:
-    other = finding.other
+def _named(checked: CheckedFrame, finding: Finding, frame: int) -> _Named:
+    bodies, other = checked.bodies, finding.other
     return _Named(
         finding,
-        bodies.words(finding.body),
+        checked.words(finding),
         bodies.words(other) if other is not None else (),
         _place(bodies, finding.body),
         _place(bodies, other) if other is not None else None,
@@ -697,6 +796,11 @@ def _named(bodies: Bodies, finding: Finding, frame: int) -> _Named:
 def _place(bodies: Bodies, i: int) -> Span | None:
     places = bodies.entities[bodies.entity[i]].call_sites
     return places[0] if places else None
+
+
+def message_of(checked: CheckedFrame, finding: Finding) -> str:
+    """Return the message of a warning about a finding."""
+    return _MESSAGES[finding.kind][1](_named(checked, finding, 0))
 
 
 def _diagnostic(group: Iterable[_Named], animated: bool) -> Diagnostic:
@@ -711,9 +815,10 @@ def _diagnostic(group: Iterable[_Named], animated: bool) -> Diagnostic:
     if animated:
         message += f" (frame {min(frames)})"
     hint = None
-    on_foot = finding.kind == "unstable" and not named.other  # which moves with it
-    if finding.move is not None and not on_foot and any(abs(x) > 1e-9 for x in finding.move):
+    if finding.move is not None and any(abs(x) > 1e-9 for x in finding.move):
         hint = f"`(translate [{rounded(finding.move, 3)}])` would fix it"
+    elif finding.shift is not None:
+        hint = f"move the heavy parts by `[{rounded(finding.shift, 3)}]` over the foot, or make the foot broader"
     other = named.other_place
     notes = (Note("the other thing is created here", other),) if other is not None and other != named.place else ()
     return Diagnostic(name, message, named.place, hint, notes)
@@ -721,7 +826,7 @@ def _diagnostic(group: Iterable[_Named], animated: bool) -> Diagnostic:
 
 def rounded(move: Sequence[float], digits: int = 4) -> str:
     """Return the components of a translation as they are written; those that are nothing beside the others are 0."""
-    least = 1e-6 * max(abs(x) for x in move)
+    least = 1e-4 * max(abs(x) for x in move)
     return " ".join(f"{x if abs(x) > least else 0.0:.{digits}g}" for x in move)
 
 

@@ -124,6 +124,7 @@ _WELD = 0.05  # of the smaller body's least side: things that are deeper in each
 _VERTICAL = 0.8  # of the normal of a contact between a thing and what it rests on
 _MARGIN = 0.02  # of a group's breadth: how far its centre of mass may be beside its support
 _ROOTED_MARGIN = 0.05  # the same on the ground
+_ROOM = 0.1  # of a group's breadth: how far inside its support the centre of mass of what stands well is
 _MAX_DEPTH = 0.25  # of the smaller extent: how deep equal things may be in each other
 _MAX_SHARED = 0.12  # of the smaller thing's volume: how much of it may be inside another
 _MAX_PART = 0.2  # of the smaller body's volume: how much of it may be inside a body of another thing
@@ -145,13 +146,17 @@ class Fault(NamedTuple):
         How far its centre of mass is beside its support, or how deep it is in the other, in scene units; the breadth of
         what stands on an edge.
     move
-        The translation that would fix it; None for what stands on an edge.
+        The translation that would fix it; None for what stands on an edge, and for what moving it does not help.
+    shift
+        How far the centre of mass must move over the support to be inside it, with room; None for what stands on an
+        edge.
     """
 
     body: int
     other: int | None
     amount: float
     move: tuple[float, float, float] | None
+    shift: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -291,7 +296,7 @@ def contacts_of(bodies: Bodies, root: Entity) -> Contacts:
     if apart.any():
         depth[apart], along[apart] = bodies.overlaps(pairs[apart])
     thing = clusters(len(bodies), pairs[~apart].tolist())
-    low, high = _boxes_of(bodies, thing)
+    low, high = boxes_of_things(bodies, thing)
     upright = np.abs(along[:, 1]) >= _VERTICAL
     shallow = np.minimum((high - low)[pairs[:, 0], 1], (high - low)[pairs[:, 1], 1]) * _SUNK
     on_floor = floor[pairs].any(axis=1)
@@ -312,7 +317,7 @@ def contacts_of(bodies: Bodies, root: Entity) -> Contacts:
     return Contacts(pairs, gaps, apart, rests, depth, along, thing, group, floor, loose, owner.astype(np.int64))
 
 
-def _boxes_of(bodies: Bodies, group: IntArray) -> tuple[FloatArray, FloatArray]:
+def boxes_of_things(bodies: Bodies, group: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return for each body the box (N, 3) of all bodies of its group."""
     low, high = (each.copy() for each in bodies.boxes)
     np.minimum.at(low, group, bodies.boxes[0])
@@ -475,6 +480,16 @@ class _Balance:
             found[j].add(i)
         return found
 
+    def is_everywhere(self, group: int) -> bool:
+        """Whether a group rests with all of its feet on what it stands on, so that moving it changes nothing."""
+        floor, level = self.contacts.floor, self.bodies.boxes
+        return all(
+            self.is_whole(upper, lower) or (floor[lower] and bool(
+                ((level[0][upper] >= level[0][lower]) & (level[1][upper] <= level[1][lower]))[[0, 2]].all()
+            ))
+            for upper, lower, _ in self.below[group]
+        )  # fmt: skip
+
     def is_supported(self, group: int, but: int) -> bool:
         """Whether a group stands on the ground, or touches what does, without the group ``but``."""
         seen, stack = {group, but}, [group]
@@ -534,16 +549,32 @@ def standing_of(
     return corners, np.concatenate([sides, plumb]), center[None]
 
 
+def loads_of(bodies: Bodies, contacts: Contacts, body: int, ground: float) -> tuple[IntArray, FloatArray, IntArray]:
+    """Return the bodies of the group of a body, their shares of its mass, and those on which it stands."""
+    balance = _Balance(bodies, contacts, ground)
+    group = int(balance.group[body])
+    members = balance.members[group]
+    mass = bodies.masses[0][members]
+    return members, mass / mass.sum(), np.array(sorted(balance.standing_on(group)), np.int64)
+
+
 class _Verdict(NamedTuple):
-    """How a group is balanced: how far its centre is beside its support, the way back, and whether it is on an edge."""
+    """How a group is balanced: how far its centre is beside its support, negative inside, the way to a place inside
+    with room, and whether it is on an edge."""
 
     beside: float
     back: FloatArray
     edge: bool
 
 
-def unstable(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Fault]:
-    """Yield the rigid groups that rest on something, but beside their centre of mass or on an edge."""
+def unstable(
+    bodies: Bodies, contacts: Contacts, ground: float, margins: tuple[float, float] = (_MARGIN, _ROOTED_MARGIN)
+) -> Iterator[Fault]:
+    """Yield the rigid groups that rest on something, but beside their centre of mass or on an edge.
+
+    ``margins`` are of a group's breadth: how far its centre may be beside its support, on other things and on the
+    ground; negative ones ask for room.
+    """
     balance = _Balance(bodies, contacts, ground)
     known: dict[tuple[object, ...], _Verdict] = {}
     for group in range(len(balance.members)):
@@ -557,7 +588,9 @@ def unstable(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Faul
         first = int(balance.members[group][0])
         under = [lower for _, lower, _ in balance.below[group]]
         rooted = all(contacts.floor[each] or balance.is_pavement(each, group) for each in under)
-        room = (_ROOTED_MARGIN if rooted else _MARGIN) * breadth
+        room = margins[1 if rooted else 0] * breadth
+        if room < 0.0:  # no foot is asked for more room than it has
+            room = max(room, -0.25 * width_of(balance.supports(group)[:, [0, 2]]))
         if balance.above[group] and found.beside <= room:
             found = _with_load(balance, group, found)
         falls = found.beside > room
@@ -566,7 +599,8 @@ def unstable(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Faul
         lowest = int(balance.members[group][np.argmin(bodies.boxes[0][balance.members[group], 1])])
         below = under[0] if under and not balance.grounded[lowest] else None
         if falls and beyond_edge(balance.supports(group)[:, [0, 2]], balance.with_load(group)[[0, 2]])[0] > room:
-            yield Fault(lowest, below, found.beside, (float(found.back[0]), 0.0, float(found.back[1])))
+            shift = float(found.back[0]), 0.0, float(found.back[1])
+            yield Fault(lowest, below, found.beside, None if balance.is_everywhere(group) else shift, shift)
         elif found.edge:
             yield Fault(lowest, below, breadth, None)
 
@@ -577,7 +611,11 @@ def _verdict(balance: _Balance, group: int) -> _Verdict:
     beside, nearest = beyond_edge(points[:, [0, 2]], middle)
     breadth = float((balance.high[group] - balance.low[group])[[0, 2]].max())
     edge = _is_on_edge(balance.bodies, balance.standing_on(group), points, breadth)
-    return _Verdict(beside, nearest - middle, edge)
+    inward = points[:, [0, 2]].mean(axis=0) - nearest
+    room = _ROOM * breadth / max(float(np.linalg.norm(inward)), 1e-9 * breadth)
+    if balance.is_everywhere(group):
+        room = min(room, 0.5)  # its foot grows no broader
+    return _Verdict(beside, nearest - middle + room * inward, edge)
 
 
 def _with_load(balance: _Balance, group: int, alone: _Verdict) -> _Verdict:

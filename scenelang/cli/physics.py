@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.backends.files import output_path, write_text
+from scenelang.backends.files import output_path, rewrite, write_text
 from scenelang.cli.options import (
     add_camera,
     bounded,
@@ -188,7 +188,7 @@ def add_repair(parser: argparse.ArgumentParser) -> None:
 
 
 def run_repair(arguments: argparse.Namespace) -> int:
-    from scenelang.repairing import repaired
+    from scenelang.repairing import imports_of, repaired
     from scenelang.scene_relations import declarations_of
 
     result, source, session = opened(arguments)
@@ -196,6 +196,9 @@ def run_repair(arguments: argparse.Namespace) -> int:
         return 1
     if result.program is None or not source.name.endswith((".scene", "<stdin>")):
         raise UsageError("value", f"`repair` edits programs in the Scene Language, not `{source.name}`")
+    output = Path(arguments.output) if arguments.output else None
+    if output is not None:
+        _check_program(output)
     stated = [each for text in arguments.that or () for each in declarations_of(session, text)]
     with bounded(arguments):
         compute_solids(arguments, result.scene.frames)
@@ -203,18 +206,35 @@ def run_repair(arguments: argparse.Namespace) -> int:
             session, source, stated, seconds=arguments.seconds, geometry=not arguments.only_declarations,
             progress=progress(arguments, "repairing"),
         )  # fmt: skip
-    if arguments.output and (found.changed or arguments.output != arguments.file):
-        write_text(Path(arguments.output), found.text)
-    left = [Diagnostic("declaration", f"not repaired: {message}", None) for message in found.left]
+    written = output is not None and (found.changed or not _is_same_file(output, arguments.file))
+    if output is not None and written:
+        (rewrite if output.exists() else write_text)(output, found.text)
+    hint = "what imported files make is repaired in these files" if imports_of(source) else None
+    left = [Diagnostic("declaration", f"not repaired: {message}", None, hint) for message in found.left]
     if arguments.json:
         print_result(arguments, found.data() | {"program": found.text, "ok": not left}, "")
         return 1 if left else 0
     rows = [(f"line {edit.line}", edit.resolves) for edit in found.edits]
-    print(found.diff(source.name) + (table(rows, (False, False)) if rows else "nothing to repair" if not left else ""))
+    told = table(rows, (False, False)) if rows else "nothing to repair" if not left else ""
+    if found.changed or told:
+        print(found.diff(source.name) + told)
     report(arguments, left)
     if found.changed and not arguments.quiet:
         edits = "1 edit" if len(found.edits) == 1 else f"{len(found.edits)} edits"
         say(f"{edits}; things move by {found.displacement:.3g} on average")
-    if arguments.output:
-        done(arguments, Path(arguments.output))
+    if output is not None and written:
+        done(arguments, output)
     return 1 if left else 0
+
+
+def _is_same_file(output: Path, file: str) -> bool:
+    return file != "-" and output.exists() and output.samefile(file)
+
+
+def _check_program(output: Path) -> None:
+    """Check that a program can be written; raises UsageError for other files, SceneError("file") for read-only ones."""
+    if output.suffix.lower() != ".scene":
+        raise UsageError("value", f"`repair` writes programs, whose names end in `.scene`, not `{output}`")
+    check_folder(output)
+    if output.exists() and not (os.access(output, os.W_OK) and output.stat().st_mode & 0o222):  # root may write all
+        raise SceneError("file", f"cannot write `{output}`: the file is read-only")

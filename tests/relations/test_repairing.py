@@ -114,6 +114,146 @@ def test_what_cannot_be_repaired_is_told() -> None:
     assert not found.changed  # nothing gets better by breaking the other
 
 
+FLOOR = '(transform (call "cube" :scale [8 .2 8]) (translate [0 -.1 0]))'
+WALL = '(transform (call "cube" :scale [8 3 .2]) (translate [0 1.5 -4]))'
+CABINET = """
+(bind "cabinet" (lambda () (union
+  (transform (call "cube" :scale [1 2 .6]) (translate [0 1 0]))
+  (for/union ((x '(-.25 .25))) (transform (call "cube" :scale [.48 1.9 .02]) (translate (vector x 1 .305)))))))
+"""
+SIGN = """
+(bind "easel" (lambda () (union
+  (call "cylinder" :radius .3 :p0 [0 0 0] :p1 [0 .05 0])
+  (call "cylinder" :radius .03 :p0 [0 0 0] :p1 [0 2 0])
+  (transform (call "cube" :scale [1.2 .8 .05]) (translate [.6 1.6 0])))))
+"""
+CART = """
+(bind "cart" (lambda () (union
+  (transform (call "cube" :scale [1 .4 .8]) (translate [0 .5 0]))
+  (for*/union ((x '(-.4 .4)) (z '(-.4 .4)))
+    (transform (call "cylinder" :radius .2 :p0 [0 0 -.05] :p1 [0 0 .05]) (translate (vector x .2 z)))))))
+"""
+RACK = """
+(bind "rack" (lambda () (union
+  (for/union ((x '(-.55 .55))) (transform (call "cube" :scale [.1 2 .4]) (translate (vector x 1 0))))
+  (for/union ((k (iota 4))) (transform (call "cube" :scale [1 .04 .4]) (translate (vector 0 (+ .1 (* k .5)) 0)))))))
+"""
+SOFA = """
+(bind "sofa" (lambda () (union
+  (transform (call "cube" :scale [1.6 .4 .7]) (translate [0 .2 0]))
+  (transform (call "cube" :scale [1.6 .5 .2]) (translate [0 .6 -.25])))))
+"""
+CUP = '(transform (call "cup") (translate [X 1 0]))'
+PLACES = [
+    # words, what is in the room, and the edits: what a person would change
+    (CABINET, WALL + '(transform (call "cabinet") (translate [0 0 -3.8]))', [("-3.8", "-3.6")]),  # all of it
+    (CART, TABLE + '(transform (call "cart") (translate [0 .15 3]))', [(".15", "0")]),  # with its wheels
+    (SIGN, '(call "easel")', [(".6", None)]),  # not without the pose
+    ("", TABLE + CUP.replace("X", "1.02"), [("1.02", None)]),  # it stands with room
+    ("", TABLE + WALL + CUP.replace("X", ".3").replace("1 0]", ".97 0]"), []),  # a little deep is no finding
+    (SOFA, '(call "sofa")' + "".join(f'(transform (call "chair") (translate [{x} 0 .1]))' for x in ("-.9", ".9")),
+     [("-.9", "-1.05"), (".9", "1.05")]),  # one from each side of it
+    (SOFA, '(call "sofa")(transform (call "chair") (translate [.9 0 .1]))', [(".9", "1.05")]),  # not its seat alone
+    (RACK, '(call "rack")(for*/union ((k (iota 3)) (i (iota 4))) (transform (call "cup") (translate (vector (- (* i .22) '
+     ".33) (+ .12 (* k .55)) 0))))", [(".55", ".5")]),  # once for the loop
+    ("", '(transform (call "cube" :scale [1 .4 1]) (translate [2 .2 0]))'
+     '(transform (call "sphere" :radius .1) (translate [2.1 .2 .1]))', [(".2", ".5")]),  # up, not aside
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("words", "things", "edits"), PLACES)
+def test_edits_are_those_that_a_person_would_make(words: str, things: str, edits: list[tuple[str, str | None]]) -> None:
+    text = words + ROOM.replace("THINGS", FLOOR + things)
+    found = repaired(Session(), Source("room.scene", text), seconds=60.0)
+    assert found.left == ()
+    assert [edit.old for edit in found.edits] == [old for old, _ in edits]
+    for edit, (_, new) in zip(found.edits, edits, strict=True):
+        assert new is None or float(edit.new) == pytest.approx(float(new), abs=1e-3)
+
+
+def test_what_is_top_heavy_moves_only_its_weight() -> None:
+    found = repaired(Session(), Source("room.scene", SIGN + ROOM.replace("THINGS", FLOOR + '(call "easel")')))
+    (edit,) = found.edits
+    assert 0.1 < float(edit.new) < 0.42
+
+
+def test_what_is_at_an_edge_stands_with_room() -> None:
+    (edit,) = repair(FLOOR + TABLE + CUP.replace("X", "1.02"), geometry=True).edits
+    assert 0.9 < float(edit.new) < 0.99  # its middle is over the table, which ends at 1
+
+
+def test_an_almost_equal_thing_is_a_twin() -> None:
+    chairs = '(transform (call "chair") (translate [1 0 2])) (transform (call "chair") (translate [1.002 0 2]))'
+    found = repair(FLOOR + TABLE + chairs, geometry=True)
+    assert found.before == ('"room/chair" occurs twice in the same place',)
+    assert found.left == ()
+    assert found.text.count('(call "chair")') == 1
+    assert "(translate [1 0 2])))" in found.text  # the first one stays, and no blank
+
+
+def test_a_painting_reaches_its_wall() -> None:
+    painting = '(bind "painting" (lambda () (call "cube" :scale [.8 .6 .03])))'
+    text = painting + ROOM.replace("THINGS", FLOOR + WALL + '(transform (call "painting") (translate [1 1.5 -3.7]))')
+    (edit,) = repaired(Session(), Source("room.scene", text)).edits
+    assert float(edit.new) == pytest.approx(-3.885)
+
+
+def test_a_tilted_thing_is_turned_and_put_down() -> None:
+    chair = '(transform (call "chair") (@ (translate [0 .15 2]) (rotate .2 [1 0 0])))'
+    found = repair(FLOOR + TABLE + chair, geometry=True)
+    assert found.left == ()
+    assert "(@ (translate [0 0 2]) (rotate 0 [1 0 0]))" in found.text
+
+
+def test_facing_changes_the_angle_that_is_there() -> None:
+    chair = '(transform (call "chair") (@ (translate [0 0 1.5]) (rotate .5 [0 1 0])))'
+    found = repair(TABLE + chair, '(facing "chair" "table")')
+    assert [(edit.old, edit.new) for edit in found.edits] == [(".5", "3.14")]
+
+
+def test_a_diff_can_be_applied_without_a_last_line_feed() -> None:
+    found = Repair("(a)\n(b)", "(a)\n(c)", (), (), (), 0.0)
+    assert found.diff("x").splitlines()[3:] == [
+        " (a)", "-(b)", "\\ No newline at end of file", "+(c)", "\\ No newline at end of file",
+    ]  # fmt: skip
+
+
+def test_outputs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program, link, other = tmp_path / "room.scene", tmp_path / "link.scene", tmp_path / "other.scene"
+    text = ROOM.replace("THINGS", TABLE + '(transform (call "cup") (translate [.3 1.3 0]))')
+    program.write_text(text)
+    program.chmod(0o755)
+    link.symlink_to(program)
+    assert main(["repair", str(link), "-o", str(link)]) == 0
+    assert link.is_symlink()
+    assert program.read_text() != text
+    assert program.stat().st_mode & 0o777 == 0o755
+    capsys.readouterr()
+    assert main(["repair", str(program), "-o", str(link)]) == 0
+    assert "wrote" not in capsys.readouterr().err  # nothing has changed
+    assert main(["repair", str(program), "-o", str(tmp_path / "room.json")]) == 2
+    assert not (tmp_path / "room.json").exists()
+    other.write_text(text)
+    other.chmod(0o444)
+    assert main(["repair", str(other), "-o", str(other)]) == 1
+    assert "read-only" in capsys.readouterr().err
+    assert other.read_text() == text
+
+
+def test_what_imported_files_make_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "lib.scene").write_text(
+        '(bind "stool" (lambda () (union (transform (call "cube" :scale [.4 .05 .4]) (translate [0 .5 0]))'
+        ' (call "cylinder" :radius .15 :p0 [0 0 0] :p1 [0 .4 0]))))'
+    )
+    program = tmp_path / "room.scene"
+    program.write_text('(import "lib.scene")\n(bind "room" (lambda () (union (call "stool"))))\n(scene "room")\n')
+    assert main(["repair", str(program)]) == 1
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert 'not repaired: "room/stool/cube" floats 0.075' in told.err
+    assert "imported files" in told.err
+
+
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     program = tmp_path / "room.scene"
     text = ROOM.replace("THINGS", TABLE + '(transform (call "cup") (translate [.3 1.5 0]))')

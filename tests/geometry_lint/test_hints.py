@@ -1,0 +1,77 @@
+"""What a finding names, and the translation that it proposes: falls, balance, near twins and overlaps on two sides."""
+
+from __future__ import annotations
+
+import pytest
+
+from scenelang.backends.geometry.lint import check_geometry
+from scenelang.grammar.datum import Source
+from scenelang.session import Session
+
+session = Session()
+PARTS = """
+(bind "floor" (lambda () (transform (call "cube" :scale [8 .1 8]) (translate [0 -.05 0]))))
+(bind "table" (lambda () (union
+  (transform (call "cube" :scale [1.6 .1 1]) (translate [0 .65 0]))
+  (for*/union ((x '(-.7 .7)) (z '(-.4 .4))) (transform (call "cube" :scale [.1 .6 .1]) (translate (vector x .3 z)))))))
+(bind "plate" (lambda () (call "cylinder" :radius .12 :p0 [0 0 0] :p1 [0 .02 0])))
+(bind "glass" (lambda () (call "cylinder" :radius .04 :p0 [0 0 0] :p1 [0 .12 0])))
+(bind "easel" (lambda () (union
+  (call "cylinder" :radius .3 :p0 [0 0 0] :p1 [0 .05 0])
+  (call "cylinder" :radius .03 :p0 [0 0 0] :p1 [0 2 0])
+  (transform (call "cube" :scale [1.2 .8 .05]) (translate [.6 1.6 0])))))
+(bind "stool" (lambda () (union
+  (transform (call "cube" :scale [.4 .05 .4]) (translate [0 .425 0]))
+  (call "cylinder" :radius .15 :p0 [0 0 0] :p1 [0 .4 0]))))
+(bind "sheet" (lambda () (call "cube" :scale [.3 .002 .2])))
+"""
+
+
+def found(*parts: str) -> list[tuple[str, str | None]]:
+    text = f'{PARTS} (bind "room" (lambda () (union (call "floor") (call "table") {" ".join(parts)}))) (scene "room")'
+    return [(d.message, d.hint) for d in check_geometry(session.evaluate(Source("room.scene", text)).require())]
+
+
+def at(word: str, place: str) -> str:
+    return f'(transform (call "{word}") (translate [{place}]))'
+
+
+def test_what_floats_is_measured_to_what_lies_below() -> None:
+    assert found(at("plate", ".2 .7 0"), at("glass", ".4 .78 0")) == [
+        ('"room/glass/cylinder" floats 0.08 from "room/table/cube"', "`(translate [0 -0.08 0])` would fix it")
+    ]
+
+
+def test_a_round_thing_falls_until_it_meets_what_is_below() -> None:
+    words = '(bind "orange" (lambda () (call "sphere" :radius .1)))'
+    text = f"""{PARTS} {words} (bind "room" (lambda () (union (call "floor") (call "table") {at("orange", ".3 .8 0")}
+      {at("orange", ".36 1.05 0")})))"""  # 0.0908 above the other one, at an angle
+    (finding,) = check_geometry(session.evaluate(Source("room.scene", text)).require())
+    assert finding.message == '"room/orange/sphere" floats 0.0592 from "room/orange/sphere"'
+
+
+def test_moving_what_is_top_heavy_on_flat_ground_is_not_proposed() -> None:
+    ((message, hint),) = found(at("easel", "2 0 2"))
+    assert "its centre of mass is 0.1" in message
+    assert hint is not None
+    assert hint.startswith("move the heavy parts by `[-0.")
+    assert hint.endswith(" 0 0]` over the foot, or make the foot broader")
+
+
+@pytest.mark.parametrize("place", ["2 0 2", "2.008 0 2"])
+def test_a_twin_is_one_finding(place: str) -> None:
+    assert found(at("stool", "2 0 2"), at("stool", place)) == [('"room/stool" occurs twice in the same place', None)]
+
+
+def test_layers_are_no_twins() -> None:
+    sheets = "".join(at("sheet", f".2 {0.701 + 0.002 * k} 0") for k in range(5))
+    assert found(sheets) == []
+
+
+def test_what_is_pushed_into_from_two_sides_is_not_the_subject() -> None:
+    words = '(bind "chest" (lambda () (call "cube" :scale [.6 .5 .5])))'
+    text = f"""{PARTS} {words} (bind "sofa" (lambda () (call "cube" :scale [1.6 .5 .7])))
+    (bind "room" (lambda () (union (call "floor") {at("sofa", "0 .25 0")}
+      {at("chest", ".95 .25 0")} {at("chest", "-.95 .25 0")})))"""
+    (finding,) = check_geometry(session.evaluate(Source("room.scene", text)).require())
+    assert finding.message == '"room/chest/cube" passes through "room/sofa/cube", 0.15 deep (2 times)'
