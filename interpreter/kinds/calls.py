@@ -398,6 +398,10 @@ def _advice(
         if is_short:
             return f"arithmetic needs an array: `(array {text})`", (wrap_fix(argument, "array"),)
         return "arithmetic needs an array: `(vector a b)`, `(array list)`", ()
+    if builtin.name == "vector" and kind.tag not in ("Integer", "Float", "Vector", "Array", "List"):
+        if node.function.span.expansion is None and node.function.span.text == "vector":
+            fix = Fix("Write a list", (Edit(node.function.span, "list"),))
+            return "a vector has numbers; a list of any values is `(list ...)`", (fix,)
     if name in ("Numeric", "Number", "Float", "Integer") and kind.tag == "String":
         hint, fixes = unquoted_number(argument)
         if hint is None and builtin.name == "+" and node.function.span.expansion is None:
@@ -732,6 +736,9 @@ _MEANT = {
 }  # fmt: skip
 
 
+_VALUES_OF = {"Alignment": ("min", "center", "max", "before", "after"), "Axis": ("x", "y", "z")}
+
+
 def _meant_keyword(type_: Type, value: Any) -> tuple[str | None, tuple[Fix, ...]]:
     """Return the hint and fix for an axis or alignment that is written as a string, or by another name."""
     if (
@@ -747,6 +754,9 @@ def _meant_keyword(type_: Type, value: Any) -> tuple[str | None, tuple[Fix, ...]
             return f"write `:{name}`", (
                 Fix(f"Change to `:{name}`", (Edit(value.span, f":{name}"),), safe=name == text),
             )
+    near = near_names(text, _VALUES_OF.get(type_.name, ()))
+    if near:
+        return f"did you mean `:{near[0]}`?", (Fix(f"Change to `:{near[0]}`", (Edit(value.span, f":{near[0]}"),)),)
     return None, ()
 
 

@@ -13,8 +13,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import Edit, Fix
+from scenelang.grammar.datum import ListDatum, Source, Span
+from scenelang.grammar.diagnostics import Edit, Fix, SceneError
+from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.types import Builtin, Type
 from scenelang.interpreter.runtime.values import NIL, Array, Embedding, Keyword, Matrix, Pair, Symbol, Vector
 
@@ -478,6 +479,24 @@ def number_of(node: Any) -> float | None:
 
 def wrap_fix(node: Any, head: str) -> Fix:
     return Fix(f"Write `({head} ...)`", (Edit(node.span, f"({head} {node.span.text})"),), safe=True)
+
+
+_OPERATORS = frozenset("+-*/%") | {"//", "expt", "<", ">", "<=", ">=", "="}
+
+
+def infix_fix(span: Span) -> Fix | None:
+    """Return the fix for a call whose operator stands between its operands, as in ``(height * 2)``."""
+    if span.expansion is not None or not span.text.startswith("("):
+        return None
+    try:
+        forms = read(Source("<call>", span.text)).forms
+    except SceneError:
+        return None
+    items = forms[0].items if len(forms) == 1 and isinstance(forms[0], ListDatum) else ()
+    if len(items) != 3 or items[1].span.text not in _OPERATORS:
+        return None
+    left, operator, right = (item.span.text for item in items)
+    return Fix("Write the operator first", (Edit(span, f"({operator} {left} {right})"),))
 
 
 def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:

@@ -15,6 +15,7 @@ from scenelang.grammar.reader import piece_at, read, read_comments
 from scenelang.interpreter.compile.analyse import walk
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds.book import KindBook, findings, reached_forms
+from scenelang.interpreter.kinds.kinds import infix_fix
 from scenelang.interpreter.lint.rules import (
     FactCache,
     FormFacts,
@@ -327,7 +328,7 @@ def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
     span = diagnostic.span
     assert span is not None
     match = _DEFINES.match(span.source.text, max(0, span.start - 1))
-    if match is not None and match.start(1) == span.start and get_close_matches(match[1], _DEFINING, 1, 0.7):
+    if match is not None and match.start(1) == span.start and get_close_matches(match[1].lower(), _DEFINING, 1, 0.7):
         yield match[2]
 
 
@@ -439,14 +440,31 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
         fix = Fix(
             "Leave it out", (Edit(Span(span.source, len(span.source.text[: span.start].rstrip()), span.end), ""),)
         )
-    elif diagnostic.name == "not-a-procedure" and (match := _INFIX.match(text)):
-        fix = Fix("Write the operator first", (Edit(span, f"({match[2]} {match[1]} {match[3]})"),))
+    elif diagnostic.name == "not-a-procedure":
+        fix = infix_fix(span)
+    elif diagnostic.name == "keyword" and (match := _UNKNOWN.search(diagnostic.message)):
+        fix = _keyword_fix(span, match[1], diagnostic.hint or "")
     elif diagnostic.name == "extra-close" and text in (")", "]") and "unmatched" in diagnostic.message:
         fix = Fix("Remove the bracket", (Edit(span, ""),), safe=True)
     return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
 
 
-_INFIX = re.compile(r"\(([^\s()\[\]]+) ([-+*/]) ([^\s()\[\]]+)\)\Z")
+_UNKNOWN = re.compile(r"has no parameter `:([^`]+)`")
+_MEANT = re.compile(r"did you mean `:?([^`]+)`")
+
+
+def _keyword_fix(call: Span, name: str, hint: str) -> Fix | None:
+    """Return the fix for a keyword that a function does not have, found in a run: the name that the hint suggests."""
+    meant = _MEANT.match(hint)
+    forms = read(Source("<call>", call.text)).forms if meant is not None else ()
+    if meant is None or len(forms) != 1 or not isinstance(forms[0], ListDatum):
+        return None
+    written = [item for item in forms[0].items if item.span.text in (f":{name}", f"&{name}")]
+    if len(written) != 1:
+        return None
+    place = written[0].span
+    edit = Edit(Span(call.source, call.start + place.start, call.start + place.end), f":{meant[1]}")
+    return Fix(f"Change to `:{meant[1]}`", (edit,))
 
 
 def _index_fix(span: Span) -> Fix | None:

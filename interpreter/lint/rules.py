@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Datum, ListDatum, Source, Span, dataclass, subdatums
-from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError, near_names
 from scenelang.grammar.reader import read
 from scenelang.interpreter.compile.analyse import called_builtin, children, pattern_variables, strings_in, walk
 from scenelang.interpreter.expand.scope import Variable
@@ -610,6 +610,8 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
     """Yield attributes of calls of geometric primitives that are probably meant to be another, by the word."""
     for node in nodes:
         word = node.word.value if type(node) is ast.Call and type(node.word) is ast.Constant else None
+        if called_builtin(node) == "embedding":
+            yield from _misspelled_attributes(node)
         if word is None or type(word) is not str:
             continue
         for argument in node.arguments:
@@ -629,6 +631,26 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
                             near=(f":{near}",) if near else (),
                         ),
                     )  # fmt: skip
+
+
+def _misspelled_attributes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
+    """Yield keywords of an ``embedding`` that are one letter away from an attribute that primitives read."""
+    known = {attribute.name for attribute in (SCALE, COLOR, *MATERIALS, *PHYSICS)} | _all_geometry()
+    for argument in node.arguments[::2]:
+        if type(argument) is ast.Constant and type(argument.value) is Keyword and argument.value not in known:
+            near = [name for name in near_names(str(argument.value), known) if _is_typo(str(argument.value), name)]
+            if near:
+                span, written = argument.span, f":{near[0]}"
+                fix = Fix(f"Change to `{written}`", (Edit(span, written),))
+                message = f"no primitive uses the attribute `{argument.span.text}`"
+                yield "", Diagnostic("idle-attribute", message, span, f"did you mean `{written}`?", fixes=(fix,),
+                                     found=f":{argument.value}", near=(written,))  # fmt: skip
+
+
+def _is_typo(name: str, near: str) -> bool:
+    from difflib import SequenceMatcher
+
+    return SequenceMatcher(None, near, name).ratio() >= _TYPO
 
 
 def _named_in(hint: str) -> str | None:
@@ -675,9 +697,7 @@ def _semantic_hint(word: str, name: str) -> str | None:
     if is_word(word):
         return None  # blocks and mesh files check their own
     near = near_attribute(word, name)
-    from difflib import SequenceMatcher
-
-    is_typo = near is not None and near != name and SequenceMatcher(None, near, name).ratio() >= _TYPO
+    is_typo = near is not None and near != name and _is_typo(name, near)
     return f"did you mean `:{near}`?" if is_typo else None
 
 
