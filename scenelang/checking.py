@@ -68,7 +68,12 @@ class Examination:
         result = self.session.evaluate(source)
         if result.scene is None:
             found = [with_fixes(d) for d in self.session.recovered(source, result.diagnostics)]
-            return Examined(with_options(source, found), None, result.subject)
+            found = with_options(source, found)
+            if self.complete and not is_python(source):
+                from scenelang.alternatives import with_tested
+
+                found = with_tested(source, found, lambda changed: self.session.evaluate(changed).diagnostics)
+            return Examined(found, None, result.subject)
         try:
             if result.scene is not None:
                 prepare(result.scene)
@@ -140,7 +145,9 @@ def with_parameters(source: Source, found: Sequence[Diagnostic]) -> Sequence[Dia
             changed[id(d)] = replace(d, fixes=(fix,), hint=f"wrap it in a function: `{head} ...)`")
             inside = (o for o in found if o.name == "unbound" and o.span is not None and o.span.text in names)
             changed |= {id(o): None for o in inside if o.span is not None and body.start <= o.span.start < body.end}
-    return [d for each in found if (d := changed.get(id(each), each)) is not None]
+    if not changed:
+        return found
+    return [kept for each in found if (kept := changed.get(id(each), each)) is not None]
 
 
 def _passed(source: Source, message: str, body: str) -> list[str]:

@@ -398,6 +398,10 @@ def _advice(
         if is_short:
             return f"arithmetic needs an array: `(array {text})`", (wrap_fix(argument, "array"),)
         return "arithmetic needs an array: `(vector a b)`, `(array list)`", ()
+    if builtin.name == "repeat" and kind.tag == "Integer" and node.function.span.text == "repeat":
+        if any(inference.result.kinds[each].tag == "Function" for each in node.arguments[1:]):
+            fix = Fix("Write `union-loop`", (Edit(node.function.span, "union-loop"),))
+            return "copies by the index of a loop are made by `(union-loop count function)`", (fix,)
     if builtin.name == "vector" and kind.tag not in ("Integer", "Float", "Vector", "Array", "List"):
         if node.function.span.expansion is None and node.function.span.text == "vector":
             fix = Fix("Write a list", (Edit(node.function.span, "list"),))

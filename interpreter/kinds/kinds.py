@@ -15,7 +15,7 @@ from typing import Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import ListDatum, Source, Span
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError
-from scenelang.grammar.reader import read
+from scenelang.grammar.reader import piece_at, read
 from scenelang.interpreter.runtime.types import Builtin, Type
 from scenelang.interpreter.runtime.values import NIL, Array, Embedding, Keyword, Matrix, Pair, Symbol, Vector
 
@@ -486,6 +486,9 @@ _OPERATORS = frozenset("+-*/%") | {"//", "expt", "<", ">", "<=", ">=", "="}
 
 def infix_fix(span: Span) -> Fix | None:
     """Return the fix for a call whose operator stands between its operands, as in ``(height * 2)``."""
+    text = span.source.text
+    if span.expansion is None and text[span.start - 1 : span.start] == "(" and not span.text.startswith("("):
+        span = Span(span.source, *piece_at(text, span.start - 1))  # the call of what was given
     if span.expansion is not None or not span.text.startswith("("):
         return None
     try:

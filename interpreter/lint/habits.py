@@ -25,6 +25,7 @@ from scenelang.interpreter.lint.idioms import (
     OTHER,
     QUOTED_FUNCTION,
     SAME,
+    SINGLE_QUOTES,
     SPELLINGS,
     SYMBOL,
     WORD,
@@ -178,6 +179,9 @@ def _is_left_by(habit: Habit, diagnostic: Diagnostic, around: bool) -> bool:
     text = span.source.text
     if habit.row.pattern == QUOTED_FUNCTION:
         return around and diagnostic.message.endswith(text[habit.end - 1 : span.end].split()[0].rstrip(")"))
+    if habit.row.pattern == SINGLE_QUOTES:  # a symbol, and a quote before the next datum
+        quoted = text[habit.start : habit.end].strip("'")
+        return around and diagnostic.message.endswith(f"got a symbol: {quoted}")
     if habit.row.pattern == COLON:
         is_same_line = "\n\n" not in text[habit.end : span.start]
         return diagnostic.name == "syntax" and span.start >= habit.end and is_same_line
@@ -584,10 +588,15 @@ def _is_entity(tree: Tree) -> bool:
     return tree.opener == "(" and bool(tree.items) and tree.items[0].text in ("call", "union", "transform", "primitive")
 
 
+_INDEX = r"\d|[a-z]\Z|i(ndex|dx)?\Z|[-+*%]\Z|//\Z"  # a number, a short name, or arithmetic
+
+
 # What the variables of these names match; others match any datum.
 _SHAPES: Mapping[str, Callable[[Tree], bool]] = {
     "?name": lambda tree: not tree.opener and re.fullmatch(SYMBOL, tree.text) is not None,
     "?entity": _is_entity,
+    "?index": lambda tree: re.match(_INDEX, tree.items[0].text if tree.items else tree.text) is not None,
+    "?plural": lambda tree: re.fullmatch(r"[a-z-]+[^s]s", tree.text) is not None,
     "?child": lambda tree: tree.opener == "(" or (not tree.opener and _NOT_AN_ENTITY.match(tree.text) is None),
     "?v": lambda tree: bool(tree.opener) or _NOT_AN_ENTITY.match(tree.text) is None,
     "?vector": lambda tree: tree.opener == "[" or (not tree.opener and bool(re.match(r"[-+.]?\d", tree.text))),

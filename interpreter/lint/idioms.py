@@ -236,6 +236,12 @@ FORMS: Sequence[Idiom] = (
     Idiom("Common Lisp", "(incf ?x)", "(set! ?x (+ ?x 1))", "variables are changed by `set!`"),
     Idiom("JavaScript", "(++ ?x)", "(set! ?x (+ ?x 1))", "variables are changed by `set!`"),
     Idiom("Python", "(?x += ?y)", "(set! ?x (+ ?x ?y))", "variables are changed by `set!`"),
+    Idiom("Racket", "(build-list ?n)", "(iota ?n)", "the numbers from 0 are `(iota n)`"),
+    Idiom("Racket", "(build-list ?n ?f)", "(map ?f (iota ?n))", "the numbers from 0 are `(iota n)`"),
+    Idiom("Racket", "(build-vector ?n ?f)", "(map ?f (iota ?n))", "the numbers from 0 are `(iota n)`"),
+    Idiom("Common Lisp", "(nth ?index ?xs)", "(ref ?xs ?index)", "an item is read by `(ref sequence index)`"),
+    Idiom("Clojure", "(nth ?plural ?i)", "(ref ?plural ?i)", "an item is read by `(ref sequence index)`",
+          is_sure=False),
     Idiom("Common Lisp", "(nth ?i ?xs)", "(ref ?xs ?i)", "an item is read by `(ref sequence index)`", is_sure=False),
     Idiom("JavaScript", "(foreach ?x ?xs ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
          _COLLECT),
@@ -292,6 +298,7 @@ FORMS: Sequence[Idiom] = (
 _NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d+)"
 WORD = r"[A-Za-z_][\w-]*"
 SYMBOL = r"[A-Za-z_*+][^\s\"']*"
+SINGLE_QUOTES = r"(?<![\w\"])'([^'\n()\[\]{}\"]+)'"
 QUOTED_FUNCTION = r"(?<![\w])#'(?=\w)"
 COLON = r"(?<=\)):(?=\s)"
 SPELLINGS: Sequence[Spelling] = (
@@ -301,7 +308,7 @@ SPELLINGS: Sequence[Spelling] = (
     Spelling("Haskell", r"(?m)^[ \t]*--+(?= )[^\n]*", "", "a comment begins with `;`"),
     Spelling("Markdown", r"(?m)^[ \t]*```[\w-]*[ \t]*$\n?", "", "a program has no code fences"),
     Spelling("JavaScript", r"/\*.*?\*/", "", "a comment of several lines is `#| ... |#`"),
-    Spelling("Python", r"(?<![\w\"])'([^'\n()\[\]{}\"]+)'", r'"\1"', "strings stand in double quotes"),
+    Spelling("Python", SINGLE_QUOTES, r'"\1"', "strings stand in double quotes"),
     Spelling("Python", r"\bf(?=\")", "", 'values are put into a text by `(format "{} m" x)`'),
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})deg\b", r"(radians \1)", "angles are in radians; `radians` converts"),
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})°", r"(radians \1)", "angles are in radians; `radians` converts"),

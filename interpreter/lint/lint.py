@@ -442,11 +442,25 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
         )
     elif diagnostic.name == "not-a-procedure":
         fix = infix_fix(span)
+    elif match := _SYMBOL.search(diagnostic.message):
+        fix = _quotes_fix(span, match[1])
     elif diagnostic.name == "keyword" and (match := _UNKNOWN.search(diagnostic.message)):
         fix = _keyword_fix(span, match[1], diagnostic.hint or "")
     elif diagnostic.name == "extra-close" and text in (")", "]") and "unmatched" in diagnostic.message:
         fix = Fix("Remove the bracket", (Edit(span, ""),), safe=True)
     return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
+
+
+_SYMBOL = re.compile(r"expects a (?:Word|[Ss]tring)\b.*, got a symbol: '?([^\s']+)\Z")
+
+
+def _quotes_fix(span: Span, name: str) -> Fix | None:
+    """Return the fix for a string in single quotes, which is read as a symbol and another quote."""
+    text = span.source.text[: span.end + 1]
+    at = text.find(f"'{name}'", span.start)
+    if at < 0:
+        return None
+    return Fix("Write double quotes", (Edit(Span(span.source, at, at + len(name) + 2), f'"{name}"'),), safe=True)
 
 
 _UNKNOWN = re.compile(r"has no parameter `:([^`]+)`")

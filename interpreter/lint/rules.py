@@ -636,7 +636,7 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
 def _misspelled_attributes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
     """Yield keywords of an ``embedding`` that are one letter away from an attribute that primitives read."""
     known = {attribute.name for attribute in (SCALE, COLOR, *MATERIALS, *PHYSICS)} | _all_geometry()
-    for argument in node.arguments[::2]:
+    for argument in node.arguments:
         if type(argument) is ast.Constant and type(argument.value) is Keyword and argument.value not in known:
             near = [name for name in near_names(str(argument.value), known) if _is_typo(str(argument.value), name)]
             if near:
