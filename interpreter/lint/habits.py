@@ -206,6 +206,9 @@ def _is_explained(diagnostic: Diagnostic, found: Sequence[Habit], names: frozens
         return False
     if diagnostic.name == "unbound" and span.text in names:
         return True
+    shadowed = re.search(r"got a Function: (\S+)\Z", diagnostic.message)
+    if shadowed is not None and shadowed[1] in names:
+        return True  # the builtin, in place of what the construct defines
     return any(_explains(habit, diagnostic) for habit in found)
 
 

@@ -612,6 +612,7 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
         word = node.word.value if type(node) is ast.Call and type(node.word) is ast.Constant else None
         if called_builtin(node) == "embedding":
             yield from _misspelled_attributes(node)
+            yield from _bytes(node)
         if word is None or type(word) is not str:
             continue
         for argument in node.arguments:
@@ -645,6 +646,25 @@ def _misspelled_attributes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
                 message = f"no primitive uses the attribute `{argument.span.text}`"
                 yield "", Diagnostic("idle-attribute", message, span, f"did you mean `{written}`?", fixes=(fix,),
                                      found=f":{argument.value}", near=(written,))  # fmt: skip
+
+
+_BYTE = 255
+
+
+def _bytes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
+    """Yield colours of an ``embedding`` whose components go up to 255 instead of 1."""
+    for key, value in pairwise(node.arguments):
+        if type(key) is not ast.Constant or key.value != Keyword(COLOR.name) or value.span.expansion is not None:
+            continue
+        numbers = _numbers(value) or ()
+        known = [x for x in numbers if type(x) in (int, float)]
+        if len(known) == len(numbers) == 3 and 1 < max(known) <= _BYTE and min(known) >= 0:
+            written = f"(rgb {' '.join(item.span.text for item in value.items)})"
+            fix = Fix(f"Change to `{written}`", (Edit(value.span, written),))
+            message = f"the attribute `:color` should be 0 to 1, got {value.span.text}"
+            hint = f"components from 0 to 255 are converted by `rgb`: `{written}`"
+            yield "", Diagnostic("out-of-range", message, value.span, hint, fixes=(fix,), expected="0 to 1",
+                                 found=value.span.text)  # fmt: skip
 
 
 def _is_typo(name: str, near: str) -> bool:
