@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import TypeAlias
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, replace, walk
@@ -36,15 +36,21 @@ def with_tested(source: Source, found: Sequence[Diagnostic], check: Check) -> li
     fixed: dict[int, Diagnostic] = {}
     program = _Program(source)
     for d in open_[:_MAX_ERRORS]:
-        others = {_key(other) for other in errors if other is not d}
+        others = Counter(_key(other) for other in errors if other is not d)
         for fix in _CANDIDATES[d.name](program, d):
             if left == 0 or time.monotonic() > end:
                 break
             left -= 1
-            if {_key(each) for each in check(_edited(source, fix)) if each.is_error} <= others:
+            if Counter(_key(each) for each in check(_edited(source, fix)) if each.is_error) <= others:
                 fixed[id(d)] = replace(d, fixes=(fix,))
                 break
-    return [fixed.get(id(d), d) for d in found]
+    added = {edit.text.strip() for d in fixed.values() for fix in d.fixes for edit in fix.edits}
+    return [fixed.get(id(d), d) for d in found if not _is_of_use(d, added)]
+
+
+def _is_of_use(diagnostic: Diagnostic, added: Collection[str]) -> bool:
+    """Return whether a finding says that something is unused that a fix uses."""
+    return diagnostic.name == "unused" and diagnostic.span is not None and diagnostic.span.text in added
 
 
 def _is_own(span: Span | None, source: Source) -> bool:
@@ -68,6 +74,13 @@ class _Program:
     def __init__(self, source: Source) -> None:
         self.source = source
         self.lists = [each for each in walk(*read_pieces(source).forms) if isinstance(each, ListDatum) and each.items]
+
+    @property
+    def variables(self) -> Iterator[str]:
+        """Names of the variables that the program defines, wherever."""
+        return (
+            _bound(form.items[1]) for form in self.lists if _head(form) == "define" and len(form.items) == _DEFINITION
+        )
 
     def at(self, span: Span | None) -> ListDatum | None:
         """The smallest list that has all of a range."""
@@ -93,6 +106,9 @@ class _Program:
 
     def span(self, start: int, end: int) -> Span:
         return Span(self.source, start, end, None)
+
+
+_DEFINITION = 3  # items of `(define name value)`
 
 
 def _has(form: ListDatum, start: int, end: int) -> bool:
@@ -217,11 +233,11 @@ def _values(program: _Program, form: ListDatum, place: int, signature: str) -> I
     names = _parameters(signature)
     name = names[place] if place < len(names) else ""
     around = program.around(form)
-    scope = list(_scope(around))
-    if len(name) >= _NAME and any(name == each for each, _ in scope):
+    if len(name) >= _NAME and name in {*program.variables, *(each for each, _ in _scope(around))}:
         yield name
     yield from program.unused(around)
-    calls = [each for each in program.lists if each is not form]
+    heads = {id(each.items[1]) for each in program.lists if _head(each) == "define" and len(each.items) > 1}
+    calls = [each for each in program.lists if each is not form and id(each) not in heads]
     near = [each for each in calls if _has(around[-1], each.span.start, each.span.end)]
     for group, is_known in ((calls, _is_constant), (near, _is_variable)):
         given = [arguments[place] for each in group if len(arguments := _same(each, form)) > place]
@@ -298,6 +314,7 @@ _CANDIDATES: dict[str, Callable[[_Program, Diagnostic], Iterator[Fix]]] = {
     "type": _of_type,
     "value": _of_type,
     "parts": _of_type,
+    "attribute": _of_type,
     "index": _of_index,
     "key": _of_index,
     "arity": _of_arity,

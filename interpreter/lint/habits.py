@@ -394,7 +394,7 @@ def _color_names(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterato
     """``:color red``."""
     for key, value in zip(tree.items, tree.items[1:]):
         known = ("color", "rgb", "hsv", "hsl", *_defined_names(source.text))
-        is_name = value.text.isalpha() and not near_names(value.text, known)
+        is_name = value.text.isalpha() and value.text not in known and not near_names(value.text, known)
         if key.text == ":color" and value.start in unbound and is_name:
             instead = f'(color "{value.text}")'
             fix = Fix("Convert the name", (Edit(Span(source, value.start, value.end), instead),), safe=True)

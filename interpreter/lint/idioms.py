@@ -240,6 +240,7 @@ FORMS: Sequence[Idiom] = (
     Idiom("Racket", "(build-list ?n ?f)", "(map ?f (iota ?n))", "the numbers from 0 are `(iota n)`"),
     Idiom("Racket", "(build-vector ?n ?f)", "(map ?f (iota ?n))", "the numbers from 0 are `(iota n)`"),
     Idiom("Common Lisp", "(nth ?index ?xs)", "(ref ?xs ?index)", "an item is read by `(ref sequence index)`"),
+    Idiom("Clojure", "(nth ?xs ?index)", "(ref ?xs ?index)", "an item is read by `(ref sequence index)`"),
     Idiom("Clojure", "(nth ?plural ?i)", "(ref ?plural ?i)", "an item is read by `(ref sequence index)`",
           is_sure=False),
     Idiom("Common Lisp", "(nth ?i ?xs)", "(ref ?xs ?i)", "an item is read by `(ref sequence index)`", is_sure=False),

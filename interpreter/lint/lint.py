@@ -263,7 +263,8 @@ def new_form_warnings(
 
 
 _DEFINES = re.compile(r"\(\s*([^\s()\[\]]+)\s+\(?([^\s()\[\]]+)")
-_DEFINING = frozenset(("define", "define-record", "define-syntax", "define-macro", "param"))
+_NAMES = re.compile(r"\s*\(([^()\[\]]*)\)")
+_DEFINING = frozenset(("define", "define-values", "define-record", "define-syntax", "define-macro", "param"))
 
 
 def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | None = None) -> list[Diagnostic]:
@@ -277,6 +278,7 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
     ]
     defined = {name for d in found if d.name == "unbound" for name in _defined_by(d)}
     found = [d for d in found if not (d.name == "unbound" and d.span is not None and d.span.text in defined)]
+    found = [d for d in found if not (d.name == "unbound" and _is_defined_wrongly(d, found))]
     found = [d for d in found if not (d.name == "dropped-value" and _is_followed(d, found))]
     found = _without_details(found)
     found = _once_for_each_word(found)
@@ -321,6 +323,20 @@ def _is_followed(dropped: Diagnostic, found: Sequence[Diagnostic]) -> bool:
     return any(d.name == "foreign-syntax" and d.span is not None and d.span.start in line for d in found)
 
 
+def _is_defined_wrongly(unbound: Diagnostic, found: Sequence[Diagnostic]) -> bool:
+    """Return whether a name is one that a form at top level defines, in which another mistake is reported."""
+    span = unbound.span
+    if span is None:
+        return False
+    text = span.source.text
+    match = re.search(rf"^\(define\s+\(?{re.escape(span.text)}(?=[\s)])", text, re.M)
+    if match is None:
+        return False
+    start, end = piece_at(text, match.start())
+    errors = (d for d in found if d.is_error and d.span is not None and d.span.text != span.text)
+    return any(d.span is not None and start <= d.span.start < end for d in errors)
+
+
 def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
     """The name that a form with a misspelled head, such as ``(defien x 1)``, was meant to define."""
     from difflib import get_close_matches
@@ -328,8 +344,10 @@ def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
     span = diagnostic.span
     assert span is not None
     match = _DEFINES.match(span.source.text, max(0, span.start - 1))
-    if match is not None and match.start(1) == span.start and get_close_matches(match[1].lower(), _DEFINING, 1, 0.7):
-        yield match[2]
+    if match is not None and match.start(1) == span.start:
+        meant = get_close_matches(match[1].lower().replace("_", "-"), _DEFINING, 1, 0.7)
+        names = _NAMES.match(span.source.text, match.end(1)) if meant == ["define-values"] else None
+        yield from names[1].split() if names is not None else (match[2],) if meant else ()
 
 
 def _once_for_each_word(found: list[Diagnostic]) -> list[Diagnostic]:

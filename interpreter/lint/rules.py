@@ -657,7 +657,7 @@ def _bytes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
         if type(key) is not ast.Constant or key.value != Keyword(COLOR.name) or value.span.expansion is not None:
             continue
         numbers = _numbers(value) or ()
-        known = [x for x in numbers if type(x) in (int, float)]
+        known = [float(x) for x in numbers if isinstance(x, (int, float))]
         if len(known) == len(numbers) == 3 and 1 < max(known) <= _BYTE and min(known) >= 0:
             written = f"(rgb {' '.join(item.span.text for item in value.items)})"
             fix = Fix(f"Change to `{written}`", (Edit(value.span, written),))

@@ -517,7 +517,7 @@ def _color_bytes(text: Text, pick: Random) -> Iterator[Change]:
         if numbers and len(numbers) == 3 and isinstance(parent, ListDatum) and place > 0:
             before = parent.items[place - 1]
             is_named = isinstance(before, Atom) and (type(before.value) is Keyword or place == 1 or _defines(parent))
-            if is_named and "color" in str(before.value) and max(numbers) > 0:  # type: ignore[attr-defined]
+            if is_named and "color" in str(before.value) and max(numbers) > 0:
                 yield _replace(node, "[" + " ".join(str(round(255 * encoded(x))) for x in numbers) + "]")
 
 
