@@ -22,6 +22,8 @@ _SECONDS = 10.0
 _MAX_ERRORS = 3
 _MAX_TEXT = 100_000  # characters of a program
 
+_CONSEQUENCES = ("unused", "unreachable-word", "ambiguous-root")  # of an error that ends
+
 Check: TypeAlias = Callable[[Source], Sequence[Diagnostic]]
 
 
@@ -36,12 +38,12 @@ def with_tested(source: Source, found: Sequence[Diagnostic], check: Check) -> li
     fixed: dict[int, Diagnostic] = {}
     program = _Program(source)
     for d in open_[:_MAX_ERRORS]:
-        others = Counter(_key(other) for other in errors if other is not d)
+        others = Counter(_key(other) for other in found if other is not d)
         for fix in _CANDIDATES[d.name](program, d):
             if left == 0 or time.monotonic() > end:
                 break
             left -= 1
-            if Counter(_key(each) for each in check(_edited(source, fix)) if each.is_error) <= others:
+            if Counter(_key(each) for each in check(_edited(source, fix)) if each.name not in _CONSEQUENCES) <= others:
                 fixed[id(d)] = replace(d, fixes=(fix,))
                 break
     added = {edit.text.strip() for d in fixed.values() for fix in d.fixes for edit in fix.edits}

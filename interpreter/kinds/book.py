@@ -476,7 +476,7 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
     if name != "out-of-range":
         name = name if passed.is_certain else "conditional-failure"
     note = Note(use.place, use.span)
-    hint, fixes = triple_fix(passed.argument) if name == "value" else (None, ())
+    hint, fixes = triple_fix(passed.argument) if name in ("value", "attribute") else (None, ())
     if infix is not None:
         hint, fixes = f"the operator comes first: `{infix.edits[0].text}`", (infix,)
     return Diagnostic(

@@ -329,7 +329,7 @@ def _is_defined_wrongly(unbound: Diagnostic, found: Sequence[Diagnostic]) -> boo
     if span is None:
         return False
     text = span.source.text
-    match = re.search(rf"^\(define\s+\(?{re.escape(span.text)}(?=[\s)])", text, re.M)
+    match = re.search(rf"^\((?:define|param)\s+\(?{re.escape(span.text)}(?=[\s)])", text, re.M)
     if match is None:
         return False
     start, end = piece_at(text, match.start())
