@@ -143,11 +143,18 @@ def with_parameters(source: Source, found: Sequence[Diagnostic]) -> Sequence[Dia
             head = f"(lambda ({' '.join(f':{name}' for name in names)})"
             fix = Fix(d.fixes[0].title, (Edit(body, head + edit.text.removeprefix("(lambda ()")),))
             changed[id(d)] = replace(d, fixes=(fix,), hint=f"wrap it in a function: `{head} ...)`")
-            inside = (o for o in found if o.name == "unbound" and o.span is not None and o.span.text in names)
-            changed |= {id(o): None for o in inside if o.span is not None and body.start <= o.span.start < body.end}
+            inside = (o for o in found if o.span is not None and body.start <= o.span.start < body.end)
+            changed |= {id(o): None for o in inside if _is_about(o, names)}
     if not changed:
         return found
     return [kept for each in found if (kept := changed.get(id(each), each)) is not None]
+
+
+def _is_about(diagnostic: Diagnostic, names: Sequence[str]) -> bool:
+    """Return whether a finding is about a name that has no parameter yet: undefined, or a function of the language."""
+    text = diagnostic.span.text if diagnostic.span is not None else ""
+    builtin = re.search(r"got a Function: (\S+)\Z", diagnostic.message)
+    return (diagnostic.name == "unbound" and text in names) or (builtin is not None and builtin[1] in names)
 
 
 def _passed(source: Source, message: str, body: str) -> list[str]:

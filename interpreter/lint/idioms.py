@@ -96,10 +96,7 @@ NAMES: Mapping[str, Term] = {
     "polar-array": Term("CAD", "ring"), "linear-array": Term("CAD", "row"), "grid-array": Term("CAD", "grid"),
     "reflect-copy": Term("CAD", "mirror"), "stack-on": Term("CAD", "on-top-of"),
     "place-on-top": Term("CAD", "on-top-of"), "place-on": Term("CAD", "on-top-of"),
-    "for/vector": Term("Racket", "for/list"), "for/all": Term("CAD", "for/union"),
-    "for/entities": Term("CAD", "for/union"), "for/parts": Term("CAD", "for/union"),
-    "for/scene": Term("CAD", "for/union"), "for/group": Term("CAD", "for/union"),
-    "for/collect": Term("Racket", "for/list"), "for/array": Term("Racket", "for/list"),
+    "for/vector": Term("Racket", "for/list"),
     "rem": Term("Clojure", "%"), "div": Term("OCaml", "//"),
     "exact-floor": Term("Racket", "floor"),
     "exact-round": Term("Racket", "round"), "exact-ceiling": Term("Racket", "ceiling"),
@@ -248,6 +245,10 @@ FORMS: Sequence[Idiom] = (
          _COLLECT),
     Idiom("Racket", "(for/each (?clauses ...) ?body ...)", "(for/union (?clauses ...) ?body ...)",
          "`for/union` collects the entities of a loop, `for` none", is_sure=False),
+    *(Idiom("CAD", f"(for/{name} (?clauses ...) ?body ...)", "(for/union (?clauses ...) ?body ...)", _COLLECT)
+      for name in ("all", "entities", "parts", "scene", "group")),
+    *(Idiom("Racket", f"(for/{name} (?clauses ...) ?body ...)", "(for/list (?clauses ...) ?body ...)", _VALUES)
+      for name in ("array", "collect")),
     *(Idiom("Racket", f"(for/{name} (?clauses ...) ?body ...)", f"(apply {head} (for/list (?clauses ...) ?body ...))",
             _VALUES)
       for name, head in (("max", "max"), ("min", "min"), ("product", "*"))),

@@ -10,7 +10,7 @@ from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace
-from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError
+from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError, is_slip
 from scenelang.grammar.reader import piece_at, read, read_comments
 from scenelang.interpreter.compile.analyse import walk
 from scenelang.interpreter.expand.scope import Variable
@@ -82,6 +82,7 @@ def word_warnings(program: Program) -> list[Diagnostic]:
     found: list[Diagnostic] = []
     bound: set[str] = set()
     near: dict[str, str | None] = {}
+    calls = Counter(word for each in program.facts for word, _ in each.word_calls)
     for each in program.facts:
         found += _early_calls(program, each, bound)
         if each.word is not None:
@@ -89,7 +90,9 @@ def word_warnings(program: Program) -> list[Diagnostic]:
         for word, span in each.word_calls:
             if word not in program.all_words and not is_word(word):
                 if word not in near:
-                    near[word] = _near_word(word, [*program.all_words, *words()]) or _near_unused(word, program)
+                    near[word] = _near_word(word, [*program.all_words, *words()]) or (
+                        _near_unused(word, program) or _slipped(word, calls)
+                    )
                 if near[word]:
                     found.append(_misspelled(word, str(near[word]), span))
         found += each.unpassed
@@ -122,10 +125,20 @@ def _early_calls(program: Program, facts: FormFacts, bound: set[str]) -> Iterato
 def _near_word(word: str, known: Sequence[str]) -> str | None:
     from difflib import get_close_matches
 
-    near = [other for other in known if sorted(other.lower()) == sorted(word.lower())] or get_close_matches(
-        word, known, 1, _SIMILARITY
+    slips = [other for other in known if is_slip(word, other)]
+    near = (
+        slips
+        or [other for other in known if sorted(other.lower()) == sorted(word.lower())]
+        or get_close_matches(word, known, 1, _SIMILARITY)
     )
     return near[0] if near else None
+
+
+def _slipped(word: str, calls: Mapping[str, int]) -> str | None:
+    """Return the word that is called more often and that a word called once is a slip of the fingers from: neither
+    need be bound."""
+    often = (other for other, count in calls.items() if count > 1 and is_slip(word, other))
+    return next(often, None) if calls[word] == 1 else None
 
 
 def _near_unused(word: str, program: Program) -> str | None:
