@@ -420,6 +420,31 @@ def _is_swap(a: str, b: str) -> bool:
     return i is not None and a[i : i + 2] == b[i : i + 2][::-1] and a[i + 2 :] == b[i + 2 :]
 
 
+_ROWS = ("qwertyuiop", "asdfghjkl", "zxcvbnm")
+_LEAST = 4  # letters of a name in which one wrong letter is a slip
+
+
+def is_slip(written: str, meant: str) -> bool:
+    """Return whether a name is another one typed with a slip: a neighbouring key, a letter twice, or two exchanged."""
+    if min(len(written), len(meant)) < _LEAST or written == meant:
+        return False
+    if len(written) == len(meant) + 1:
+        return any(written == meant[:i] + meant[i] + meant[i:] for i in range(len(meant)))
+    if len(written) != len(meant):
+        return False
+    wrong = [(a, b) for a, b in zip(written, meant) if a != b]
+    return _is_swap(written, meant) or (len(wrong) == 1 and _are_neighbours(*wrong[0]))
+
+
+def _are_neighbours(a: str, b: str) -> bool:
+    """Return whether two letters are next to each other in a row of a keyboard, or above each other."""
+    places = {letter: (row, column) for row, letters in enumerate(_ROWS) for column, letter in enumerate(letters)}
+    if a not in places or b not in places:
+        return False
+    (row, column), (other, place) = places[a], places[b]
+    return abs(row - other) <= 1 and abs(column - place) <= 1
+
+
 def suggest(name: str, candidates: Iterable[str]) -> str | None:
     """Return the hint "did you mean ...?" for the candidates closest to ``name``, or None if none is close."""
     return did_you_mean(near_names(name, candidates))

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace, walk
+from scenelang.grammar.datum import Atom, Keyword, ListDatum, Source, Span, dataclass, replace, walk
 from scenelang.grammar.diagnostics import ABOUT_SCENES, Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read_pieces
 from scenelang.interpreter.lint.lint import with_fixes
@@ -67,7 +68,12 @@ class Examination:
         result = self.session.evaluate(source)
         if result.scene is None:
             found = [with_fixes(d) for d in self.session.recovered(source, result.diagnostics)]
-            return Examined(with_options(source, found), None, result.subject)
+            found = with_options(source, found)
+            if self.complete and not is_python(source):
+                from scenelang.alternatives import with_tested
+
+                found = with_tested(source, found, lambda changed: self.session.evaluate(changed).diagnostics)
+            return Examined(found, None, result.subject)
         try:
             if result.scene is not None:
                 prepare(result.scene)
@@ -99,6 +105,7 @@ class Examination:
 def with_options(source: Source, found: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
     """Return findings where a name that is not defined may be a keyword without its colon: one of the function that
     is called, or one that the program writes elsewhere."""
+    found = with_parameters(source, found)
     unbound = {d.span.start: d for d in found if d.name == "unbound" and d.span is not None}
     if not unbound:
         return found
@@ -106,7 +113,9 @@ def with_options(source: Source, found: Sequence[Diagnostic]) -> Sequence[Diagno
     for form in walk(*read_pieces(source).forms):
         if not isinstance(form, ListDatum) or not form.items:
             continue
-        for item, value in zip(form.items[1:], form.items[2:]):
+        for before, item, value in zip(form.items, form.items[1:], form.items[2:]):
+            if isinstance(before, Atom) and type(before.value) is Keyword:
+                continue  # its value
             d = unbound.get(item.span.start)
             if (
                 d is not None
@@ -120,8 +129,71 @@ def with_options(source: Source, found: Sequence[Diagnostic]) -> Sequence[Diagno
     return [explained.get(id(d), d) for d in found]
 
 
+def with_parameters(source: Source, found: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+    """Return findings where a word is bound to parts without a function: it gets the parameters that its calls pass and
+    that its parts read, whose names are then defined."""
+    changed: dict[int, Diagnostic | None] = {}
+    for d in found:
+        edit = d.fixes[0].edits[0] if d.fixes and d.name == "type" and d.message.startswith("`bind` expects") else None
+        if edit is None or not edit.text.startswith("(lambda () "):
+            continue
+        body = edit.span
+        names = _passed(source, d.message, body.text)
+        if names:
+            head = f"(lambda ({' '.join(f':{name}' for name in names)})"
+            fix = Fix(d.fixes[0].title, (Edit(body, head + edit.text.removeprefix("(lambda ()")),))
+            changed[id(d)] = replace(d, fixes=(fix,), hint=f"wrap it in a function: `{head} ...)`")
+            inside = (o for o in found if o.span is not None and body.start <= o.span.start < body.end)
+            changed |= {id(o): None for o in inside if _is_about(o, names)}
+    if not changed:
+        return found
+    return [kept for each in found if (kept := changed.get(id(each), each)) is not None]
+
+
+def _is_about(diagnostic: Diagnostic, names: Sequence[str]) -> bool:
+    """Return whether a finding is about a name that has no parameter yet: undefined, or a function of the language."""
+    text = diagnostic.span.text if diagnostic.span is not None else ""
+    builtin = re.search(r"got a Function: (\S+)\Z", diagnostic.message)
+    return (diagnostic.name == "unbound" and text in names) or (builtin is not None and builtin[1] in names)
+
+
+def _passed(source: Source, message: str, body: str) -> list[str]:
+    """Return the keywords that the program passes to the word of a message, and that a text reads as variables."""
+    word = re.search(r'for ("[^"]+"),', message)
+    calls = [
+        form
+        for form in walk(*read_pieces(source).forms)
+        if isinstance(form, ListDatum)
+        and len(form.items) > 2
+        and form.items[0].span.text == "call"
+        and word is not None
+        and form.items[1].span.text == word[1]
+    ]
+    names = [str(i.value) for call in calls for i in call.items[2:] if isinstance(i, Atom) and type(i.value) is Keyword]
+    return [name for name in dict.fromkeys(names) if re.search(rf"(?<=[\s\[]){re.escape(name)}(?=[\s\])])", body)]
+
+
+@cache
+def _attributes() -> frozenset[str]:
+    """Return the attributes that primitives read."""
+    from scenelang.interpreter.scene.primitives import (
+        COLOR,
+        MATERIALS,
+        PHYSICS,
+        SCALE,
+        geometry_attributes,
+        solid_words,
+    )
+
+    geometry = {name for word in solid_words() for name in geometry_attributes(word) or ()}
+    return frozenset(attribute.name for attribute in (SCALE, COLOR, *MATERIALS, *PHYSICS)) | geometry
+
+
 def _is_option(source: Source, head: str, name: str) -> bool:
     from scenelang.stdlib.reference import records
+
+    if head in ("call", "embedding", "primitive") and name in _attributes():
+        return True
 
     keyword = re.compile(rf"(?<![^\s(\[])[:&]{re.escape(name)}(?![^\s)\]:])")
     signature = next((record.signature for record in records() if record.name == head), "")

@@ -6,6 +6,7 @@ import pytest
 
 from scenelang import Session, Source
 from scenelang.checking import Examination
+from scenelang.grammar import diagnostics
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.recovery import Recovered, bracket_edits, wrong_chunks
 
@@ -176,3 +177,44 @@ def test_only_what_is_asked_for_is_looked_for() -> None:
     assert Examination(session).of(Source("a.scene", SHELF)).diagnostics == ()
     (plain,) = Examination(session, geometry=True).of(Source("a.scene", SHELF)).diagnostics
     assert plain.fixes == ()
+
+
+# --- findings that explain each other --------------------------------------------------------------------------------
+
+
+def test_a_missing_function_gets_the_parameters_that_its_calls_pass() -> None:
+    meant = """(bind "pond" (lambda (:radius :color) (call "sphere" :radius radius :color color)))
+(bind "a" (lambda () (call "pond" :radius 2 :color [0 0 1])))
+"""
+    text = meant.replace("(lambda (:radius :color) ", "", 1).replace("color)))", "color))", 1)
+    found = examined(text)
+    assert [d.code for d in found] == ["E401"]
+    assert fixed(text, found) == meant
+
+
+def test_a_value_is_no_keyword_without_its_colon() -> None:
+    written = '(bind "a" (lambda () (call "sphere" :radius radius :color [1 0 0])))\n'
+    (found,) = (d for d in checked(written) if d.name == "unbound")
+    assert found.hint is None or "colon" not in found.hint
+    (found,) = (d for d in checked(written.replace(":radius radius", "metallic 1")) if d.name == "unbound")
+    assert found.near == (":metallic",)
+
+
+@pytest.mark.parametrize(
+    ("written", "meant", "is_slip"),
+    [
+        ("cune", "cube", True), ("tube", "cube", False), ("sohere", "sphere", True), ("saphere", "sphere", False),
+        ("pawwn", "pawn", True), ("pawn", "pawwn", False), ("lgihts", "lights", True), ("leg", "keg", False),
+        ("wall-1", "wall-2", False), ("cube", "cube", False),
+    ],
+)  # fmt: skip
+def test_a_slip_of_the_fingers(written: str, meant: str, is_slip: bool) -> None:
+    assert diagnostics.is_slip(written, meant) is is_slip
+
+
+def test_a_word_that_is_called_once_may_be_one_that_is_called_more_often() -> None:
+    calls = '(bind "a" (lambda () (union (call "moai") (call "mpai") {})))\n'
+    (found,) = checked(calls.format('(call "moai")'))
+    assert (found.code, found.near) == ("W605", ("moai",))
+    assert checked(calls.format("")) == []
+    assert checked(calls.format('(call "moai")').replace("mpai", "moar")) == []

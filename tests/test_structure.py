@@ -148,7 +148,7 @@ def test_only_what_recurses_on_one_tree_imports_each_other() -> None:
 
 def test_files_are_subjects() -> None:
     """Neither many small files nor huge ones, and few names that mean two things."""
-    assert len(MODULES) <= 304
+    assert len(MODULES) <= 305
     assert [path for path in MODULES if len(path.read_text("utf-8").splitlines()) > 1000] == []
     stems = Counter(path.stem for path in MODULES)
     assert sum(count > 1 for count in stems.values()) <= 20

@@ -184,6 +184,8 @@ class Expander:
         self.searches += 1
         if self.searches > _MAX_SEARCHES:
             return []
+        if name.startswith("std/"):
+            return [f"std/{near}" for near in near_names(name.removeprefix("std/"), self.known_names())]
         return near_names(name, {*scope.names(), *self.known_names(), *FORMS})
 
     def known_names(self) -> Iterable[str]:

@@ -25,6 +25,7 @@ from scenelang.interpreter.kinds.kinds import (
     accepts,
     arity_of,
     describe,
+    infix_fix,
     join,
     number_of,
     plural,
@@ -461,6 +462,7 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
     value = shown(passed.argument, passed.kind)
     message = f"the parameter `{passed.parameter.name}` of {passed.owner} must be {use.expected}, got {value}"
     name = use.error
+    infix: Fix | None = None
     if use.count is not None and passed.kind.tag == "Function":
         low, high, function, _ = arity_of(passed.kind.code)
         expected = low if low == high else f"{low} to {high}"
@@ -469,11 +471,14 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
     elif use.error == "type" and passed.kind.tag == "Vector" and _needs_point(use):
         name = "value"  # it is a vector, but of another length
     elif use.error == "not-a-procedure":
+        infix = infix_fix(use.span)
         message = f"{passed.owner} calls its parameter `{passed.parameter.name}`, but it is {value}"
     if name != "out-of-range":
         name = name if passed.is_certain else "conditional-failure"
     note = Note(use.place, use.span)
-    hint, fixes = triple_fix(passed.argument) if name == "value" else (None, ())
+    hint, fixes = triple_fix(passed.argument) if name in ("value", "attribute") else (None, ())
+    if infix is not None:
+        hint, fixes = f"the operator comes first: `{infix.edits[0].text}`", (infix,)
     return Diagnostic(
         name, message, passed.argument.span, hint or f"parameters: {passed.usage}", (note,), fixes=fixes,
         expected=use.expected, found=describe(passed.kind), signature=passed.usage,

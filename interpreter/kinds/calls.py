@@ -15,6 +15,7 @@ from scenelang.interpreter.kinds.builtins import check_angle, check_values, need
 from scenelang.interpreter.kinds.kinds import (
     A_PART,
     ANY,
+    AXES,
     ENTITY,
     INTEGER,
     MAX_SHOWN,
@@ -26,17 +27,19 @@ from scenelang.interpreter.kinds.kinds import (
     describe,
     is_keyword,
     item_of,
+    literal_fits,
     may_be_parts,
+    meant_keyword,
     name_of,
     number_of,
     plural,
     shown,
     swap_fix,
+    turned,
     unquoted_number,
     wrap_fix,
 )
-from scenelang.interpreter.runtime.types import STD, Builtin, BuiltinParameter, Mismatch, Type, expected_name
-from scenelang.interpreter.runtime.values import Keyword, Symbol
+from scenelang.interpreter.runtime.types import STD, Builtin, BuiltinParameter, Type, expected_name
 
 if TYPE_CHECKING:
     from scenelang.interpreter.kinds.infer import KindInference, RecordCode
@@ -141,7 +144,7 @@ def _are_numbers(node: ast.Application) -> bool:
 
 def _may_be_numbers(node: ast.Application, kinds: Sequence[Kind]) -> bool:
     """Return whether parentheses hold as many values as a point has, all of which may be numbers."""
-    return len(kinds) == len(_AXES) and all(
+    return len(kinds) == len(AXES) and all(
         kind is ANY or any(option.tag in ("Integer", "Float") for option in kind.options) for kind in kinds
     )
 
@@ -280,27 +283,12 @@ def _without_surplus(node: ast.Application, nodes: Sequence[Any], most: int) -> 
     return (Fix(f"Leave out `{surplus.text.strip()[:MAX_SHOWN]}`", (Edit(surplus, ""),)),)
 
 
-def _turned(node: ast.Application, angles: Any) -> tuple[str | None, tuple[Fix, ...]]:
-    """Return a hint and a fix for ``(rotate [0 45 0])``: the angles about the three axes."""
-    hint = "`rotate` takes an angle in radians and an axis: `(rotate (radians 90) [0 1 0])`"
-    numbers = [number_of(item) for item in angles.items] if type(angles) is ast.ArrayLiteral else []
-    turning = [i for i, number in enumerate(numbers) if number != 0]
-    if len(numbers) != len(_AXES) or len(turning) != 1 or node.span.expansion is not None:
-        return hint, ()
-    (index,) = turning
-    written = f"(rotate (radians {angles.items[index].span.text}) {_AXES[index]})"
-    return f"write `{written}`", (Fix("Write an angle and an axis", (Edit(node.span, written),), safe=True),)
-
-
-_AXES = ("[1 0 0]", "[0 1 0]", "[0 0 1]")
-
-
 def _grouped(
     inference: KindInference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any]
 ) -> tuple[str | None, tuple[Fix, ...]]:
     """Return a hint and a fix for numbers that belong into an array: ``(translate 1 2 3)``."""
     if builtin.name == "rotate" and len(nodes) == 1 and inference.result.kinds[nodes[0]].tag == "Vector":
-        return _turned(node, nodes[0])
+        return turned(node, nodes[0])
     if builtin.name == "array" and len(nodes) > 1:
         return _listed(inference, node, nodes)
     parameters = (*builtin.signature.required, *builtin.signature.optional)
@@ -398,6 +386,16 @@ def _advice(
         if is_short:
             return f"arithmetic needs an array: `(array {text})`", (wrap_fix(argument, "array"),)
         return "arithmetic needs an array: `(vector a b)`, `(array list)`", ()
+    if builtin.name == "vector-ref" and kind.tag == "List" and node.function.span.expansion is None:
+        return "items of any sequence are read by `ref`", (Fix("Write `ref`", (Edit(node.function.span, "ref"),)),)
+    if builtin.name == "repeat" and kind.tag == "Integer" and node.function.span.text == "repeat":
+        if any(inference.result.kinds[each].tag == "Function" for each in node.arguments[1:]):
+            fix = Fix("Write `union-loop`", (Edit(node.function.span, "union-loop"),))
+            return "copies by the index of a loop are made by `(union-loop count function)`", (fix,)
+    if builtin.name == "vector" and kind.tag not in ("Integer", "Float", "Vector", "Array", "List"):
+        if node.function.span.expansion is None and node.function.span.text == "vector":
+            fix = Fix("Write a list", (Edit(node.function.span, "list"),))
+            return "a vector has numbers; a list of any values is `(list ...)`", (fix,)
     if name in ("Numeric", "Number", "Float", "Integer") and kind.tag == "String":
         hint, fixes = unquoted_number(argument)
         if hint is None and builtin.name == "+" and node.function.span.expansion is None:
@@ -700,7 +698,7 @@ def _check_parameter(
         )
     if kind is ANY:
         inference.need(value, f"passed to {owner}", (parameter.type,), expected_name(parameter.type.name))
-    if accepts(parameter.type, kind) and _literal_fits(parameter.type, value):
+    if accepts(parameter.type, kind) and literal_fits(parameter.type, value):
         return not is_of_library(parameter) or _check_combined(inference, owner, parameter, value, kind, usage)
     sign = ":" if parameter.kind == "keyword" else ""
     expected = expected_name(parameter.type.name)
@@ -721,44 +719,7 @@ def _advice_of_type(type_: Type, value: Any, kind: Kind) -> tuple[str | None, tu
         return unquoted_number(value)
     if type_.name in _OBJECTS:
         return _called_word(value, kind)
-    return _meant_keyword(type_, value)
-
-
-# What the values of a type are called elsewhere.
-_MEANT = {
-    "left": "min", "right": "max", "bottom": "min", "top": "max", "back": "min", "front": "max", "start": "min",
-    "end": "max", "centre": "center", "middle": "center", "mid": "center", "low": "min", "high": "max",
-    "above": "after", "below": "before", "X": "x", "Y": "y", "Z": "z",
-}  # fmt: skip
-
-
-def _meant_keyword(type_: Type, value: Any) -> tuple[str | None, tuple[Fix, ...]]:
-    """Return the hint and fix for an axis or alignment that is written as a string, or by another name."""
-    if (
-        type(value) is not ast.Constant
-        or type(value.value) not in (str, Keyword, Symbol)
-        or value.span.expansion is not None
-    ):
-        return None, ()
-    text = str(value.value)
-    for name in (text, _MEANT.get(text, "")):
-        keyword = ast.Constant(Keyword(name), value.span)
-        if name and type_.name in ("Axis", "Alignment") and _literal_fits(type_, keyword):
-            return f"write `:{name}`", (
-                Fix(f"Change to `:{name}`", (Edit(value.span, f":{name}"),), safe=name == text),
-            )
-    return None, ()
-
-
-def _literal_fits(type_: Type, value: Any) -> bool:
-    """Return whether a literal has the type of a parameter, so far as that can be told without a run."""
-    if type(value) is not ast.Constant or value.value is None or type_.walk is not None:
-        return True
-    try:
-        type_.convert(value.value)
-    except Mismatch:
-        return False
-    return True
+    return meant_keyword(type_, value)
 
 
 def is_of_library(parameter: ast.Parameter) -> bool:

@@ -13,9 +13,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import Edit, Fix
-from scenelang.interpreter.runtime.types import Builtin, Type
+from scenelang.grammar.datum import ListDatum, Source, Span
+from scenelang.grammar.diagnostics import Edit, Fix, SceneError, near_names
+from scenelang.grammar.reader import piece_at, read
+from scenelang.interpreter.runtime.types import Builtin, Mismatch, Type
 from scenelang.interpreter.runtime.values import NIL, Array, Embedding, Keyword, Matrix, Pair, Symbol, Vector
 
 MAX_ITEMS = 64  # longer sequences only have a common kind of item
@@ -480,6 +481,27 @@ def wrap_fix(node: Any, head: str) -> Fix:
     return Fix(f"Write `({head} ...)`", (Edit(node.span, f"({head} {node.span.text})"),), safe=True)
 
 
+_OPERATORS = frozenset("+-*/%") | {"//", "expt", "<", ">", "<=", ">=", "="}
+
+
+def infix_fix(span: Span) -> Fix | None:
+    """Return the fix for a call whose operator stands between its operands, as in ``(height * 2)``."""
+    text = span.source.text
+    if span.expansion is None and text[span.start - 1 : span.start] == "(" and not span.text.startswith("("):
+        span = Span(span.source, *piece_at(text, span.start - 1))  # the call of what was given
+    if span.expansion is not None or not span.text.startswith("("):
+        return None
+    try:
+        forms = read(Source("<call>", span.text)).forms
+    except SceneError:
+        return None
+    items = forms[0].items if len(forms) == 1 and isinstance(forms[0], ListDatum) else ()
+    if len(items) != 3 or items[1].span.text not in _OPERATORS:
+        return None
+    left, operator, right = (item.span.text for item in items)
+    return Fix("Write the operator first", (Edit(span, f"({operator} {left} {right})"),))
+
+
 def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
     """Return the hint and fix that exchange two arguments of a call."""
     hint = "the arguments are in the wrong order"
@@ -547,3 +569,61 @@ def arity_of(code: Any) -> tuple[int | None, float, str, str]:
         high = math.inf if "rest" in kinds else low + kinds.count("optional")
         return low, high, name_of(code), code.usage
     return None, 0, "", ""
+
+
+# What the values of a type are called elsewhere.
+_MEANT = {
+    "left": "min", "right": "max", "bottom": "min", "top": "max", "back": "min", "front": "max", "start": "min",
+    "end": "max", "centre": "center", "middle": "center", "mid": "center", "low": "min", "high": "max",
+    "above": "after", "below": "before", "X": "x", "Y": "y", "Z": "z",
+}  # fmt: skip
+
+
+_VALUES_OF = {"Alignment": ("min", "center", "max", "before", "after"), "Axis": ("x", "y", "z")}
+
+
+def meant_keyword(type_: Type, value: Any) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return the hint and fix for an axis or alignment that is written as a string, or by another name."""
+    if (
+        type(value) is not ast.Constant
+        or type(value.value) not in (str, Keyword, Symbol)
+        or value.span.expansion is not None
+    ):
+        return None, ()
+    text = str(value.value)
+    for name in (text, _MEANT.get(text, "")):
+        keyword = ast.Constant(Keyword(name), value.span)
+        if name and type_.name in ("Axis", "Alignment") and literal_fits(type_, keyword):
+            return f"write `:{name}`", (
+                Fix(f"Change to `:{name}`", (Edit(value.span, f":{name}"),), safe=name == text),
+            )
+    near = near_names(text, _VALUES_OF.get(type_.name, ()))
+    if near:
+        return f"did you mean `:{near[0]}`?", (Fix(f"Change to `:{near[0]}`", (Edit(value.span, f":{near[0]}"),)),)
+    return None, ()
+
+
+def literal_fits(type_: Type, value: Any) -> bool:
+    """Return whether a literal has the type of a parameter, so far as that can be told without a run."""
+    if type(value) is not ast.Constant or value.value is None or type_.walk is not None:
+        return True
+    try:
+        type_.convert(value.value)
+    except Mismatch:
+        return False
+    return True
+
+
+def turned(node: Any, angles: Any) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return a hint and a fix for ``(rotate [0 45 0])``: the angles about the three axes."""
+    hint = "`rotate` takes an angle in radians and an axis: `(rotate (radians 90) [0 1 0])`"
+    numbers = [number_of(item) for item in angles.items] if type(angles) is ast.ArrayLiteral else []
+    turning = [i for i, number in enumerate(numbers) if number != 0]
+    if len(numbers) != len(AXES) or len(turning) != 1 or node.span.expansion is not None:
+        return hint, ()
+    (index,) = turning
+    written = f"(rotate (radians {angles.items[index].span.text}) {AXES[index]})"
+    return f"write `{written}`", (Fix("Write an angle and an axis", (Edit(node.span, written),), safe=True),)
+
+
+AXES = ("[1 0 0]", "[0 1 0]", "[0 0 1]")

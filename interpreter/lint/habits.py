@@ -10,361 +10,34 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, near_names
+from scenelang.interpreter.lint.idioms import (
+    COLON,
+    FORMS,
+    INFIX,
+    LANGUAGES,
+    MODULES,
+    NAMES,
+    OTHER,
+    QUOTED_FUNCTION,
+    SAME,
+    SINGLE_QUOTES,
+    SPELLINGS,
+    SYMBOL,
+    WORD,
+    Idiom,
+    Spelling,
+    Term,
+)
 from scenelang.interpreter.scene.primitives import is_word
 
 _MAX_EXPLAINED = 300  # errors; more are not shown
 MAX_TEXT = 200_000  # characters of a program that is searched for habits
 _MAX_SHOWN = 60
-
-
-@dataclass(frozen=True, slots=True)
-class Term:
-    """Name of another language. ``instead`` replaces it where it stands; without it only the hint is given."""
-
-    language: str
-    instead: str = ""
-    hint: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Idiom:
-    """Form of another language, as a pattern of datums: ``?x`` is one datum, ``?x ...`` all that follow.
-
-    ``instead`` is the same in this language; ``?x/2`` groups the datums in pairs. ``defines`` is the variable of the
-    pattern with the name that the form defines.
-    """
-
-    language: str
-    pattern: str
-    instead: str
-    hint: str
-    defines: str = ""
-    is_sure: bool = True  # the replacement means the same in every program
-
-
-@dataclass(frozen=True, slots=True)
-class Spelling:
-    """Spelling of a literal, comment or access: a regular expression over the text outside strings."""
-
-    language: str
-    pattern: str
-    instead: str
-    hint: str
-    is_sure: bool = True
-
-
-NAMES: Mapping[str, Term] = {
-    "True": Term("Python", "#t"), "False": Term("Python", "#f"), "None": Term("Python", "none"),
-    "true": Term("JavaScript", "#t"), "false": Term("JavaScript", "#f"), "null": Term("JavaScript", "none"),
-    "undefined": Term("JavaScript", "none"), "undef": Term("OpenSCAD", "none"), "nil": Term("Clojure", "none"),
-    "NIL": Term("Common Lisp", "none"), "t": Term("Common Lisp", "#t"), "T": Term("Common Lisp", "#t"),
-    "math.pi": Term("Python", "pi"), "np.pi": Term("Python", "pi"), "Math.PI": Term("JavaScript", "pi"),
-    "PI": Term("OpenSCAD", "pi"), "+inf.0": Term("Scheme", "inf"), "-inf.0": Term("Scheme", "(- inf)"),
-    "+nan.0": Term("Scheme", "nan"), "math.inf": Term("Python", "inf"), "math.tau": Term("Python", "tau"),
-    "len": Term("Python", "length"), "str": Term("Python", "string"), "ceil": Term("Python", "ceiling"),
-    "pow": Term("Python", "expt"), "float": Term("Python", "inexact"), "int": Term("Python", "truncate"),
-    "mod": Term("Common Lisp", "%"), "fmod": Term("Python", "%"), "mapcar": Term("Common Lisp", "map"),
-    "concat": Term("Clojure", "append"), "extend": Term("Python", "append"),
-    "println": Term("Clojure", "print"), "echo": Term("OpenSCAD", "print"),
-    "displayln": Term("Scheme", "print"), "vec": Term("Clojure", "list->vector"),
-    "mapv": Term("Clojure", "map"), "filterv": Term("Clojure", "filter"),
-    "every?": Term("Clojure", "every"), "some": Term("Clojure", "any"), "nil?": Term("Clojure", "none?"),
-    "foldl": Term("Racket", "fold"), "foldr": Term("Racket", "fold-right"),
-    "==": Term("Python", "="), "===": Term("JavaScript", "="), "&&": Term("JavaScript", "and"),
-    "||": Term("JavaScript", "or"), "!": Term("JavaScript", "not"), "**": Term("Python", "expt"),
-    "^": Term("OpenSCAD", "expt"), "progn": Term("Common Lisp", "begin"), "random.random": Term("Python", "random"),
-    "random.uniform": Term("Python", "uniform"), "random.randint": Term("Python", "py-randint"),
-    "vector-length": Term("Scheme", "length"), "string-length": Term("Scheme", "length"),
-    "linear_extrude": Term("OpenSCAD", hint="write `(extrude profile height)`, which extrudes along +z"),
-    "rotate_extrude": Term("OpenSCAD", hint="write `(lathe profile)`, which turns a profile around the y axis"),
-    "revolve": Term("CadQuery", "lathe"), "subtract": Term("CSG", "difference"),
-    "intersect": Term("CSG", "intersection"),
-    "fillet": Term("build123d", hint="write `(rounded solid radius)`, which rounds all outer edges, or for a profile "
-                   "`(offset-profile (offset-profile profile (- r)) r)`"),
-    "bevel": Term("Blender", hint="write `(rounded solid radius)`, which rounds all outer edges"),
-    "chamfer": Term("build123d", hint="the `minkowski` of a smaller solid and a double cone has bevelled "
-                    "edges; `(rounded solid radius)` rounds them"),
-    "offset": Term("OpenSCAD", hint="write `(offset-profile profile distance)`, or `(offset-solid solid distance)`"),
-    "thicken": Term("build123d", hint="write `(offset-solid solid distance)`, or `(shell solid thickness)` for walls"),
-    "solidify": Term("Blender", "shell"),
-    "cut": Term("CadQuery", hint="write `(difference solid tool)`, or for a plane `(cut-plane solid normal)`"),
-    "fuse": Term("build123d", "union-solid"),
-    "multmatrix": Term("OpenSCAD", "transform"),
-    "polyhedron": Term("OpenSCAD", "mesh"), "linear-extrude": Term("OpenSCAD", "extrude"),
-    "rotate-extrude": Term("OpenSCAD", "lathe"), "hollow": Term("CSG", "shell"),
-    "nth": Term("Common Lisp", hint="an item is read by `(ref sequence index)`"),
-    "aref": Term("Common Lisp", "ref"), "get": Term("Clojure", "ref"), "elt": Term("Common Lisp", "ref"),
-    "conj": Term("Clojure", hint="lists are joined by `append`: `(append xs (list x))`"),
-    "compose": Term("JavaScript", "@"),
-    "matmul": Term("Python", "@"), "np.matmul": Term("Python", "@"), "np.dot": Term("Python", "@"),
-    "move": Term("CAD", "translate"), "place": Term("CAD", "transform"), "group": Term("CAD", "union"),
-    "combine": Term("CAD", "union"), "assembly": Term("CAD", "union"), "resize": Term("OpenSCAD", "scale"),
-    "turn": Term("CAD", "rotate"), "rotation": Term("CAD", "rotate"), "translation": Term("CAD", "translate"),
-    "apply-transform": Term("CAD", "transform"), "loop-union": Term("CAD", "union-loop"),
-    "module": Term("OpenSCAD", "bind"), "colour": Term("CSS", "color"),
-    "hex-color": Term("CSS", "color"), "rgb-color": Term("CSS", "rgb"), "circular-array": Term("CAD", "ring"),
-    "polar-array": Term("CAD", "ring"), "linear-array": Term("CAD", "row"), "grid-array": Term("CAD", "grid"),
-    "reflect-copy": Term("CAD", "mirror"), "stack-on": Term("CAD", "on-top-of"),
-    "place-on-top": Term("CAD", "on-top-of"), "place-on": Term("CAD", "on-top-of"),
-    "for/vector": Term("Racket", "for/list"),     "rem": Term("Clojure", "%"), "div": Term("OCaml", "//"),
-    "exact-floor": Term("Racket", "floor"),
-    "exact-round": Term("Racket", "round"), "exact-ceiling": Term("Racket", "ceiling"),
-    "hash-ref": Term("Racket", "ref"),     "vector-map": Term("Scheme", "map"), "evenp": Term("Common Lisp", "even?"),
-    "oddp": Term("Common Lisp", "odd?"),
-    "zerop": Term("Common Lisp", "zero?"), "plusp": Term("Common Lisp", "positive?"),
-    "minusp": Term("Common Lisp", "negative?"), "endp": Term("Common Lisp", "empty?"),
-    "append*": Term("Racket", "append"),
-    "nreverse": Term("Common Lisp", "reverse"), "remove-if-not": Term("Common Lisp", "filter"),
-    "remove-if": Term("Common Lisp", "remove"), "reduce-left": Term("Scheme", "fold-left"),
-    "string-concat": Term("Lisp", "string-append"),
-    "display": Term("Scheme", "print"), "printf": Term("C", "print"), "power": Term("Python", "expt"),
-    "throw": Term("JavaScript", "error"), "size": Term("JavaScript", "length"), "head": Term("Haskell", "first"),
-    "random.choice": Term("Python", "choice"), "np.deg2rad": Term("Python", "radians"),
-    "deg2rad": Term("Python", "radians"),     "λ": Term("Scheme", "lambda"), "otherwise": Term("Common Lisp", "else"),
-    "math.radians": Term("Python", "radians"), "math.degrees": Term("Python", "degrees"),
-}  # fmt: skip
-
-# Functions of a module that are called the same here, or as the second name says.
-_MODULES = ("math", "Math", "np", "numpy")
-_SAME = frozenset(("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "log", "floor", "abs", "min", "max",
-                   "hypot", "round", "cross", "dot", "linspace", "arange", "array", "zeros", "ones", "eye", "sign",
-                   "mean", "sum", "clip"))  # fmt: skip
-_OTHER = {"ceil": "ceiling", "pow": "expt", "atan2": "atan", "fabs": "abs", "power": "expt", "random": "random"}
-
-_INFIX = "the operator comes first"
-_COLLECT = "`for/union` collects the entities of a loop, `for/list` its values"
-_VALUES = "`for/list` collects the values of a loop"
-_TESTS = "several tests make a `cond`"
-FORMS: Sequence[Idiom] = (
-    Idiom("Clojure", "(defn ?name [?args ...] ?body ...)", "(define (?name ?args ...) ?body ...)",
-         "functions are defined by `define`", "name"),
-    Idiom("Common Lisp", "(defun ?name (?args ...) ?body ...)", "(define (?name ?args ...) ?body ...)",
-         "functions are defined by `define`", "name"),
-    Idiom("Python", "(def (?name ?args ...) ?body ...)", "(define (?name ?args ...) ?body ...)",
-         "functions are defined by `define`", "name"),
-    Idiom("Python", "(def ?name (?args ...) ?body ?more ...)", "(define (?name ?args ...) ?body ?more ...)",
-         "functions are defined by `define`", "name"),
-    Idiom("Clojure", "(def ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
-    Idiom("Common Lisp", "(define ?name (?args ...) ?body ?more ...)", "(define (?name ?args ...) ?body ?more ...)",
-         "the name and the parameters of a function stand in one list", "name"),
-    Idiom("Common Lisp", "(defvar ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
-    Idiom("Common Lisp", "(defparameter ?name ?value)", "(define ?name ?value)",
-         "names are defined by `define`", "name"),
-    Idiom("Common Lisp", "(defconstant ?name ?value)", "(define ?name ?value)",
-         "names are defined by `define`", "name"),
-    Idiom("JavaScript", "(const ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
-    Idiom("JavaScript", "(var ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
-    Idiom("JavaScript", "(let ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
-    Idiom("Common Lisp", "(setq ?name ?value)", "(define ?name ?value)",
-         "names are defined by `define`, and changed by `set!`", "name"),
-    Idiom("Common Lisp", "(setf (nth ?i ?xs) ?value)", "(set-ref! ?xs ?i ?value)",
-         "an item is changed by `(set-ref! sequence index value)`", is_sure=False),
-    Idiom("Common Lisp", "(setf (aref ?xs ?i) ?value)", "(set-ref! ?xs ?i ?value)",
-         "an item is changed by `(set-ref! sequence index value)`"),
-    Idiom("Common Lisp", "(setf (gethash ?key ?table) ?value)", "(set-ref! ?table ?key ?value)",
-         "a table is changed by `(set-ref! table key value)`"),
-    *(Idiom(language, pattern, "(define-record ?name ?fields ...)", "records are defined by `define-record`", "name")
-      for language, pattern in (("Racket", "(struct ?name (?fields ...))"),
-                                ("Racket", "(define-struct ?name (?fields ...))"),
-                                ("Common Lisp", "(defstruct ?name ?fields ...)"),
-                                ("Clojure", "(defrecord ?name [?fields ...])"))),
-    Idiom("Common Lisp", "(setf ?name ?value)", "(set! ?name ?value)", "variables are changed by `set!`"),
-    Idiom("Clojure", "(fn [?args ...] ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
-    Idiom("Clojure", "(fn (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
-    Idiom("JavaScript", "(function (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)",
-         "functions are written `lambda`"),
-    Idiom("JavaScript", "((?args ...) => ?body ...)", "(lambda (?args ...) ?body ...)",
-         "functions are written `lambda`"),
-    Idiom("Python", "(lambda: ?body ...)", "(lambda () ?body ...)", "the parameters of `lambda` stand in parentheses"),
-    Idiom("Python", "(lambda ?x: ?body ...)", "(lambda (?x) ?body ...)",
-         "the parameters of `lambda` stand in parentheses", "x"),
-    Idiom("Clojure", "(let [?pairs ...] ?body ...)", "(let* (?pairs/2 ...) ?body ...)",
-         "each binding of `let` stands in parentheses"),
-    Idiom("Clojure", "(let {?pairs ...} ?body ...)", "(let* (?pairs/2 ...) ?body ...)",
-         "each binding of `let` stands in parentheses"),
-    Idiom("Clojure", "(when-let [?name ?value] ?body ...)", "(let ((?name ?value)) (when ?name ?body ...))",
-         "use `let` and `when`"),
-    Idiom("Python", "(?name = ?value)", "(?name ?value)", "a binding is `(name value)`, without `=`"),
-    Idiom("Common Lisp", "(dotimes (?i ?n) ?body ...)", "(for/union ((?i ?n)) ?body ...)",
-         _COLLECT),
-    Idiom("Clojure", "(dotimes [?i ?n] ?body ...)", "(for/union ((?i ?n)) ?body ...)",
-         _COLLECT),
-    Idiom("Common Lisp", "(dolist (?x ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         _COLLECT),
-    Idiom("Clojure", "(doseq [?x ?xs] ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         _COLLECT),
-    Idiom("Clojure", "(for [?x ?xs] ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         _COLLECT),
-    Idiom("Python", "(for ?x in range (?n) : ?body ...)", "(for/union ((?x ?n)) ?body ...)",
-         _COLLECT),
-    Idiom("JavaScript", "(bind ?word {?body ...})", "(bind ?word (lambda () (?body ...)))",
-         "a word is bound to a function"),
-    Idiom("Python", "(for ?x in range (?n ...) ?body ...)", "(for/union ((?x (range ?n ...))) ?body ...)",
-         _COLLECT),
-    Idiom("Python", "(for ?x in ?xs ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         _COLLECT),
-    Idiom("JavaScript", "(for (?x in ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         _COLLECT),
-    Idiom("JavaScript", "(for (?x of ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         _COLLECT),
-    Idiom("Common Lisp", "(loop for ?x in ?xs collect ?body)", "(for/list ((?x ?xs)) ?body)",
-         _VALUES),
-    Idiom("Common Lisp", "(loop for ?x below ?n collect ?body)", "(for/list ((?x ?n)) ?body)",
-         _VALUES),
-    Idiom("Common Lisp", "(loop for ?x from ?a to ?b collect ?body)", "(for/list ((?x (range ?a (+ ?b 1)))) ?body)",
-         _VALUES),
-    Idiom("Common Lisp", "(loop for ?x from ?a below ?b collect ?body)", "(for/list ((?x (range ?a ?b))) ?body)",
-         _VALUES),
-    Idiom("Common Lisp", "(loop for ?x in ?xs do ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         _COLLECT),
-    Idiom("Python", "[?body for ?x in range (?n)]", "(for/list ((?x ?n)) ?body)",
-         _VALUES, "x"),
-    Idiom("Python", "[?body for ?x in range (?n ...)]", "(for/list ((?x (range ?n ...))) ?body)",
-         _VALUES, "x"),
-    Idiom("Python", "[?body for ?x in ?xs]", "(for/list ((?x ?xs)) ?body)",
-         _VALUES, "x"),
-    Idiom("Common Lisp", "(funcall ?f ?args ...)", "(?f ?args ...)", "a function is called as `(f x)`"),
-    Idiom("Scheme", "(add1 ?x)", "(+ ?x 1)", "add one with `+`"),
-    Idiom("Scheme", "(sub1 ?x)", "(- ?x 1)", "subtract one with `-`"),
-    Idiom("Python", "(not= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
-    Idiom("Python", "(!= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
-    Idiom("Common Lisp", "(/= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
-    Idiom("Clojure", "(inc ?x)", "(+ ?x 1)", "add one with `+`"),
-    Idiom("Clojure", "(dec ?x)", "(- ?x 1)", "subtract one with `-`"),
-    Idiom("Common Lisp", "(1+ ?x)", "(+ ?x 1)", "add one with `+`"),
-    Idiom("Common Lisp", "(1- ?x)", "(- ?x 1)", "subtract one with `-`"),
-    Idiom("Common Lisp", "(incf ?x)", "(set! ?x (+ ?x 1))", "variables are changed by `set!`"),
-    Idiom("JavaScript", "(++ ?x)", "(set! ?x (+ ?x 1))", "variables are changed by `set!`"),
-    Idiom("Python", "(?x += ?y)", "(set! ?x (+ ?x ?y))", "variables are changed by `set!`"),
-    Idiom("Common Lisp", "(nth ?i ?xs)", "(ref ?xs ?i)", "an item is read by `(ref sequence index)`", is_sure=False),
-    Idiom("JavaScript", "(foreach ?x ?xs ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         _COLLECT),
-    Idiom("Racket", "(for/each (?clauses ...) ?body ...)", "(for/union (?clauses ...) ?body ...)",
-         "`for/union` collects the entities of a loop, `for` none", is_sure=False),
-    *(Idiom("Racket", f"(for/{name} (?clauses ...) ?body ...)", f"(apply {head} (for/list (?clauses ...) ?body ...))",
-            _VALUES)
-      for name, head in (("max", "max"), ("min", "min"), ("product", "*"))),
-    Idiom("Python", "(if ?test then ?a)", "(when ?test ?a)", "`if` has no `then`"),
-    Idiom("Python", "(if ?test then ?a else ?b)", "(if ?test ?a ?b)", "`if` has no `then` and `else`"),
-    Idiom("Python", "(if ?test ?a else ?b)", "(if ?test ?a ?b)", "`if` takes the second value without `else`"),
-    Idiom("Python", "(if ?test ?a elif ?other ?b)", "(cond (?test ?a) (?other ?b))", _TESTS),
-    Idiom("Python", "(if ?test ?a elif ?other ?b else ?c)", "(cond (?test ?a) (?other ?b) (else ?c))",
-         _TESTS),
-    Idiom("JavaScript", "(if ?test ?a else if ?other ?b)", "(cond (?test ?a) (?other ?b))",
-         _TESTS),
-    Idiom("JavaScript", "(if ?test ?a else if ?other ?b else ?c)", "(cond (?test ?a) (?other ?b) (else ?c))",
-         _TESTS),
-    Idiom("JavaScript", "(bind ?word (?args ...) => ?body ...)", "(bind ?word (lambda (?args ...) ?body ...))",
-         "functions are written `lambda`"),
-    Idiom("Python", "(when ?test ?a else ?b)", "(if ?test ?a ?b)", "`if` takes the second value without `else`"),
-    Idiom("Python", "(return ?x)", "?x", "the last expression of a body is its value"),
-    Idiom("Clojure", "(-> ?x ?body ...)", "", "nest the calls: `(g (f x))`"),
-    Idiom("Clojure", "(->> ?x ?body ...)", "", "nest the calls: `(g (f x))`"),
-    Idiom("Common Lisp", "(#' ?name)", "?name", "a function is named without `#'`"),
-    Idiom("Clojure", "(call ?word {?pairs ...})", "(call ?word ?pairs ...)",
-         "attributes are written one after another, without braces"),
-    Idiom("Clojure", "{?pairs ...}", "(table ?pairs ...)", "a table is written `(table key value ...)`", is_sure=False),
-    Idiom("OpenSCAD", "(translate ?entity ?vector)", "(transform ?entity (translate ?vector))",
-         "`translate` makes a pose; `transform` applies it to an entity"),
-    Idiom("OpenSCAD", "(rotate ?entity ?a ?vector)", "(transform ?entity (rotate ?a ?vector))",
-         "`rotate` makes a pose; `transform` applies it to an entity"),
-    Idiom("OpenSCAD", "(scale ?entity ?v)", "(transform ?entity (scale ?v))",
-         "`scale` makes a pose; `transform` applies it to an entity"),
-    Idiom("OpenSCAD", "(translate ?v ?child)", "(transform ?child (translate ?v))",
-         "`translate` makes a pose; `transform` applies it to an entity"),
-    Idiom("OpenSCAD", "(translate ?v ?child ?more ...)", "(transform (union ?child ?more ...) (translate ?v))",
-         "`translate` makes a pose; `transform` applies it to an entity"),
-    Idiom("OpenSCAD", "(rotate [?a ?b ?c] ?child)", "",
-         "`rotate` takes an angle in radians and an axis: `(transform part (rotate (radians 90) [0 1 0]))`"),
-    Idiom("OpenSCAD", "(rotate ?a ?axis ?child)", "(transform ?child (rotate ?a ?axis))",
-         "`rotate` makes a pose; `transform` applies it to an entity"),
-    Idiom("OpenSCAD", "(scale ?s ?child)", "(transform ?child (scale ?s))",
-         "`scale` makes a pose; `transform` applies it to an entity"),
-    Idiom("OpenSCAD", "(color ?c ?child)", "", "the colour is an attribute of the call: `:color (color \"red\")`"),
-    *(Idiom("Python", f"(?a {op} ?b)", f"({name} ?a ?b)", _INFIX)
-      for op, name in (("+", "+"), ("-", "-"), ("*", "*"), ("/", "/"), ("%", "%"), ("//", "//"), ("**", "expt"),
-                       ("^", "expt"), ("<", "<"), (">", ">"), ("<=", "<="), (">=", ">="), ("==", "="),
-                       ("and", "and"), ("or", "or"), ("&&", "and"), ("||", "or"))),
-    *(Idiom("Python", f"(?a {op} ?b {op} ?c)", f"({name} ?a ?b ?c)", _INFIX)
-      for op, name in (("+", "+"), ("*", "*"))),
-)  # fmt: skip
-
-_NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d+)"
-_WORD = r"[A-Za-z_][\w-]*"
-_SYMBOL = r"[A-Za-z_*+][^\s\"']*"
-_QUOTED_FUNCTION = r"(?<![\w])#'(?=\w)"
-_COLON = r"(?<=\)):(?=\s)"
-SPELLINGS: Sequence[Spelling] = (
-    Spelling("JavaScript", r"(?m)(?<![^\s])//(?=[^\n]*$)[^\n]*", "", "a comment begins with `;`"),
-    Spelling("Python", r"(?m)^[ \t]*#(?![|;\\(tf])[^\n]*|(?m:^[ \t]*#[tf]\w[^\n]*)", "", "a comment begins with `;`"),
-    Spelling("Python", r"(?<=[\s)\]])#(?= )[^\n]*", "", "a comment begins with `;`"),
-    Spelling("Haskell", r"(?m)^[ \t]*--+(?= )[^\n]*", "", "a comment begins with `;`"),
-    Spelling("Markdown", r"(?m)^[ \t]*```[\w-]*[ \t]*$\n?", "", "a program has no code fences"),
-    Spelling("JavaScript", r"/\*.*?\*/", "", "a comment of several lines is `#| ... |#`"),
-    Spelling("Python", r"(?<![\w\"])'([^'\n()\[\]{}\"]+)'", r'"\1"', "strings stand in double quotes"),
-    Spelling("Python", r"\bf(?=\")", "", 'values are put into a text by `(format "{} m" x)`'),
-    Spelling("CSS", rf"(?<![\w#])({_NUMBER})deg\b", r"(radians \1)", "angles are in radians; `radians` converts"),
-    Spelling("CSS", rf"(?<![\w#])({_NUMBER})°", r"(radians \1)", "angles are in radians; `radians` converts"),
-    Spelling("CSS", rf"(?<![\w#])({_NUMBER})%", r"(/ \1 100)", "shares are numbers from 0 to 1"),
-    Spelling("CSS", rf"(?<![\w#])({_NUMBER})(?:px|pt|cm|mm|m|in|em)\b", r"\1", "lengths have no unit"),
-    Spelling(
-        "CSS", r"(?<![\w\"])#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b", r'(color "#\1")', "colours are converted by `color`"
-    ),
-    Spelling("Python", r"(?<![\w.])(\d+)_(\d{3})\b", r"\1\2", "digits of a number are not grouped"),
-    Spelling("Scheme", r"#\(([^()\[\]]*)\)", r"[\1]", "an array is written in square brackets"),
-    Spelling("Scheme", r"#\\(\w)(?!\w)", r'"\1"', "a character is a string of length 1"),
-    Spelling("Common Lisp", _QUOTED_FUNCTION, "", "a function is named without `#'`"),
-    Spelling("HTML", rf"(?<=[\s(])(:{_WORD})=(?=[\w\"(\[.-])", r"\1 ", "an attribute is `:name value`"),
-    Spelling("OpenSCAD", rf"(?<=[\s(])({_WORD})\s*=\s*(?=[\[(\"'\w.:<+-])", r":\1 ", "an attribute is `:name value`"),
-    Spelling("JavaScript", rf"(?<=[\s({{])({_WORD}):(?=[\s\[(\"'\d.-])", r":\1", "an attribute is `:name value`"),
-    Spelling(
-        "Python",
-        rf"(?<![\w.$\"])({_WORD})\.([xyz])\b(?![.(])",
-        r"(\2-of \1)",
-        "a coordinate is read by `x-of`, `y-of` or `z-of`, the field of a record by its function, such as `point-x`",
-    ),
-    Spelling(
-        "Python",
-        rf"(?<![\w.])({_WORD}|{_NUMBER})\*\*({_WORD}|{_NUMBER})(?![\w.*])",
-        r"(expt \1 \2)",
-        _INFIX,
-    ),
-    Spelling(
-        "Python",
-        rf"(?<![\w.*/+-])(?!for/)({_WORD}|{_NUMBER})([*/+])({_WORD}|{_NUMBER})(?![\w.*/+-])",
-        r"(\2 \1 \3)",
-        _INFIX,
-    ),
-    Spelling("Racket", rf"#:({_WORD})", r":\1", "a keyword is written `:name`"),
-    Spelling("typeset text", r"[“”„]([^“”„\"\n]*)[“”]", r'"\1"', "strings stand in straight quotes"),
-    Spelling("typeset text", r"[−–](?=[\d.])", "-", "a minus is the character `-`"),
-    Spelling("Python", _COLON, "", "forms have no `:` before their parts"),
-    Spelling("European notation", r"(:[\w-]+\s+-?\d+),(\d+)(?![\d,.])", r"\1.\2", "decimals are separated by a point"),
-    Spelling("PHP", rf"\$({_WORD})", r"\1", "names have no `$`"),
-    Spelling("JavaScript", r";(?=\s*[)\]}])", "", "statements have no `;` at their end"),
-)
-
-# Text that is another language as a whole, by lines that only that language has.
-_LANGUAGES: Sequence[tuple[str, re.Pattern[str], str]] = (
-    ("Python", re.compile(r"^(?:def \w+\(.*\).*:|class \w+.*:|import \w+|from \w[\w.]* import|for \w.* in .*:|"
-                          r"if .*:|while .*:|@\w+|with .*:|return\b|print\(|\w+ ?= ?\w[\w.]*\()"),
-     "translate it with `scenelang transpile FILE.py`, or give the file the extension .py"),
-    ("OpenSCAD", re.compile(r"^(?:module \w+\(|\$fn ?=|(?:translate|rotate|scale|color|difference|union|hull|"
-                            r"linear_extrude|cube|sphere|cylinder|rotate_extrude)\(|include <|use <|for ?\(\w+ ?=)"),
-     "a part is placed by `(transform (call \"cube\" :scale 2) (translate [1 2 3]))`"),
-    ("JavaScript", re.compile(r"^(?:function \w+\(|(?:const|let|var) \w+ ?=|export |import .* from|\w+\.\w+\(|=>)"),
-     "a program is made of `(bind \"word\" (lambda () ...))` forms"),
-    ("JSON", re.compile(r"^[{\[]\s*(?:$|\"[\w-]+\"\s*:)|^\s*\"[\w-]+\"\s*:"),
-     "a scene as JSON is read from a file with the extension .json"),
-    ("prose", re.compile(r"^[A-Z][\w',;:`-]*(?: +[\w',;:`\"()-]+){3,}[.:!]?$"), "a comment begins with `;`"),
-    ("C", re.compile(r"^(?:#include|int main|void \w+\()"),
-     "a program is made of `(bind \"word\" (lambda () ...))` forms"),
-)  # fmt: skip
 
 
 # --- a tree of a text that may not read ------------------------------------------------------------------------------
@@ -430,6 +103,7 @@ class Habit:
     diagnostic: Diagnostic
     row: Any = None
     hides: bool = False  # brackets behind it, so that others are not closed
+    parameters: tuple[int, int] | None = None  # the range of a parameter list, which has no other meaning yet
 
 
 def explain(source: Source, diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
@@ -472,6 +146,8 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
         return diagnostic.name in ("type", "misplaced") or not any(
             start <= span.start and span.end <= end for start, end in habit.inner
         )
+    if habit.parameters is not None and habit.parameters[0] <= span.start and span.end <= habit.parameters[1]:
+        return True
     if habit.row not in ("whole", "call") and knows and diagnostic.name not in ("bracket", "unbound"):
         return False  # the diagnostic knows better what to do
     if diagnostic.name == "unbound" and span.text in habit.names:
@@ -483,7 +159,7 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
         return False
     if habit.row == "call" and habit.start == span.start and diagnostic.name == "attribute":
         return True
-    if isinstance(habit.row, Idiom) and habit.row.hint == _INFIX and diagnostic.name == "arity":
+    if isinstance(habit.row, Idiom) and habit.row.hint == INFIX and diagnostic.name == "arity":
         return False  # the head is a function
     if not is_inside and not (diagnostic.name == "bad-atom" and span.start == habit.end):
         around = span.start <= habit.start and habit.end <= span.end
@@ -501,9 +177,12 @@ def _is_left_by(habit: Habit, diagnostic: Diagnostic, around: bool) -> bool:
     assert span is not None
     assert isinstance(habit.row, Spelling)
     text = span.source.text
-    if habit.row.pattern == _QUOTED_FUNCTION:
+    if habit.row.pattern == QUOTED_FUNCTION:
         return around and diagnostic.message.endswith(text[habit.end - 1 : span.end].split()[0].rstrip(")"))
-    if habit.row.pattern == _COLON:
+    if habit.row.pattern == SINGLE_QUOTES:  # a symbol, and a quote before the next datum
+        quoted = text[habit.start : habit.end].strip("'")
+        return around and diagnostic.message.endswith(f"got a symbol: {quoted}")
+    if habit.row.pattern == COLON:
         is_same_line = "\n\n" not in text[habit.end : span.start]
         return diagnostic.name == "syntax" and span.start >= habit.end and is_same_line
     return False
@@ -527,6 +206,9 @@ def _is_explained(diagnostic: Diagnostic, found: Sequence[Habit], names: frozens
         return False
     if diagnostic.name == "unbound" and span.text in names:
         return True
+    shadowed = re.search(r"got a Function: (\S+)\Z", diagnostic.message)
+    if shadowed is not None and shadowed[1] in names:
+        return True  # the builtin, in place of what the construct defines
     return any(_explains(habit, diagnostic) for habit in found)
 
 
@@ -604,7 +286,7 @@ def _named(source: Source, tree: Tree) -> Iterator[Habit]:
     yield Habit(tree.start, tree.end, (), frozenset(), _diagnostic(source, tree.start, tree.end, message, hint, fix))
 
 
-_MEMBER = re.compile(rf"({_WORD})\.({_WORD})\Z")
+_MEMBER = re.compile(rf"({WORD})\.({WORD})\Z")
 
 # What the methods of other languages are called here.
 _METHODS = {
@@ -642,9 +324,9 @@ def _member(source: Source, tree: Tree) -> Iterator[Habit]:
 def _module_function(text: str) -> str:
     """Return what a function of a module such as ``math.sin`` is called here."""
     module, dot, name = text.partition(".")
-    if not dot or module not in _MODULES:
+    if not dot or module not in MODULES:
         return ""
-    return name if name in _SAME else _OTHER.get(name, "")
+    return name if name in SAME else OTHER.get(name, "")
 
 
 def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: frozenset[int]) -> Iterator[Habit]:
@@ -676,7 +358,7 @@ def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: 
         message = f"`{items[1].text}` is a function, not a word"
         yield Habit(items[1].start, items[1].end, (), frozenset(), _diagnostic(
             source, items[1].start, items[1].end, message, f"write `({_shown(rest)}`", fix))  # fmt: skip
-    elif head.text in ("call", "bind", "primitive") and len(items) > 1 and re.fullmatch(_WORD, items[1].text):
+    elif head.text in ("call", "bind", "primitive") and len(items) > 1 and re.fullmatch(WORD, items[1].text):
         word = items[1]
         fix = Fix("Write the word in quotes", (Edit(Span(source, word.start, word.end), f'"{word.text}"'),), safe=True)
         message = f"a word is a string: `{word.text}` has no quotes"
@@ -687,7 +369,7 @@ def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: 
 def _adjacent_calls(source: Source, tree: Tree) -> Iterator[Habit]:
     """``f(3)`` and ``rgb(255, 0, 0)``: a name with its arguments just behind it."""
     for head, arguments in zip(tree.items, tree.items[1:]):
-        is_call = head.end == arguments.start and arguments.opener == "(" and re.fullmatch(_WORD, head.text)
+        is_call = head.end == arguments.start and arguments.opener == "(" and re.fullmatch(WORD, head.text)
         if not is_call or any(item.text == "'" for item in arguments.items):
             continue
         items = [source.text[item.start : item.end] for item in arguments.items if item.text != ","]
@@ -699,10 +381,20 @@ def _adjacent_calls(source: Source, tree: Tree) -> Iterator[Habit]:
         yield Habit(head.start, arguments.end, inner, frozenset(), diagnostic, "call")
 
 
+_DEFINITION = r"\((?:define|param)\s+\(?([^\s()\[\]]+)|\(\(([^\s()\[\]:]+)\s"
+
+
+@lru_cache(maxsize=4)
+def _defined_names(text: str) -> tuple[str, ...]:
+    """Return the names that a text seems to define, and the first ones that its loops and ``let`` bind."""
+    return tuple({name for pair in re.findall(_DEFINITION, text) for name in pair if name})
+
+
 def _color_names(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterator[Habit]:
     """``:color red``."""
     for key, value in zip(tree.items, tree.items[1:]):
-        is_name = value.text.isalpha() and not near_names(value.text, ("color", "rgb", "hsv", "hsl"))
+        known = ("color", "rgb", "hsv", "hsl", *_defined_names(source.text))
+        is_name = value.text.isalpha() and value.text not in known and not near_names(value.text, known)
         if key.text == ":color" and value.start in unbound and is_name:
             instead = f'(color "{value.text}")'
             fix = Fix("Convert the name", (Edit(Span(source, value.start, value.end), instead),), safe=True)
@@ -715,7 +407,7 @@ def _assignments(source: Source, root: Tree) -> Iterator[Habit]:
     """``x = 3`` at top level."""
     items = root.items
     for name, sign, value in zip(items, items[1:], items[2:]):
-        if sign.text == "=" and re.fullmatch(_WORD, name.text):
+        if sign.text == "=" and re.fullmatch(WORD, name.text):
             text = f"(define {name.text} {source.text[value.start : value.end]})"
             span = Span(source, name.start, value.end)
             fix = Fix("Write a definition", (Edit(span, text),), safe=True)
@@ -851,6 +543,9 @@ def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
             variables = [*bound.get("i", ()), *bound.get("x", ())]
             variables += [clause.items[0] for clause in bound.get("clauses", ()) if clause.items]
             names |= {variable.text for variable in variables if variable.text}
+        parameters = _parameter_list(form, tree, bound)
+        if parameters is not None:
+            names |= {name for each in (*bound.get("args", ()), *bound.get("a", ())) if (name := _parameter(each))}
         if form.instead.startswith("(define-record"):
             names |= {f"{name}{end}" for name in names for end in _record_names(bound["fields"])}
         message = f"`{_shown(source.text[start:end])}` is {form.language}, not the Scene Language"
@@ -861,8 +556,25 @@ def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
             fix = Fix(f"Change to `{_shown(instead)}`", (Edit(Span(source, start, end), instead),), form.is_sure)
             hint = f"write `{_shown(instead)}`: {form.hint}"
             diagnostic = _diagnostic(source, start, end, message, hint, fix)
-        yield Habit(start, end, inner, names, diagnostic, form)
+        yield Habit(start, end, inner, names, diagnostic, form, parameters=parameters)
         return
+
+
+def _parameter_list(form: Idiom, tree: Tree, bound: Mapping[str, Sequence[Tree]]) -> tuple[int, int] | None:
+    """Return the range of the parameters of a function that is written as in another language."""
+    if not form.instead.startswith("(lambda ("):
+        return None
+    listed = next((item for item in tree.items[1:2] if item.opener and bound.get("args")), None)
+    if listed is not None:
+        return listed.start, listed.end
+    named = [*bound.get("a", ()), *bound.get("x", ())]
+    return (named[0].start, named[-1].end + 1) if named else None
+
+
+def _parameter(tree: Tree) -> str:
+    """Return the name of a parameter: ``x``, ``:x``, ``x::Number``, or the first of ``(:x 1)``; empty for others."""
+    first = tree.items[0] if tree.items else tree
+    return first.text.lstrip(":").partition("::")[0]
 
 
 def _record_names(fields: Sequence[Tree]) -> Iterator[str]:
@@ -879,10 +591,15 @@ def _is_entity(tree: Tree) -> bool:
     return tree.opener == "(" and bool(tree.items) and tree.items[0].text in ("call", "union", "transform", "primitive")
 
 
+_INDEX = r"\d|[a-z]\Z|i(ndex|dx)?\Z|[-+*%]\Z|//\Z"  # a number, a short name, or arithmetic
+
+
 # What the variables of these names match; others match any datum.
 _SHAPES: Mapping[str, Callable[[Tree], bool]] = {
-    "?name": lambda tree: not tree.opener and re.fullmatch(_SYMBOL, tree.text) is not None,
+    "?name": lambda tree: not tree.opener and re.fullmatch(SYMBOL, tree.text) is not None,
     "?entity": _is_entity,
+    "?index": lambda tree: re.match(_INDEX, tree.items[0].text if tree.items else tree.text) is not None,
+    "?plural": lambda tree: re.fullmatch(r"[a-z-]+[^s]s", tree.text) is not None,
     "?child": lambda tree: tree.opener == "(" or (not tree.opener and _NOT_AN_ENTITY.match(tree.text) is None),
     "?v": lambda tree: bool(tree.opener) or _NOT_AN_ENTITY.match(tree.text) is None,
     "?vector": lambda tree: tree.opener == "[" or (not tree.opener and bool(re.match(r"[-+.]?\d", tree.text))),
@@ -977,7 +694,7 @@ def _pieces(text: str) -> Iterator[tuple[int, int, list[str]]]:
 def _language(lines: Sequence[str]) -> tuple[str, str] | None:
     """Return the language of a piece and a hint: the one that its first line belongs to, else most of its lines."""
     best: tuple[bool, int, str, str] | None = None
-    for name, pattern, hint in _LANGUAGES:
+    for name, pattern, hint in LANGUAGES:
         matches = [bool(pattern.match(line.strip())) for line in lines]
         row = (matches[0], sum(matches), name, hint)
         if any(matches) and (best is None or row[:2] > best[:2]):

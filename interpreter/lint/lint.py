@@ -10,11 +10,12 @@ from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace
-from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError
+from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError, is_slip
 from scenelang.grammar.reader import piece_at, read, read_comments
 from scenelang.interpreter.compile.analyse import walk
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds.book import KindBook, findings, reached_forms
+from scenelang.interpreter.kinds.kinds import infix_fix
 from scenelang.interpreter.lint.rules import (
     FactCache,
     FormFacts,
@@ -81,6 +82,7 @@ def word_warnings(program: Program) -> list[Diagnostic]:
     found: list[Diagnostic] = []
     bound: set[str] = set()
     near: dict[str, str | None] = {}
+    calls = Counter(word for each in program.facts for word, _ in each.word_calls)
     for each in program.facts:
         found += _early_calls(program, each, bound)
         if each.word is not None:
@@ -88,7 +90,9 @@ def word_warnings(program: Program) -> list[Diagnostic]:
         for word, span in each.word_calls:
             if word not in program.all_words and not is_word(word):
                 if word not in near:
-                    near[word] = _near_word(word, [*program.all_words, *words()]) or _near_unused(word, program)
+                    near[word] = _near_word(word, [*program.all_words, *words()]) or (
+                        _near_unused(word, program) or _slipped(word, calls)
+                    )
                 if near[word]:
                     found.append(_misspelled(word, str(near[word]), span))
         found += each.unpassed
@@ -121,10 +125,20 @@ def _early_calls(program: Program, facts: FormFacts, bound: set[str]) -> Iterato
 def _near_word(word: str, known: Sequence[str]) -> str | None:
     from difflib import get_close_matches
 
-    near = [other for other in known if sorted(other.lower()) == sorted(word.lower())] or get_close_matches(
-        word, known, 1, _SIMILARITY
+    slips = [other for other in known if is_slip(word, other)]
+    near = (
+        slips
+        or [other for other in known if sorted(other.lower()) == sorted(word.lower())]
+        or get_close_matches(word, known, 1, _SIMILARITY)
     )
     return near[0] if near else None
+
+
+def _slipped(word: str, calls: Mapping[str, int]) -> str | None:
+    """Return the word that is called more often and that a word called once is a slip of the fingers from: neither
+    need be bound."""
+    often = (other for other, count in calls.items() if count > 1 and is_slip(word, other))
+    return next(often, None) if calls[word] == 1 else None
 
 
 def _near_unused(word: str, program: Program) -> str | None:
@@ -262,7 +276,8 @@ def new_form_warnings(
 
 
 _DEFINES = re.compile(r"\(\s*([^\s()\[\]]+)\s+\(?([^\s()\[\]]+)")
-_DEFINING = frozenset(("define", "define-record", "define-syntax", "define-macro", "param"))
+_NAMES = re.compile(r"\s*\(([^()\[\]]*)\)")
+_DEFINING = frozenset(("define", "define-values", "define-record", "define-syntax", "define-macro", "param"))
 
 
 def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | None = None) -> list[Diagnostic]:
@@ -276,6 +291,7 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
     ]
     defined = {name for d in found if d.name == "unbound" for name in _defined_by(d)}
     found = [d for d in found if not (d.name == "unbound" and d.span is not None and d.span.text in defined)]
+    found = [d for d in found if not (d.name == "unbound" and _is_defined_wrongly(d, found))]
     found = [d for d in found if not (d.name == "dropped-value" and _is_followed(d, found))]
     found = _without_details(found)
     found = _once_for_each_word(found)
@@ -320,6 +336,20 @@ def _is_followed(dropped: Diagnostic, found: Sequence[Diagnostic]) -> bool:
     return any(d.name == "foreign-syntax" and d.span is not None and d.span.start in line for d in found)
 
 
+def _is_defined_wrongly(unbound: Diagnostic, found: Sequence[Diagnostic]) -> bool:
+    """Return whether a name is one that a form at top level defines, in which another mistake is reported."""
+    span = unbound.span
+    if span is None:
+        return False
+    text = span.source.text
+    match = re.search(rf"^\((?:define|param)\s+\(?{re.escape(span.text)}(?=[\s)])", text, re.M)
+    if match is None:
+        return False
+    start, end = piece_at(text, match.start())
+    errors = (d for d in found if d.is_error and d.span is not None and d.span.text != span.text)
+    return any(d.span is not None and start <= d.span.start < end for d in errors)
+
+
 def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
     """The name that a form with a misspelled head, such as ``(defien x 1)``, was meant to define."""
     from difflib import get_close_matches
@@ -327,8 +357,10 @@ def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
     span = diagnostic.span
     assert span is not None
     match = _DEFINES.match(span.source.text, max(0, span.start - 1))
-    if match is not None and match.start(1) == span.start and get_close_matches(match[1], _DEFINING, 1, 0.7):
-        yield match[2]
+    if match is not None and match.start(1) == span.start:
+        meant = get_close_matches(match[1].lower().replace("_", "-"), _DEFINING, 1, 0.7)
+        names = _NAMES.match(span.source.text, match.end(1)) if meant == ["define-values"] else None
+        yield from names[1].split() if names is not None else (match[2],) if meant else ()
 
 
 def _once_for_each_word(found: list[Diagnostic]) -> list[Diagnostic]:
@@ -439,14 +471,45 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
         fix = Fix(
             "Leave it out", (Edit(Span(span.source, len(span.source.text[: span.start].rstrip()), span.end), ""),)
         )
-    elif diagnostic.name == "not-a-procedure" and (match := _INFIX.match(text)):
-        fix = Fix("Write the operator first", (Edit(span, f"({match[2]} {match[1]} {match[3]})"),))
+    elif diagnostic.name == "not-a-procedure":
+        fix = infix_fix(span)
+    elif match := _SYMBOL.search(diagnostic.message):
+        fix = _quotes_fix(span, match[1])
+    elif diagnostic.name == "keyword" and (match := _UNKNOWN.search(diagnostic.message)):
+        fix = _keyword_fix(span, match[1], diagnostic.hint or "")
     elif diagnostic.name == "extra-close" and text in (")", "]") and "unmatched" in diagnostic.message:
         fix = Fix("Remove the bracket", (Edit(span, ""),), safe=True)
     return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
 
 
-_INFIX = re.compile(r"\(([^\s()\[\]]+) ([-+*/]) ([^\s()\[\]]+)\)\Z")
+_SYMBOL = re.compile(r"expects a (?:Word|[Ss]tring)\b.*, got a symbol: '?([^\s']+)\Z")
+
+
+def _quotes_fix(span: Span, name: str) -> Fix | None:
+    """Return the fix for a string in single quotes, which is read as a symbol and another quote."""
+    text = span.source.text[: span.end + 1]
+    at = text.find(f"'{name}'", span.start)
+    if at < 0:
+        return None
+    return Fix("Write double quotes", (Edit(Span(span.source, at, at + len(name) + 2), f'"{name}"'),), safe=True)
+
+
+_UNKNOWN = re.compile(r"has no parameter `:([^`]+)`")
+_MEANT = re.compile(r"did you mean `:?([^`]+)`")
+
+
+def _keyword_fix(call: Span, name: str, hint: str) -> Fix | None:
+    """Return the fix for a keyword that a function does not have, found in a run: the name that the hint suggests."""
+    meant = _MEANT.match(hint)
+    forms = read(Source("<call>", call.text)).forms if meant is not None else ()
+    if meant is None or len(forms) != 1 or not isinstance(forms[0], ListDatum):
+        return None
+    written = [item for item in forms[0].items if item.span.text in (f":{name}", f"&{name}")]
+    if len(written) != 1:
+        return None
+    place = written[0].span
+    edit = Edit(Span(call.source, call.start + place.start, call.start + place.end), f":{meant[1]}")
+    return Fix(f"Change to `:{meant[1]}`", (edit,))
 
 
 def _index_fix(span: Span) -> Fix | None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Datum, ListDatum, Source, Span, dataclass, subdatums
-from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError, near_names
 from scenelang.grammar.reader import read
 from scenelang.interpreter.compile.analyse import called_builtin, children, pattern_variables, strings_in, walk
 from scenelang.interpreter.expand.scope import Variable
@@ -610,6 +610,9 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
     """Yield attributes of calls of geometric primitives that are probably meant to be another, by the word."""
     for node in nodes:
         word = node.word.value if type(node) is ast.Call and type(node.word) is ast.Constant else None
+        if called_builtin(node) == "embedding":
+            yield from _misspelled_attributes(node)
+            yield from _bytes(node)
         if word is None or type(word) is not str:
             continue
         for argument in node.arguments:
@@ -629,6 +632,45 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
                             near=(f":{near}",) if near else (),
                         ),
                     )  # fmt: skip
+
+
+def _misspelled_attributes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
+    """Yield keywords of an ``embedding`` that are one letter away from an attribute that primitives read."""
+    known = {attribute.name for attribute in (SCALE, COLOR, *MATERIALS, *PHYSICS)} | _all_geometry()
+    for argument in node.arguments:
+        if type(argument) is ast.Constant and type(argument.value) is Keyword and argument.value not in known:
+            near = [name for name in near_names(str(argument.value), known) if _is_typo(str(argument.value), name)]
+            if near:
+                span, written = argument.span, f":{near[0]}"
+                fix = Fix(f"Change to `{written}`", (Edit(span, written),))
+                message = f"no primitive uses the attribute `{argument.span.text}`"
+                yield "", Diagnostic("idle-attribute", message, span, f"did you mean `{written}`?", fixes=(fix,),
+                                     found=f":{argument.value}", near=(written,))  # fmt: skip
+
+
+_BYTE = 255
+
+
+def _bytes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
+    """Yield colours of an ``embedding`` whose components go up to 255 instead of 1."""
+    for key, value in pairwise(node.arguments):
+        if type(key) is not ast.Constant or key.value != Keyword(COLOR.name) or value.span.expansion is not None:
+            continue
+        numbers = _numbers(value) or ()
+        known = [float(x) for x in numbers if isinstance(x, (int, float))]
+        if len(known) == len(numbers) == 3 and 1 < max(known) <= _BYTE and min(known) >= 0:
+            written = f"(rgb {' '.join(item.span.text for item in value.items)})"
+            fix = Fix(f"Change to `{written}`", (Edit(value.span, written),))
+            message = f"the attribute `:color` should be 0 to 1, got {value.span.text}"
+            hint = f"components from 0 to 255 are converted by `rgb`: `{written}`"
+            yield "", Diagnostic("out-of-range", message, value.span, hint, fixes=(fix,), expected="0 to 1",
+                                 found=value.span.text)  # fmt: skip
+
+
+def _is_typo(name: str, near: str) -> bool:
+    from difflib import SequenceMatcher
+
+    return SequenceMatcher(None, near, name).ratio() >= _TYPO
 
 
 def _named_in(hint: str) -> str | None:
@@ -675,9 +717,7 @@ def _semantic_hint(word: str, name: str) -> str | None:
     if is_word(word):
         return None  # blocks and mesh files check their own
     near = near_attribute(word, name)
-    from difflib import SequenceMatcher
-
-    is_typo = near is not None and near != name and SequenceMatcher(None, near, name).ratio() >= _TYPO
+    is_typo = near is not None and near != name and _is_typo(name, near)
     return f"did you mean `:{near}`?" if is_typo else None
 
 

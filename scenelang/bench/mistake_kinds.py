@@ -28,7 +28,7 @@ from scenelang.grammar.reader import read
 from scenelang.interpreter.scene.primitives.base import encoded
 
 
-class Change(NamedTuple):
+class TextChange(NamedTuple):
     """Replacement of the text from ``start`` to ``end``; ``declaration`` is a form that the program states besides."""
 
     start: int
@@ -37,7 +37,7 @@ class Change(NamedTuple):
     declaration: str = ""
 
 
-Planter: TypeAlias = Callable[["Text", Random], Iterator[Change]]
+Planter: TypeAlias = Callable[["Text", Random], Iterator[TextChange]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,13 +182,13 @@ def _numbers(datum: Datum | None) -> list[float] | None:
     return [x for x in found if x is not None] if None not in found else None
 
 
-def _replace(datum: Datum, text: str) -> Change:
-    return Change(datum.span.start, datum.span.end, text)
+def _replace(datum: Datum, text: str) -> TextChange:
+    return TextChange(datum.span.start, datum.span.end, text)
 
 
-def _swap(text: Text, form: ListDatum, first: Datum, second: Datum) -> Change:
+def _swap(text: Text, form: ListDatum, first: Datum, second: Datum) -> TextChange:
     between = text.text[first.span.end : second.span.start]
-    return Change(first.span.start, second.span.end, text.of(second) + between + text.of(first))
+    return TextChange(first.span.start, second.span.end, text.of(second) + between + text.of(first))
 
 
 def _short(value: float) -> str:
@@ -216,7 +216,7 @@ _LEAST = 4  # letters of a name that is misspelled
 
 
 @_kind("misspelled builtin", "wrong name", tuned=True)
-def _misspelled_builtin(text: Text, pick: Random) -> Iterator[Change]:
+def _misspelled_builtin(text: Text, pick: Random) -> Iterator[TextChange]:
     """A letter of a builtin's name, or of a form's, is wrong."""
     for atom in text.uses:
         if atom.value in text.builtins and len(atom.value) >= _LEAST:
@@ -224,7 +224,7 @@ def _misspelled_builtin(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("misspelled variable", "wrong name", tuned=False)
-def _misspelled_variable(text: Text, pick: Random) -> Iterator[Change]:
+def _misspelled_variable(text: Text, pick: Random) -> Iterator[TextChange]:
     """A letter of a variable's name, or of a function's of the program, is wrong where it is used."""
     for atom in text.uses:
         if atom.value not in text.builtins and len(atom.value) >= _LEAST:
@@ -232,7 +232,7 @@ def _misspelled_variable(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("misspelled word", "wrong name", tuned=True)
-def _misspelled_word(text: Text, pick: Random) -> Iterator[Change]:
+def _misspelled_word(text: Text, pick: Random) -> Iterator[TextChange]:
     """A letter of a word is wrong where it is called."""
     for form in text.calls("call"):
         if len(form.items) > 1 and isinstance(form.items[1], Atom) and type(form.items[1].value) is str:
@@ -242,7 +242,7 @@ def _misspelled_word(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("misspelled option", "wrong name", tuned=False)
-def _misspelled_option(text: Text, pick: Random) -> Iterator[Change]:
+def _misspelled_option(text: Text, pick: Random) -> Iterator[TextChange]:
     """A letter of a keyword is wrong where an argument is passed."""
     for node, parent, place in text.nodes:
         if isinstance(node, Atom) and type(node.value) is Keyword and len(node.value) >= _LEAST and place > 0:
@@ -264,7 +264,7 @@ _PYTHON_LITERALS = {"#t": "True", "#f": "False", "none": "None"}
 
 
 @_kind("name of Python", "wrong name", tuned=True)
-def _python_name(text: Text, pick: Random) -> Iterator[Change]:
+def _python_name(text: Text, pick: Random) -> Iterator[TextChange]:
     """A function or constant is called as in Python or JavaScript."""
     yield from _renamed(text, pick, _PYTHON, _PYTHON_LITERALS)
 
@@ -284,14 +284,14 @@ _SCHEME_LITERALS = {"#t": "t", "#f": "nil", "none": "nil"}
 
 
 @_kind("name of another Lisp", "wrong name", tuned=False)
-def _scheme_name(text: Text, pick: Random) -> Iterator[Change]:
+def _scheme_name(text: Text, pick: Random) -> Iterator[TextChange]:
     """A function, form or constant is called as in Scheme, Racket, Common Lisp or Clojure."""
     yield from _renamed(text, pick, _SCHEME, _SCHEME_LITERALS)
 
 
 def _renamed(
     text: Text, pick: Random, names: Mapping[str, Sequence[str]], literals: Mapping[str, str]
-) -> Iterator[Change]:
+) -> Iterator[TextChange]:
     for atom in text.uses:
         if atom.value in names:
             yield _replace(atom, pick.choice(names[atom.value]))
@@ -310,7 +310,7 @@ _CAD = {
 
 
 @_kind("name of CAD", "wrong name", tuned=True)
-def _cad_name(text: Text, pick: Random) -> Iterator[Change]:
+def _cad_name(text: Text, pick: Random) -> Iterator[TextChange]:
     """A combinator or pose is called as in OpenSCAD, CadQuery or a scene graph."""
     yield from _renamed(text, pick, _CAD, {})
 
@@ -323,7 +323,7 @@ _SYNONYMS = {
 
 
 @_kind("synonym of an option", "wrong name", tuned=True)
-def _option_synonym(text: Text, pick: Random) -> Iterator[Change]:
+def _option_synonym(text: Text, pick: Random) -> Iterator[TextChange]:
     """An attribute of a primitive has the name that other systems give it."""
     for form in text.calls("call"):
         if len(form.items) > 1 and isinstance(form.items[1], Atom) and form.items[1].value in _PRIMITIVES:
@@ -336,7 +336,7 @@ _PRIMITIVES = frozenset(("cube", "sphere", "cylinder", "cone", "capsule", "torus
 
 
 @_kind("wrong case", "wrong name", tuned=False)
-def _wrong_case(text: Text, pick: Random) -> Iterator[Change]:
+def _wrong_case(text: Text, pick: Random) -> Iterator[TextChange]:
     """A builtin is capitalized, in upper case, or written in camel case."""
     for atom in text.uses:
         name = str(atom.value)
@@ -347,7 +347,7 @@ def _wrong_case(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("underscores", "wrong name", tuned=False)
-def _underscores(text: Text, pick: Random) -> Iterator[Change]:
+def _underscores(text: Text, pick: Random) -> Iterator[TextChange]:
     """A name of several words, or a keyword, has underscores instead of hyphens."""
     for atom in text.uses:
         if re.fullmatch(r"[a-z]+(-[a-z]+)+", str(atom.value)):
@@ -380,23 +380,23 @@ _FORMS = frozenset((
 
 
 @_kind("missing argument", "arity", tuned=True, evidence="error")
-def _missing_argument(text: Text, pick: Random) -> Iterator[Change]:
+def _missing_argument(text: Text, pick: Random) -> Iterator[TextChange]:
     """The last argument of a call is left out."""
     for form in _applications(text):
-        yield Change(form.items[-2].span.end, form.items[-1].span.end, "")
+        yield TextChange(form.items[-2].span.end, form.items[-1].span.end, "")
 
 
 @_kind("superfluous argument", "arity", tuned=False, evidence="error")
-def _superfluous_argument(text: Text, pick: Random) -> Iterator[Change]:
+def _superfluous_argument(text: Text, pick: Random) -> Iterator[TextChange]:
     """A call has one argument more, a zero or the last one again."""
     for form in _applications(text):
         if head_of(form) not in text.variadic:
             end = form.items[-1].span.end
-            yield Change(end, end, f" {pick.choice(('0', text.of(form.items[-1])))}")
+            yield TextChange(end, end, f" {pick.choice(('0', text.of(form.items[-1])))}")
 
 
 @_kind("vector in pieces", "arity", tuned=True)
-def _vector_in_pieces(text: Text, pick: Random) -> Iterator[Change]:
+def _vector_in_pieces(text: Text, pick: Random) -> Iterator[TextChange]:
     """The numbers of a vector are arguments of their own: ``(translate 1 2 3)``."""
     for form in text.calls("translate", "scale", "rotate", "rgb"):
         for item in form.items[1:]:
@@ -405,7 +405,7 @@ def _vector_in_pieces(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("missing lambda", "arity", tuned=False)
-def _missing_lambda(text: Text, pick: Random) -> Iterator[Change]:
+def _missing_lambda(text: Text, pick: Random) -> Iterator[TextChange]:
     """A word is bound to parts, or a loop has a body, without a function around it."""
     for form in text.calls("lambda"):
         if len(form.items) == 3 and isinstance(form.items[1], ListDatum) and len(form.items[1].items) <= 1:
@@ -416,36 +416,36 @@ def _missing_lambda(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("missing bracket", "bracket", tuned=True)
-def _missing_close(text: Text, pick: Random) -> Iterator[Change]:
+def _missing_close(text: Text, pick: Random) -> Iterator[TextChange]:
     """A closing parenthesis is left out."""
     for form in text.lists:
-        yield Change(form.span.end - 1, form.span.end, "")
+        yield TextChange(form.span.end - 1, form.span.end, "")
 
 
 @_kind("superfluous bracket", "bracket", tuned=False)
-def _extra_close(text: Text, pick: Random) -> Iterator[Change]:
+def _extra_close(text: Text, pick: Random) -> Iterator[TextChange]:
     """A closing parenthesis is written twice."""
     for form in text.lists:
-        yield Change(form.span.end, form.span.end, ")")
+        yield TextChange(form.span.end, form.span.end, ")")
 
 
 @_kind("open vector", "bracket", tuned=False)
-def _open_vector(text: Text, pick: Random) -> Iterator[Change]:
+def _open_vector(text: Text, pick: Random) -> Iterator[TextChange]:
     """The closing bracket of a vector is left out."""
     for array in text.arrays:
-        yield Change(array.span.end - 1, array.span.end, "")
+        yield TextChange(array.span.end - 1, array.span.end, "")
 
 
 @_kind("open string", "bracket", tuned=False)
-def _open_string(text: Text, pick: Random) -> Iterator[Change]:
+def _open_string(text: Text, pick: Random) -> Iterator[TextChange]:
     """The closing quote of a string is left out."""
     for node, _, _ in text.nodes:
         if isinstance(node, Atom) and type(node.value) is str:
-            yield Change(node.span.end - 1, node.span.end, "")
+            yield TextChange(node.span.end - 1, node.span.end, "")
 
 
 @_kind("vector in parentheses", "bracket", tuned=True)
-def _vector_in_parentheses(text: Text, pick: Random) -> Iterator[Change]:
+def _vector_in_parentheses(text: Text, pick: Random) -> Iterator[TextChange]:
     """A vector has parentheses."""
     for array in text.arrays:
         if array.items:
@@ -453,18 +453,18 @@ def _vector_in_parentheses(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("length of a vector", "bracket", tuned=True)
-def _vector_length(text: Text, pick: Random) -> Iterator[Change]:
+def _vector_length(text: Text, pick: Random) -> Iterator[TextChange]:
     """A point or colour has a fourth component, or a point of the plane z = 0 has only two."""
     for node, parent, _ in text.nodes:
         if isinstance(node, ArrayDatum) and len(node.items) == 3 and isinstance(parent, ListDatum):
             last = node.items[-1]
-            yield Change(last.span.end, last.span.end, " 1")
+            yield TextChange(last.span.end, last.span.end, " 1")
             if _number(last) == 0:
-                yield Change(node.items[1].span.end, last.span.end, "")
+                yield TextChange(node.items[1].span.end, last.span.end, "")
 
 
 @_kind("clauses in brackets", "bracket", tuned=False)
-def _clauses_in_brackets(text: Text, pick: Random) -> Iterator[Change]:
+def _clauses_in_brackets(text: Text, pick: Random) -> Iterator[TextChange]:
     """A binding or clause has square brackets, as in Racket or Clojure."""
     for form in text.lists:
         head = head_of(form)
@@ -480,7 +480,7 @@ def _clauses_in_brackets(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("degrees", "unit", tuned=True)
-def _degrees(text: Text, pick: Random) -> Iterator[Change]:
+def _degrees(text: Text, pick: Random) -> Iterator[TextChange]:
     """A constant angle, a whole number of degrees, is written in degrees."""
     for form in text.calls("rotate"):
         angle = _constant(form.items[1]) if len(form.items) > 1 else None
@@ -510,21 +510,26 @@ def _constant(datum: Datum) -> float | None:
 
 
 @_kind("bytes of a colour", "unit", tuned=False)
-def _color_bytes(text: Text, pick: Random) -> Iterator[Change]:
+def _color_bytes(text: Text, pick: Random) -> Iterator[TextChange]:
     """The components of a colour go from 0 to 255, in sRGB as everywhere else."""
     for node, parent, place in text.nodes:
         numbers = _numbers(node)
         if numbers and len(numbers) == 3 and isinstance(parent, ListDatum) and place > 0:
             before = parent.items[place - 1]
-            if isinstance(before, Atom) and "color" in str(before.value) and max(numbers) > 0:
+            is_named = isinstance(before, Atom) and (type(before.value) is Keyword or place == 1 or _defines(parent))
+            if is_named and "color" in str(before.value) and max(numbers) > 0:
                 yield _replace(node, "[" + " ".join(str(round(255 * encoded(x))) for x in numbers) + "]")
+
+
+def _defines(form: ListDatum) -> bool:
+    return head_of(form) in ("define", "param", "set!")
 
 
 # --- order -----------------------------------------------------------------------------------------------------------
 
 
 @_kind("order of transform", "order", tuned=True)
-def _transform_order(text: Text, pick: Random) -> Iterator[Change]:
+def _transform_order(text: Text, pick: Random) -> Iterator[TextChange]:
     """The pose stands before the part."""
     for form in text.calls("transform"):
         if len(form.items) == 3:
@@ -532,7 +537,7 @@ def _transform_order(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("order of poses", "order", tuned=True)
-def _pose_order(text: Text, pick: Random) -> Iterator[Change]:
+def _pose_order(text: Text, pick: Random) -> Iterator[TextChange]:
     """A part is moved by a constant translation before it is turned by a constant angle, instead of after it."""
     for form in text.calls("@"):
         if len(form.items) == 3:
@@ -544,7 +549,7 @@ def _pose_order(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("order of rotate", "order", tuned=False)
-def _rotate_order(text: Text, pick: Random) -> Iterator[Change]:
+def _rotate_order(text: Text, pick: Random) -> Iterator[TextChange]:
     """The axis stands before the angle."""
     for form in text.calls("rotate"):
         if len(form.items) >= 3:
@@ -552,7 +557,7 @@ def _rotate_order(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("order of arguments", "order", tuned=False, evidence="error")
-def _function_order(text: Text, pick: Random) -> Iterator[Change]:
+def _function_order(text: Text, pick: Random) -> Iterator[TextChange]:
     """The first two arguments of a loop, of a function of lists, or of an access are in the other order."""
     for form in text.calls("union-loop", "map", "ref", "list-ref", "ring", "scatter", "fold", "filter", "on-top-of",
                            "grid", "apply", "expt", "list-head", "lathe", "extrude"):  # fmt: skip
@@ -565,7 +570,7 @@ def _function_order(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("count off by one", "off by one", tuned=True)
-def _count_off_by_one(text: Text, pick: Random) -> Iterator[Change]:
+def _count_off_by_one(text: Text, pick: Random) -> Iterator[TextChange]:
     """A loop makes one thing too many or too few, of which a declaration says the number."""
     for literal, form in _loop_counts(text):
         words = {
@@ -580,7 +585,7 @@ def _count_off_by_one(text: Text, pick: Random) -> Iterator[Change]:
             if text.counts.get(word, 0) > 0 and text.counts[word] % count == 0:
                 declaration = f'(assert-that (count "{word}" {text.counts[word]}))'
                 changed = count + 1 if count < 2 else count + pick.choice((-1, 1))
-                yield Change(literal.span.start, literal.span.end, str(changed), declaration)
+                yield TextChange(literal.span.start, literal.span.end, str(changed), declaration)
 
 
 def _loop_counts(text: Text) -> Iterator[tuple[Atom, ListDatum]]:
@@ -604,7 +609,7 @@ def _loop_counts(text: Text) -> Iterator[tuple[Atom, ListDatum]]:
 
 
 @_kind("index off by one", "off by one", tuned=False, evidence="error")
-def _index_off_by_one(text: Text, pick: Random) -> Iterator[Change]:
+def _index_off_by_one(text: Text, pick: Random) -> Iterator[TextChange]:
     """An index is one beyond the last item: counted from 1, or a bound that is the length."""
     for form in text.calls("ref", "list-ref"):
         if len(form.items) >= 3:
@@ -622,18 +627,18 @@ def _index_off_by_one(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("floating part", "floating part", tuned=True, evidence="geometry")
-def _floating(text: Text, pick: Random) -> Iterator[Change]:
+def _floating(text: Text, pick: Random) -> Iterator[TextChange]:
     """The height in a translation is raised, so that a part touches nothing."""
     yield from _raised(text, pick, 1)
 
 
 @_kind("sunken part", "floating part", tuned=False, evidence="geometry")
-def _sunken(text: Text, pick: Random) -> Iterator[Change]:
+def _sunken(text: Text, pick: Random) -> Iterator[TextChange]:
     """The height in a translation is lowered, so that a part is sunk into another."""
     yield from _raised(text, pick, -1)
 
 
-def _raised(text: Text, pick: Random, sign: int) -> Iterator[Change]:
+def _raised(text: Text, pick: Random, sign: int) -> Iterator[TextChange]:
     for form in text.calls("translate"):
         array = form.items[1] if len(form.items) > 1 else None
         if isinstance(array, ArrayDatum) and len(array.items) == 3:
@@ -648,7 +653,7 @@ def _raised(text: Text, pick: Random, sign: int) -> Iterator[Change]:
 
 
 @_kind("commas", "notation", tuned=True)
-def _commas(text: Text, pick: Random) -> Iterator[Change]:
+def _commas(text: Text, pick: Random) -> Iterator[TextChange]:
     """The numbers of a vector are separated by commas."""
     for array in text.arrays:
         if len(array.items) > 1 and not any(isinstance(item, ArrayDatum) for item in array.items):
@@ -665,22 +670,22 @@ def _options(text: Text) -> Iterator[tuple[Atom, Datum]]:
 
 
 @_kind("equals sign", "notation", tuned=True)
-def _equals(text: Text, pick: Random) -> Iterator[Change]:
+def _equals(text: Text, pick: Random) -> Iterator[TextChange]:
     """A keyword argument has an equals sign: ``radius=.5``."""
     for key, value in _options(text):
         name = str(key.value)
-        yield Change(key.span.start, value.span.end, f"{pick.choice((name, f':{name}'))}={text.of(value)}")
+        yield TextChange(key.span.start, value.span.end, f"{pick.choice((name, f':{name}'))}={text.of(value)}")
 
 
 @_kind("bare option", "notation", tuned=False)
-def _bare_option(text: Text, pick: Random) -> Iterator[Change]:
+def _bare_option(text: Text, pick: Random) -> Iterator[TextChange]:
     """The name of a keyword argument has no colon, or the colon behind it."""
     for key, _ in _options(text):
         yield _replace(key, pick.choice((str(key.value), f"{key.value}:")))
 
 
 @_kind("single quotes", "notation", tuned=True)
-def _single_quotes(text: Text, pick: Random) -> Iterator[Change]:
+def _single_quotes(text: Text, pick: Random) -> Iterator[TextChange]:
     """A string has single quotes."""
     for node, _, _ in text.nodes:
         if isinstance(node, Atom) and type(node.value) is str and re.fullmatch(r"[\w -]+", node.value):
@@ -688,7 +693,7 @@ def _single_quotes(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("word without quotes", "notation", tuned=False)
-def _unquoted(text: Text, pick: Random) -> Iterator[Change]:
+def _unquoted(text: Text, pick: Random) -> Iterator[TextChange]:
     """A word has no quotes where it is called or bound."""
     for form in text.calls("call", "bind"):
         word = form.items[1].value if len(form.items) > 1 and isinstance(form.items[1], Atom) else None
@@ -697,7 +702,7 @@ def _unquoted(text: Text, pick: Random) -> Iterator[Change]:
 
 
 @_kind("definition of another language", "notation", tuned=True)
-def _definition(text: Text, pick: Random) -> Iterator[Change]:
+def _definition(text: Text, pick: Random) -> Iterator[TextChange]:
     """A definition is written with ``def``, ``defun``, ``defn``, ``setq``, ``const`` or ``let``."""
     for form in text.calls("define"):
         head, named = form.items[0], form.items[1] if len(form.items) > 1 else None
@@ -706,13 +711,13 @@ def _definition(text: Text, pick: Random) -> Iterator[Change]:
             written = pick.choice(
                 (f"def {text.of(named)}", f"defun {name} ({parameters})", f"defn {name} [{parameters}]")
             )
-            yield Change(head.span.start, named.span.end, written)
+            yield TextChange(head.span.start, named.span.end, written)
         elif isinstance(named, Atom):
             yield _replace(head, pick.choice(("def", "setq", "const", "let", "defparameter")))
 
 
 @_kind("function of another language", "notation", tuned=False)
-def _function(text: Text, pick: Random) -> Iterator[Change]:
+def _function(text: Text, pick: Random) -> Iterator[TextChange]:
     """A function is written with ``fn``, ``function``, ``λ`` or the colon of Python."""
     for form in text.calls("lambda"):
         if len(form.items) > 2 and isinstance(form.items[1], ListDatum) and form.items[1].tail is None:
@@ -720,16 +725,16 @@ def _function(text: Text, pick: Random) -> Iterator[Change]:
             written = pick.choice(
                 (f"fn [{inner}]", f"fn ({inner})", f"λ ({inner})", f"function ({inner})", f"lambda {inner}:")
             )
-            yield Change(form.items[0].span.start, form.items[1].span.end, written)
+            yield TextChange(form.items[0].span.start, form.items[1].span.end, written)
 
 
 @_kind("infix", "notation", tuned=False)
-def _infix(text: Text, pick: Random) -> Iterator[Change]:
+def _infix(text: Text, pick: Random) -> Iterator[TextChange]:
     """An operator stands between its operands."""
     for form in text.calls("+", "*", "-", "/"):
         if len(form.items) == 3:
             sign, left, right = form.items
-            yield Change(sign.span.start, right.span.end, f"{text.of(left)} {sign.value} {text.of(right)}")
+            yield TextChange(sign.span.start, right.span.end, f"{text.of(left)} {sign.value} {text.of(right)}")
 
 
 def tuned_kinds() -> tuple[str, ...]:

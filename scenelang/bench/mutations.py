@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scenelang.bench.mistake_kinds import KINDS, Change, MistakeKind, Text
+from scenelang.bench.mistake_kinds import KINDS, MistakeKind, Text, TextChange
 from scenelang.checking import Examination
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, capped, to_json
@@ -253,7 +253,7 @@ def mutated(program: str, seed: int, count: int = 1, kinds: Sequence[str] | None
     pick = Random(f"{seed}:{hashlib.sha256(program.encode()).hexdigest()}")
     order = list(kinds) if kinds is not None else pick.sample(list(KINDS), len(KINDS))
     text = _text(program)
-    changes: list[tuple[str, Change]] = []
+    changes: list[tuple[str, TextChange]] = []
     for kind in order:
         if len(changes) == count:
             break
@@ -272,7 +272,7 @@ def _text(program: str) -> Text:
     return Text(program, *_language(), counts)
 
 
-def _planted(text: Text, kind: MistakeKind, pick: Random, others: Sequence[Change]) -> Change | None:
+def _planted(text: Text, kind: MistakeKind, pick: Random, others: Sequence[TextChange]) -> TextChange | None:
     """Return a change that makes a mistake of a kind, apart from the others, or None."""
     candidates = list(kind.plant(text, pick))
     pick.shuffle(candidates)
@@ -280,11 +280,11 @@ def _planted(text: Text, kind: MistakeKind, pick: Random, others: Sequence[Chang
     return next((each for each in free[:_MAX_TRIED] if _makes_mistake(text.text, kind, each)), None)
 
 
-def _are_apart(a: Change, b: Change) -> bool:
+def _are_apart(a: TextChange, b: TextChange) -> bool:
     return (a.end + 1 < b.start or b.end + 1 < a.start) and not (a.declaration and b.declaration)
 
 
-def _makes_mistake(program: str, kind: MistakeKind, change: Change) -> bool:
+def _makes_mistake(program: str, kind: MistakeKind, change: TextChange) -> bool:
     made = _applied(program, [(kind.name, change)])
     is_geometric = kind.evidence == "geometry"
     before, after = _outcome(made.sound, is_geometric), _outcome(made.text, is_geometric)
@@ -299,7 +299,7 @@ def _makes_mistake(program: str, kind: MistakeKind, change: Change) -> bool:
     return not _is_same(before.layout, after.layout)
 
 
-def _applied(program: str, changes: Sequence[tuple[str, Change]]) -> Mutated:
+def _applied(program: str, changes: Sequence[tuple[str, TextChange]]) -> Mutated:
     text = program
     for _, change in sorted(changes, key=lambda pair: -pair[1].start):
         text = text[: change.start] + change.text + text[change.end :]

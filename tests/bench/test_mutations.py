@@ -211,9 +211,21 @@ def test_a_report_of_a_sample() -> None:
     assert report.markdown().splitlines()[-2].startswith("| **all** | tuned | ")
 
 
+def test_most_mistakes_of_a_sample_are_repaired() -> None:
+    """One mistake of each kind that costs no search in the scene, but for the missing argument, which few programs
+    tell."""
+    sample = [name for name, kind in KINDS.items() if kind.evidence != "geometry" and name not in SEARCHED]
+    report = measure({"room": ROOM}, 1, 8, sample[::2])
+    assert sum(row.planted for row in report.rows) >= 15
+    assert min(report.share(True), report.share(False)) >= 0.85
+
+
+SEARCHED = ("count off by one", "missing argument")
+
+
 @pytest.mark.slow
 def test_both_halves_are_repaired() -> None:
     """The table of docs/bench.md, on fewer programs."""
     report = measure({"room": ROOM}, 4, 1)
-    assert report.share(True) >= 0.8
-    assert report.share(False) >= 0.8
+    assert report.share(True) >= 0.85
+    assert report.share(False) >= 0.85
