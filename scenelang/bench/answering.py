@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from threading import Lock
 from typing import Any, Protocol
@@ -82,6 +83,8 @@ class ServiceAnswerer:
     def __call__(self, asked: BenchRequest) -> TimedAnswer:
         started = time.monotonic()
         answer = self._client.ask(asked.request, asked.sample, asked.number, lambda _: None)
+        if answer.was_cached:  # the figures tell what it cost when it was given
+            answer = replace(answer, cost=self._client.model.cost(answer.reply.usage))
         return TimedAnswer(answer, time.monotonic() - started)
 
 
@@ -115,18 +118,20 @@ class Replay:
     """Answers of a recording.
 
     An answer is found by the digest of its request. With ``any_prompt`` one that was given to another wording of the
-    same request, after a prompt was changed, is taken as well; ``outdated`` counts these.
+    same request, after a prompt was changed, is taken as well; ``outdated`` counts these, ``missing`` the requests that
+    have no answer, and ``found`` those that have one.
     """
 
     name = "recorded"
 
     def __init__(self, path: Path, any_prompt: bool = False) -> None:
-        self.outdated = 0
+        self.outdated = self.missing = self.found = 0
         self._any_prompt = any_prompt
         self._by_digest: dict[tuple[Any, ...], TimedAnswer] = {}
         self._by_place: dict[tuple[str, str, int, int], TimedAnswer] = {}
         for place, digest, answer in _recorded(path):
-            self._by_digest[*place[:2], digest] = answer
+            self._by_digest[*place[:2], place[3], digest] = answer
+            self._by_digest.setdefault((*place[:2], digest), answer)
             self._by_place[place] = answer
 
     @property
@@ -143,14 +148,17 @@ class Replay:
         return max((place[2] for place in self._by_place), default=1)
 
     def __call__(self, asked: BenchRequest) -> TimedAnswer:
-        found = self._by_digest.get((asked.task, asked.mode, asked.digest))
+        here = asked.task, asked.mode
+        found = self._by_digest.get((*here, asked.number, asked.digest)) or self._by_digest.get((*here, asked.digest))
         if found is None and self._any_prompt and (found := self._by_place.get(asked.place)) is not None:
             self.outdated += 1
         if found is None:
+            self.missing += 1
             known = asked.place in self._by_place
             hint = "its answer is to another wording; replay it with --any-prompt" if known else None
             what = f"request {asked.number} of `{asked.task}` in mode {asked.mode}"
             raise SceneError("model-answer", f"the recording has no answer to {what}", hint)
+        self.found += 1
         return found
 
 
@@ -197,9 +205,16 @@ def _recorded(path: Path) -> Iterator[tuple[tuple[str, str, int, int], str, Time
     lines = read_regular(path, _MAX_SIZE).decode("utf-8", "replace").split("\n")
     for number, line in enumerate(lines[:-1], 1):
         try:
+            if not line.strip():
+                continue
             data: Mapping[str, Any] = json.loads(line)
+            cost, seconds = float(data["cost"]), float(data["seconds"])
+            if not (0.0 <= cost < math.inf and 0.0 <= seconds < math.inf):
+                raise ValueError
             place = str(data["task"]), str(data["mode"]), int(data["sample"]), int(data["number"])
-            answer = Answer(reply_of(data["reply"]), float(data["cost"]))
-            yield place, str(data["digest"]), TimedAnswer(answer, float(data["seconds"]))
-        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            reply = reply_of(data["reply"])
+            if min(asdict(reply.usage).values()) < 0:
+                raise ValueError
+            yield place, str(data["digest"]), TimedAnswer(Answer(reply, cost), seconds)
+        except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
             raise SceneError("file", f"cannot read line {number} of the recording {path}") from None
