@@ -29,7 +29,7 @@ from scenelang.bench.results import (
 )
 from scenelang.bench.tasks import BenchTask, load_tasks
 from scenelang.bench.trials import MODES, BenchMode, BenchRun, BenchSettings, Trial, applicable, planned, run_trials
-from scenelang.grammar.diagnostics import UsageError, usage_errors
+from scenelang.grammar.diagnostics import SceneError, UsageError, usage_errors
 from scenelang.grammar.settings import typed
 from scenelang.inference.brief import Notation
 from scenelang.inference.records import InferenceSettings
@@ -51,14 +51,16 @@ class BenchReport:
         Figures of each mode: ``results[0].figures["pass@1"].value``.
     trials : tuple of Trial
         What came of each sample of each task.
-    outdated : int
-        Number of recorded answers that were given to another wording of their request.
+    outdated, missing : int
+        Number of recorded answers that were given to another wording of their request, and of requests without a
+        recorded answer.
     """
 
     folder: Path
     results: tuple[ModeResults, ...]
     trials: tuple[Trial, ...] = field(repr=False)
     outdated: int = 0
+    missing: int = 0
 
     def __str__(self) -> str:
         """Return the tables in Markdown."""
@@ -66,7 +68,7 @@ class BenchReport:
 
     def data(self) -> dict[str, Any]:
         """Return the figures as JSON data."""
-        return {"run": str(self.folder), "outdated": self.outdated, "modes": results_data(self.results)}
+        return {"run": str(self.folder), "outdated": self.outdated, "missing": self.missing, "modes": results_data(self.results)}
 
     def save(self, sheet: bool = True) -> list[Path]:
         """Write ``results.md``, ``results.json`` and ``sheet.png`` into the folder; returns their paths."""
@@ -165,8 +167,11 @@ def benchmark(
     side_by_side = settings.side_by_side if recording is None and mutations is None else 1
     trials = run_trials(run, plan, asked, speaker, answerer, side_by_side, progress)
     used = [task for task in chosen if task.name in named]
-    outdated = recording.outdated if recording is not None else 0
-    return BenchReport(run.folder, tuple(results_of(trials, used)), tuple(trials), outdated)
+    outdated, missing = (recording.outdated, recording.missing) if recording is not None else (0, 0)
+    if recording is not None and missing and not recording.found:
+        hint = "the prompts are other ones than when it was made: replay it with --any-prompt"
+        raise SceneError("run", f"none of {missing} requests has an answer in the recording", hint)
+    return BenchReport(run.folder, tuple(results_of(trials, used)), tuple(trials), outdated, missing)
 
 
 def _default_modes(recording: Replay | None, mutations: int | None) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ finished trial, and ``programs`` what came of them. A run that was interrupted g
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, replace
@@ -20,6 +21,7 @@ from scenelang.bench.scoring import Score, scene_of, score_of
 from scenelang.bench.tasks import BenchTask
 from scenelang.grammar.diagnostics import CODES, SceneError, UsageError, suggest
 from scenelang.inference.brief import Brief, Notation, Prompts, Task
+from scenelang.inference.records import typed
 from scenelang.inference.steps import (
     EVALUATING,
     AnswerReader,
@@ -113,13 +115,20 @@ class Trial:
 def trial_of(data: Mapping[str, Any]) -> Trial:
     """Parse the result of ``Trial.data``; raises KeyError or TypeError for invalid data."""
     first, final = (_score(data[name]) for name in ("first", "final"))
-    attempts = tuple(BenchAttempt(**{**each, "codes": tuple(each["codes"])}) for each in data["attempts"])
+    attempts = tuple(typed(BenchAttempt, {**each, "codes": tuple(each["codes"])}) for each in data["attempts"])
     rest = {**data, "first": first, "final": final, "failed": tuple(data["failed"]), "attempts": attempts}
-    return Trial(**rest)
+    return _finite(typed(Trial, rest))
 
 
 def _score(data: Mapping[str, Any] | None) -> Score | None:
-    return None if data is None else Score(**{**data, "reasons": tuple(data["reasons"])})
+    return None if data is None else typed(Score, {**data, "reasons": tuple(data["reasons"])})
+
+
+def _finite(trial: Trial) -> Trial:
+    numbers = [x for a in trial.attempts for x in (a.cost, a.seconds, a.sent, a.answered)]
+    if not all(0.0 <= x < math.inf for x in numbers):
+        raise ValueError("numbers of an attempt")
+    return trial
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,8 +273,11 @@ class BenchRun:
         path = self.folder / SETTINGS
         try:
             facts = json.loads(read_regular(path))
-            if facts["format"] != _FORMAT:
+            if facts["format"] != _FORMAT or not all(isinstance(name, str) for name in facts["tasks"]):
                 raise ValueError
+            typed(BenchSettings, {**facts["settings"], "modes": tuple(facts["settings"]["modes"])}).check()
+            if not isinstance(facts["folder"], str | None) or isinstance(facts["tasks"], str):
+                raise TypeError
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             raise SceneError("run", f"{self.folder} is not a run of `bench`") from None
         return dict(facts)

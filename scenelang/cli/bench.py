@@ -55,8 +55,9 @@ def add_bench(parser: argparse.ArgumentParser) -> None:
 
 def run_bench(arguments: argparse.Namespace) -> int:
     asked = [name for name in ("list", "report", "compare", "mistakes") if getattr(arguments, name)]
-    if len(asked) > 1:
-        raise UsageError("value", f"--{asked[0]} and --{asked[1]} cannot be combined")
+    others = [name for name in ("replay", "output") if getattr(arguments, name)] if asked else []
+    if len(asked + others) > 1:
+        raise UsageError("value", f"--{asked[0]} and --{(asked + others)[1]} cannot be combined")
     if arguments.list:
         return _list(arguments)
     if arguments.report:
@@ -78,10 +79,10 @@ def _list(arguments: argparse.Namespace) -> int:
     """Print the tasks that the options select."""
     tasks = load_tasks(Path(arguments.tasks) if arguments.tasks else None)
     chosen = applicable(tasks, arguments.task, arguments.group)
-    rows = [(t.group, t.name, t.kind.value, str(len(t.that) + bool(t.keep)), t.prompt) for t in chosen]
+    rows = [(t.group, t.name, t.kind.value, len(t.that) + bool(t.keep), t.prompt) for t in chosen]
     data = [dict(zip(("group", "name", "kind", "predicates", "prompt"), row)) for row in rows]
     header = ("group", "task", "kind", "predicates", "prompt")
-    short = [(*row[:4], f"{row[4][:60]}..." if len(row[4]) > 60 else row[4]) for row in rows]
+    short = [(*row[:3], str(row[3]), f"{row[4][:60]}..." if len(row[4]) > 60 else row[4]) for row in rows]
     return print_result(arguments, data, table([header, *short], (False, False, False, True, False)))
 
 
@@ -105,6 +106,8 @@ def _run(arguments: argparse.Namespace) -> int:
     say(str(report))
     if report.outdated and not arguments.quiet:
         print(f"{report.outdated} answers were given to another wording of their request", file=sys.stderr)
+    if report.missing:
+        print(f"warning: {report.missing} requests have no answer in the recording (--any-prompt?)", file=sys.stderr)
     for path in written:
         done(arguments, path)
     return 0
