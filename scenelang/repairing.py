@@ -658,7 +658,8 @@ class _Search:
         """Yield new placements of the operands of ``union``: moved, without a pose, or removed."""
         if not len(goal.rows):
             return
-        yield from self._unwrapped(now, goal)
+        if goal.key[0] != "twin":
+            yield from self._unwrapped(now, goal)
         groups = unions_of(Source(self.name, now.text))
         parts = [part for group in groups for part in group][:_MAX_PARTS]
         if goal.key[0] in _OVERLAPS:
