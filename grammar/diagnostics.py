@@ -177,7 +177,7 @@ CODES: dict[str, DiagnosticCode] = {
         "W612", "A part touches nothing and floats slightly off the ground or off its neighbour."
     ),
     "unstable": DiagnosticCode("W626", "A thing would fall over: its centre of mass is beside what it rests on."),
-    "below-ground": DiagnosticCode("W613", "A part extends far below the ground, y = 0."),
+    "below-ground": DiagnosticCode("W613", "A thing is sunk into its floor, or extends far below the ground, y = 0."),
     "coincident-faces": DiagnosticCode(
         "W614", "Two faces of different colours are coplanar and overlap, so either may be drawn (z-fighting)."
     ),

@@ -8,14 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenelang.backends.base import Progress
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import SceneError, UsageError
 from scenelang.grammar.settings import fits, typed
 
 if TYPE_CHECKING:
     from scenelang.backends.physics.verdicts import PhysicsReport
+    from scenelang.grammar.datum import Source
     from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Scene as EntityScene
     from scenelang.scene import Scene
+    from scenelang.session import Session
 
 MAX_SPEED = 1e4  # scene units per second that a thing starts with
 
@@ -109,6 +111,17 @@ def simulate(
         raise SceneError("value", f"`fps`: expected a number above 0, at most 1000, got {fps:g}")
     graph, report = simulated(self.graph, seconds, fps, checked_scale(metres_per_unit), velocities, progress)
     return MovedScene(replace(self, graph=graph, program=None), report)
+
+
+def translated(session: Session, source: Source) -> Source:
+    """Return the program that a language model's Python is translated to, which can be edited."""
+    from scenelang.grammar.datum import Source
+
+    translation = session.transpile(source)
+    if not translation.ok:
+        message = f"`settle` edits programs in the Scene Language, and `{source.name}` cannot be translated as a whole"
+        raise UsageError("value", message, "write the scene instead: `-o OUT.json`")
+    return Source(f"{source.name}.scene", translation.text)
 
 
 def checked_scale(metres_per_unit: float | None) -> float | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from scenelang.backends.files import output_path, rewrite, write_text
 from scenelang.cli.options import (
@@ -25,10 +25,6 @@ from scenelang.cli.options import (
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError
 from scenelang.grammar.settings import amount, frame_rate, metres
 from scenelang.reports import say, table
-
-if TYPE_CHECKING:
-    from scenelang.grammar.datum import Source
-    from scenelang.session import Session
 
 _FILMS = (".mp4", ".gif", ".apng", ".webp")
 
@@ -112,7 +108,7 @@ def add_settle(parser: argparse.ArgumentParser) -> None:
 def run_settle(arguments: argparse.Namespace) -> int:
     from scenelang.backends.exports.scene_json import holds_scene, write_scene
     from scenelang.backends.physics.settling import SETTLE_SECONDS, EditedProgram, edited_program, settled
-    from scenelang.scene_physics import checked_scale
+    from scenelang.scene_physics import checked_scale, translated
     from scenelang.session import is_python
 
     asked = Path(arguments.output) if arguments.output else None
@@ -123,7 +119,7 @@ def run_settle(arguments: argparse.Namespace) -> int:
         return 1
     writes_scene = asked is not None and asked.suffix.lower() == ".json"
     if is_python(source) and not writes_scene:
-        source = _translated(session, source)
+        source = translated(session, source)
     scene, scale = result.scene, checked_scale(arguments.metres_per_unit)
     with bounded(arguments):
         compute_solids(arguments, scene.frames)
@@ -143,17 +139,6 @@ def run_settle(arguments: argparse.Namespace) -> int:
     else:
         write_scene(found.scene, output)
     return _told(arguments, found, edited, output, is_program)
-
-
-def _translated(session: Session, source: Source) -> Source:
-    """Return the program that a language model's Python is translated to, which is what is edited."""
-    from scenelang.grammar.datum import Source
-
-    translation = session.transpile(source)
-    if not translation.ok:
-        message = f"`settle` edits programs in the Scene Language, and `{source.name}` cannot be translated as a whole"
-        raise UsageError("value", message, "write the scene instead: `-o OUT.json`")
-    return Source(f"{source.name}.scene", translation.text)
 
 
 def _told(arguments: argparse.Namespace, found: Any, edited: Any, output: Path, is_program: bool) -> int:
