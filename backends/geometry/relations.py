@@ -967,9 +967,6 @@ def _outside(here: Arrangement, group: IntArray, own: set[int]) -> list[int]:
     return [int(row) for row in here.bodies.row[rows]]
 
 
-# --- tables of relations ----------------------------------------------------------------------------------------
-
-
 def _vector(values: Iterable[float]) -> Vector:
     x, y, z = (float(value) + 0.0 for value in values)
     return x, y, z

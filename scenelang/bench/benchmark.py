@@ -68,7 +68,12 @@ class BenchReport:
 
     def data(self) -> dict[str, Any]:
         """Return the figures as JSON data."""
-        return {"run": str(self.folder), "outdated": self.outdated, "missing": self.missing, "modes": results_data(self.results)}
+        return {
+            "run": str(self.folder),
+            "outdated": self.outdated,
+            "missing": self.missing,
+            "modes": results_data(self.results),
+        }
 
     def save(self, sheet: bool = True) -> list[Path]:
         """Write ``results.md``, ``results.json`` and ``sheet.png`` into the folder; returns their paths."""

@@ -248,6 +248,7 @@ def _work(
 
 def _begin(status: Status, folders: tuple[str, ...] | None) -> None:
     """Initialize a child that answers requests."""
+    os.environ["MUJOCO_GL"] = "disable"  # its import would start a process that looks for GLFW
     become_child(status, confined=folders is None)
     if folders is not None:
         confine(folders)
