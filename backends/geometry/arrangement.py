@@ -697,3 +697,15 @@ def _relations_between(here: Arrangement, a: Thing, b: Thing) -> Iterator[Relate
             yield Related("on", upper.instance, lower.instance, found.distance)
     if not carried:
         yield Related("overlapping" if found.distance < -reach else "touching", *pair, found.distance)
+
+
+def paired(center: FloatArray, mirrored: FloatArray, size: FloatArray, words: IntArray, within: float) -> IntArray:
+    """Return the boxes that have one of their word and size within a distance of their mirror image."""
+    count = len(center)
+    places = np.concatenate([center, mirrored])
+    near, _ = neighbours(places, places, within, MAX_PAIRS)
+    first, second = near[(near[:, 0] < count) & (near[:, 1] >= count)].T
+    second = second - count
+    same = (words[first] == words[second]) & (np.abs(size[first] - size[second]).max(axis=1, initial=0.0) <= within)
+    same &= np.abs(center[first] - mirrored[second]).max(axis=1, initial=0.0) <= within
+    return np.unique(second[same])

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.geometry.arrangement import SUNK, Arrangement, Thing, Vector, share_of
+from scenelang.backends.geometry.arrangement import SUNK, Arrangement, Thing, Vector, paired, share_of
 from scenelang.backends.geometry.convex import bodies_of
-from scenelang.backends.geometry.distance import IntArray, neighbours
+from scenelang.backends.geometry.distance import IntArray
 from scenelang.backends.geometry.lint import rounded
 from scenelang.backends.geometry.solids import FloatArray
 from scenelang.grammar.datum import Span
@@ -883,7 +883,7 @@ def _symmetric(context: _Context) -> list[_Failure]:
     mirrored = center.copy()
     mirrored[:, axis] = 2.0 * middle - mirrored[:, axis]
     beside = np.zeros(len(owner))
-    alone = np.setdiff1d(np.arange(len(owner)), _paired(center, mirrored, size, words, within))
+    alone = np.setdiff1d(np.arange(len(owner)), paired(center, mirrored, size, words, within))
     context.work.spend(len(alone) * len(owner) // 1000)
     for k in alone.tolist():
         away = np.abs(np.hstack([center - mirrored[k], size - size[k]])).max(axis=1)
@@ -894,18 +894,6 @@ def _symmetric(context: _Context) -> list[_Failure]:
         if len(own) and own.max() > within:
             failures.append(_Failure(f'"{thing.entity.word}" has no mirror image', _finite(own.max()), thing))
     return failures
-
-
-def _paired(center: FloatArray, mirrored: FloatArray, size: FloatArray, words: IntArray, within: float) -> IntArray:
-    """Return the boxes that have one of their word and size within a distance of their mirror image."""
-    count = len(center)
-    places = np.concatenate([center, mirrored])
-    near, _ = neighbours(places, places, within, _MAX_TESTS)
-    first, second = near[(near[:, 0] < count) & (near[:, 1] >= count)].T
-    second = second - count
-    same = (words[first] == words[second]) & (np.abs(size[first] - size[second]).max(axis=1, initial=0.0) <= within)
-    same &= np.abs(center[first] - mirrored[second]).max(axis=1, initial=0.0) <= within
-    return np.unique(second[same])
 
 
 def _parts(here: Arrangement, thing: Thing) -> tuple[FloatArray, FloatArray, list[str]]:
