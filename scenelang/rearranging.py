@@ -64,14 +64,14 @@ def _equal(rows: IntArray) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Things:
+class Rearranged:
     """The thing (N,) of each corner of a layout, and the number of corners of each thing."""
 
     thing: IntArray
     counts: IntArray
 
     @classmethod
-    def of(cls, frames: Sequence[tuple[CheckedFrame, int, int]]) -> Things:
+    def of(cls, frames: Sequence[tuple[CheckedFrame, int, int]]) -> Rearranged:
         """Return the things of frames, each with the position of its first primitive and their number."""
         from scenelang.backends.geometry.convex import clusters
 

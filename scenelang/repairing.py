@@ -29,7 +29,7 @@ from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.rearranging import Aim, Things, aims_of, is_deeper_motion, is_sound_motion, rows_of
+from scenelang.rearranging import Aim, Rearranged, aims_of, is_deeper_motion, is_sound_motion, rows_of
 
 if TYPE_CHECKING:
     from scenelang.backends.base import Progress
@@ -309,8 +309,8 @@ class _Version:
         return {number: (at, primitive_count(self.scene.frames[number])) for number, at in offsets.items()}
 
     @cached_property
-    def things(self) -> Things:
-        return Things.of([(self.frames[number], at, count) for number, (at, count) in self.spans.items()])
+    def things(self) -> Rearranged:
+        return Rearranged.of([(self.frames[number], at, count) for number, (at, count) in self.spans.items()])
 
     @cached_property
     def counts(self) -> Counter[tuple[str, ...]]:

@@ -190,8 +190,12 @@ _STATUS_ERRORS: dict[int, tuple[str, str, str | None]] = {
     403: ("model-key", "the API key lacks the permission", None),
     404: ("model-request", "unknown model or base URL", "check --model and the base URL"),
     413: ("model-request", "the request is too large", "send smaller or fewer images"),
-    429: ("model-request", "the rate limit of the account is exceeded", "wait a while, then continue with --resume"),
-    529: ("model-request", "the service is overloaded", "wait a while, then continue with --resume"),
+    429: (
+        "model-request",
+        "the rate limit of the account is exceeded",
+        "wait a while, then go on; what is done is saved",
+    ),
+    529: ("model-request", "the service is overloaded", "wait a while, then go on; what is done is saved"),
 }
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.files import atomic_write
-from scenelang.bench.scoring import scene_of
+from scenelang.bench.scoring import Score, scene_of
 from scenelang.bench.tasks import BenchTask
 from scenelang.bench.trials import BenchRun, Trial
 from scenelang.grammar.diagnostics import CODES, SceneError
@@ -124,7 +124,6 @@ def _passes(trials: Iterable[Trial], holds: Callable[[Trial], bool], k: int = 1)
 
 def _figures(trials: Sequence[Trial]) -> dict[str, BenchFigure | None]:
     most = max((len(each) for each in _by_task(trials).values()), default=1)
-    finals = [trial.final for trial in trials if trial.final is not None]
     repairs = [float(sum(a.purpose == "repair" for a in trial.attempts)) for trial in trials]
     several = {f"pass@{most}": _passes(trials, lambda t: t.passed, most)} if most > 1 else {}
     return {
@@ -137,11 +136,20 @@ def _figures(trials: Sequence[Trial]) -> dict[str, BenchFigure | None]:
         "output tokens": _mean([float(sum(a.answered for a in trial.attempts)) for trial in trials]),
         "dollars": _mean([math.fsum(a.cost for a in trial.attempts) for trial in trials]),
         "seconds": _mean([math.fsum(a.seconds for a in trial.attempts) for trial in trials]),
-        "scenes with collisions": _share([float(s.collides) for s in finals if s.collides is not None]),
-        "scenes with floating parts": _share([float(s.floats) for s in finals if s.floats is not None]),
-        "stable scenes": _share([float(s.stable) for s in finals if s.stable is not None]),
-        "edit locality": _share([s.locality for s in finals if s.locality is not None]),
+        "scenes with collisions": _share(_by_scene(trials, lambda s: s.collides)),
+        "scenes with floating parts": _share(_by_scene(trials, lambda s: s.floats)),
+        "stable scenes": _share(_by_scene(trials, lambda s: s.stable)),
+        "edit locality": _share(_by_scene(trials, lambda s: s.locality)),
     }
+
+
+def _by_scene(trials: Sequence[Trial], value: Callable[[Score], float | None]) -> list[float]:
+    """Return the means of a property of the scenes of each task, where it is known."""
+    known = [
+        [float(found) for trial in each if trial.final is not None and (found := value(trial.final)) is not None]
+        for each in _by_task(trials).values()
+    ]
+    return [math.fsum(values) / len(values) for values in known if values]
 
 
 def _predicates(trials: Sequence[Trial], tasks: Mapping[str, BenchTask]) -> dict[str, BenchFigure]:
@@ -207,7 +215,11 @@ def markdown(results: Sequence[ModeResults], title: str = "") -> str:
             found = result.diagnostics
             cells = ([f"{r.code} {r.title}", str(r.occurred), str(r.repaired), str(r.failed)] for r in found)
             lines += ["", *_markdown(header, cells)]
-    lines += ["", "Shares have 95 % confidence intervals over tasks (Wilson); other figures are means of trials.", ""]
+    lines += [
+        "",
+        "Shares have 95 % confidence intervals (Wilson) over tasks, of predicates over declarations.",
+        "",
+    ]
     return "\n".join(lines)
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from scenelang.backends.files import read_regular
 from scenelang.grammar.datum import Source, dataclass
 from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.reader import read
 from scenelang.inference.brief import TaskKind
 from scenelang.interpreter.scene.declarations import Declaration
 from scenelang.interpreter.scene.primitives import block_words, solid_words
@@ -23,6 +24,7 @@ from scenelang.toml_places import TomlTable, parsed
 KEEP = "keep"  # what a near miss of an edit fails, besides declarations
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 _MAX_TASKS = 10_000
+_MAX_NAME = 80  # characters; it is part of file names
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,8 +143,9 @@ def tasks_of(source: Source) -> list[BenchTask]:
 
 def _task(table: TomlTable, group: str) -> BenchTask:
     name = _required(table, "name")
-    if not _NAME.fullmatch(name):
-        table.fail("name", f"`name`: expected small letters, digits and hyphens, got {name!r}")
+    if not _NAME.fullmatch(name) or len(name) > _MAX_NAME:
+        expected = f"at most {_MAX_NAME} small letters, digits and hyphens"
+        table.fail("name", f"`name`: expected {expected}, got {name[:_MAX_NAME]!r}")
     kind = TaskKind(table.text("kind", "3d", [kind.value for kind in TaskKind]))
     prompt, passes = _required(table, "prompt").strip(), _required(table, "passes")
     that, keep = table.texts("that"), table.texts("keep")
@@ -151,6 +154,8 @@ def _task(table: TomlTable, group: str) -> BenchTask:
         table.fail("keep", "`keep` has no meaning without a `program` to edit")
     if not that and not keep:
         table.fail(None, "a task has at least one declaration in `that`")
+    for key, text in (("passes", passes), ("program", program)):
+        _check_text(table, key, text)
     declarations = _declarations(table, that)
     near = tuple(_near(each, passes, that, keep) for each in table.tables("near"))
     is_image = table.flag("image", False)
@@ -165,6 +170,13 @@ def _required(table: TomlTable, key: str) -> str:
     if not value:
         table.fail(key if key in table else None, f"`{key}` is missing" if value is None else f"`{key}` is empty")
     return str(value)
+
+
+def _check_text(table: TomlTable, key: str, text: str | None) -> None:
+    """Fail for a program that cannot be read; what it means is seen when it is evaluated."""
+    problem = next((d for d in read(Source(key, text or "")).diagnostics if d.is_error), None)
+    if problem is not None:
+        table.fail(key, f"`{key}`: {problem.message}", problem.hint)
 
 
 def _declarations(table: TomlTable, texts: Sequence[str]) -> tuple[Declaration, ...]:

@@ -21,7 +21,6 @@ from scenelang.bench.scoring import Score, scene_of, score_of
 from scenelang.bench.tasks import BenchTask
 from scenelang.grammar.diagnostics import CODES, SceneError, UsageError, suggest
 from scenelang.inference.brief import Brief, Notation, Prompts, Task
-from scenelang.inference.records import typed
 from scenelang.inference.steps import (
     EVALUATING,
     AnswerReader,
@@ -115,19 +114,27 @@ class Trial:
 def trial_of(data: Mapping[str, Any]) -> Trial:
     """Parse the result of ``Trial.data``; raises KeyError or TypeError for invalid data."""
     first, final = (_score(data[name]) for name in ("first", "final"))
-    attempts = tuple(typed(BenchAttempt, {**each, "codes": tuple(each["codes"])}) for each in data["attempts"])
+    attempts = tuple(BenchAttempt(**{**each, "codes": tuple(each["codes"])}) for each in data["attempts"])
     rest = {**data, "first": first, "final": final, "failed": tuple(data["failed"]), "attempts": attempts}
-    return _finite(typed(Trial, rest))
+    return _checked(Trial(**rest))
 
 
 def _score(data: Mapping[str, Any] | None) -> Score | None:
-    return None if data is None else typed(Score, {**data, "reasons": tuple(data["reasons"])})
+    return None if data is None else Score(**{**data, "reasons": tuple(data["reasons"])})
 
 
-def _finite(trial: Trial) -> Trial:
+def _checked(trial: Trial) -> Trial:
+    """Return a trial that was read, if its values have the types that are counted with."""
+    texts = [trial.task, trial.group, trial.mode, *trial.failed, *(a.purpose for a in trial.attempts)]
+    texts += [code for a in trial.attempts for code in a.codes]
     numbers = [x for a in trial.attempts for x in (a.cost, a.seconds, a.sent, a.answered)]
-    if not all(0.0 <= x < math.inf for x in numbers):
-        raise ValueError("numbers of an attempt")
+    for score in (trial.first, trial.final):
+        found = (score.locality, score.collides, score.floats, score.stable) if score is not None else ()
+        numbers += [x for x in found if x is not None]
+    if not all(isinstance(x, str) for x in texts) or not all(isinstance(x, int | float) for x in numbers):
+        raise TypeError("a value of a trial")
+    if not all(0.0 <= x < math.inf for x in numbers) or trial.mode not in MODES:
+        raise ValueError("a value of a trial")
     return trial
 
 
@@ -258,6 +265,13 @@ def _why(result: Verdict | None) -> str:
     return errors[0] if errors else "the scene cannot be judged"
 
 
+def _settings(data: Mapping[str, Any]) -> BenchSettings:
+    found = BenchSettings(**{**data, "modes": tuple(data["modes"])})
+    if not all(isinstance(mode, str) for mode in found.modes) or not isinstance(found.samples + found.repairs, int):
+        raise TypeError("a setting of a run")
+    return found
+
+
 # --- a run -----------------------------------------------------------------------------------------------------------
 
 
@@ -275,7 +289,7 @@ class BenchRun:
             facts = json.loads(read_regular(path))
             if facts["format"] != _FORMAT or not all(isinstance(name, str) for name in facts["tasks"]):
                 raise ValueError
-            typed(BenchSettings, {**facts["settings"], "modes": tuple(facts["settings"]["modes"])}).check()
+            _settings(facts["settings"]).check()
             if not isinstance(facts["folder"], str | None) or isinstance(facts["tasks"], str):
                 raise TypeError
         except (OSError, ValueError, KeyError, TypeError, RecursionError):

@@ -60,7 +60,7 @@ def velocity(text: str) -> tuple[str, tuple[float, float, float]]:
         x, y, z = (float(part) for part in numbers.split(","))
     except ValueError:
         raise ValueError(f"expected WORD=X,Y,Z, got {text!r}") from None
-    if not equals or not max(abs(x), abs(y), abs(z)) <= MAX_SPEED:
+    if not equals or not all(abs(speed) <= MAX_SPEED for speed in (x, y, z)):
         raise ValueError(f"expected WORD=X,Y,Z with numbers of at most {MAX_SPEED:g}, got {text!r}")
     return word, (x, y, z)
 

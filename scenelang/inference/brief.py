@@ -256,8 +256,8 @@ class Brief:
         if task.program is not None:
             program = fenced(self.renamed.text if self.renamed else task.program, task.notation)
             takes_patches = task.notation is not Notation.LIST and not self.is_bare
-            patch = self.prompts.text("patch.md") if takes_patches else ""
-            text = self.prompts.text("user.edit.md", program=program, instruction=task.text, patch=patch)
+            answer = self.prompts.text("patch.md" if takes_patches else "whole.md")
+            text = self.prompts.text("user.edit.md", program=program, instruction=task.text, answer=answer)
         else:
             name = "user.image.md" if pictures else "user.text.md"
             text = self.prompts.text(name, example=self.example, task=task.text)

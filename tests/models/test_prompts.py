@@ -9,6 +9,7 @@ import ast
 import json
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -135,6 +136,8 @@ def test_every_prompt_is_read_and_has_its_places_filled() -> None:
         assert "{{" not in told.system + told.example
         _ = told.first, told.repair(""), told.cut(1), told.critique([], "")
     assert "no fence" in Brief(TASKS["3d.language"], Watching(), is_bare=True).system
+    listed = task(TaskKind.STILL, Notation.LIST)
+    _ = Brief(replace(listed, program="[]"), Watching()).first
     left = set(prompt_names()) - read
     assert left <= {"judge.md", "judge.system.md", "words.md", "words.system.md"}
 

@@ -105,7 +105,7 @@ def test_wrong_arguments(wrong: dict[str, Any]) -> None:
 
 
 def test_wrong_velocities() -> None:
-    with pytest.raises(sl.SceneError, match="three finite numbers"):
+    with pytest.raises(sl.SceneError, match="three numbers of at most"):
         sl.evaluate(SOUND).simulate(velocities={"cup": (1.0, float("inf"), 0.0)})
 
 
