@@ -482,7 +482,7 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
     return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
 
 
-_SYMBOL = re.compile(r"expects a (?:Word|[Ss]tring)\b.*, got a symbol: '?([^\s']+)\Z")
+_SYMBOL = re.compile(r"expects a (?:Word|String|string)\b.*, got a symbol: '?([^\s']+)\Z")
 
 
 def _quotes_fix(span: Span, name: str) -> Fix | None:
