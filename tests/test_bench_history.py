@@ -36,7 +36,7 @@ def names_in(module: str) -> set[str]:
     """What a module of the package defines or imports, by its text."""
     parts = module.split(".")[1:]
     places = [folder.joinpath(*parts) for folder in (FOLDER.parent, FOLDER.parent / "scenelang")]
-    folder = next((place for place in places if place.is_dir()), None)
+    folder = next((place for place in places if (place / "__init__.py").exists()), None)
     path = folder / "__init__.py" if folder else next(p for p in places if p.with_suffix(".py").exists())
     names = {each.stem for each in folder.glob("*.py")} if folder else set()
     for node in ast.parse(path.with_suffix(".py").read_text("utf-8")).body:

@@ -37,7 +37,7 @@ def test_folders_are_checked_program_by_program(tmp_path: Path, capsys: Any, mon
     monkeypatch.chdir(tmp_path)
     (tmp_path / "deep").mkdir()
     (tmp_path / "a.scene").write_text(CUBE)
-    (tmp_path / "deep" / "b.scene").write_text("(undefined)")
+    (tmp_path / "deep" / "b.scene").write_text("(no-such-name)")
     assert main(["check", "--json", "."]) == 1
     assert [d["place"]["file"] for d in json.loads(capsys.readouterr().out)] == ["deep/b.scene"]
     for folder in (".", "..", "deep"):

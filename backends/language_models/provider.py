@@ -193,9 +193,9 @@ _STATUS_ERRORS: dict[int, tuple[str, str, str | None]] = {
     429: (
         "model-request",
         "the rate limit of the account is exceeded",
-        "wait a while, then go on; what is done is saved",
+        "wait a while, then go on with --resume, `bench` without",
     ),
-    529: ("model-request", "the service is overloaded", "wait a while, then go on; what is done is saved"),
+    529: ("model-request", "the service is overloaded", "wait a while, then go on with --resume, `bench` without"),
 }
 
 

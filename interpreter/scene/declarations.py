@@ -7,7 +7,6 @@ whether a declaration holds is in ``backends.geometry.relations``.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from colorsys import rgb_to_hsv
 from types import MappingProxyType
 from typing import Any
 
@@ -293,6 +292,8 @@ _DARK, _DARK_GRAY, _BRIGHT, _PALE = 0.2, 0.36, 0.85, 0.15  # values, and a satur
 
 def basic_color(color: Sequence[float]) -> str:
     """Return which of the twelve ``COLORS`` a color in linear sRGB is called, by hue, saturation and value."""
+    from colorsys import rgb_to_hsv
+
     r, g, b = (encoded(min(max(float(x), 0.0), 1.0)) for x in color)
     hue, saturation, value = rgb_to_hsv(r, g, b)
     if value < _DARK or (value < _DARK_GRAY and saturation < _PALE):
