@@ -8,7 +8,7 @@ the convex hull of the places where it rests.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from scenelang.grammar.datum import dataclass
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.primitives import find
 from scenelang.interpreter.scene.primitives.cube import BLOCK
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Ratios
 
 
 def _words(text: str) -> frozenset[str]:
@@ -437,8 +438,13 @@ class _Balance:
         low, high = self.bodies.boxes
         size = high[lower] - low[lower]
         is_broad = 2.0 * size[1] < size[[0, 2]].min() and size[[0, 2]].max() > self.high[group, 1] - self.low[group, 1]
-        top = float(high[self.contacts.floor, 1].max(initial=self.ground))
-        return bool(self.contacts.loose[lower] and is_broad and low[lower, 1] <= top + 2.0 * self.bodies.touch)
+        is_low = low[lower, 1] <= self._floor_top + 2.0 * self.bodies.touch
+        return bool(self.contacts.loose[lower] and is_broad and is_low)
+
+    @cached_property
+    def _floor_top(self) -> float:
+        """Height of the highest floor."""
+        return float(self.bodies.boxes[1][self.contacts.floor, 1].max(initial=self.ground))
 
     def is_whole(self, upper: int, lower: int) -> bool:
         """Whether all of a body is above a level block that it rests on."""
@@ -642,6 +648,12 @@ def _is_edge(bodies: Bodies, i: int) -> bool:
     return width_of(_lowest(bodies, i, near=1e-6)[:, [0, 2]]) <= 1e-5 * float((high[i] - low[i]).max())
 
 
+@lru_cache(maxsize=64)
+def _vertices(form: CanonicalForm, ratios: Ratios) -> FloatArray:
+    """Return the vertices (K, 3) of a primitive in its own frame."""
+    return np.asarray(form.mesh(32, ratios).vertices, np.float64)
+
+
 def _lowest(bodies: Bodies, i: int, near: float = _CLOSE) -> FloatArray:
     """Return the vertices (K, 3) of a body near its lowest point, within ``near`` of its longest side."""
     low, high = bodies.boxes
@@ -651,7 +663,7 @@ def _lowest(bodies: Bodies, i: int, near: float = _CLOSE) -> FloatArray:
     else:
         form, ratios = bodies.solids.form(i)
         matrix = bodies.solids.matrices[i]
-        vertices = form.mesh(32, ratios).vertices @ matrix[:, :3].T + matrix[:, 3]
+        vertices = _vertices(form, ratios) @ matrix[:, :3].T + matrix[:, 3]
     found: FloatArray = vertices[vertices[:, 1] <= vertices[:, 1].min() + room]
     return found
 
