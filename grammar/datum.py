@@ -4,7 +4,7 @@ classes that the rest is made of."""
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar, cast, dataclass_transform
@@ -324,6 +324,26 @@ class Span(NamedTuple):
     @property
     def text(self) -> str:
         return self.source.text[self.start : self.end]
+
+
+class TextEdit(NamedTuple):
+    """Replacement of the text from ``start`` to ``end``."""
+
+    start: int
+    end: int
+    text: str
+
+    def overlaps(self, other: TextEdit) -> bool:
+        """Return whether both replace a common character, or the same place."""
+        is_same = (self.start, self.end) == (other.start, other.end)
+        return is_same or (self.start < other.end and other.start < self.end)
+
+
+def with_edits(text: str, edits: Iterable[TextEdit]) -> str:
+    """Return a text after edits that do not overlap, whose offsets are those of the text before all of them."""
+    for start, end, new in sorted(edits, reverse=True):
+        text = text[:start] + new + text[end:]
+    return text
 
 
 class Symbol(str):

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-from scenelang.grammar.datum import Expansion, Source, Span, dataclass, field, replace
+from scenelang.grammar.datum import Expansion, Source, Span, TextEdit, dataclass, field, replace
 
 # The table of diagnostic codes. Programs test errors by name, ``(error-is? e "index")``; people quote the code.
 
@@ -272,6 +272,11 @@ class Fix:
     title: str
     edits: tuple[Edit, ...]
     safe: bool = False
+
+    @property
+    def text_edits(self) -> list[TextEdit]:
+        """The edits by their offsets, all of which are in one source."""
+        return [TextEdit(edit.span.start, edit.span.end, edit.text) for edit in self.edits]
 
 
 _MAX_MESSAGE = 2_000  # characters

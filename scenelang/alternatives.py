@@ -13,7 +13,19 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import TypeAlias
 
-from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, replace, walk
+from scenelang.grammar.datum import (
+    ArrayDatum,
+    Atom,
+    Datum,
+    Keyword,
+    ListDatum,
+    Source,
+    Span,
+    Symbol,
+    replace,
+    walk,
+    with_edits,
+)
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.grammar.reader import read_pieces
 
@@ -64,10 +76,7 @@ def _key(diagnostic: Diagnostic) -> tuple[str, str]:
 
 
 def _edited(source: Source, fix: Fix) -> Source:
-    text = source.text
-    for edit in sorted(fix.edits, key=lambda edit: -edit.span.start):
-        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
-    return Source(source.name, text)
+    return Source(source.name, with_edits(source.text, fix.text_edits))
 
 
 class _Program:

@@ -8,7 +8,18 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scenelang.grammar.datum import Atom, Keyword, ListDatum, Source, Span, dataclass, replace, walk
+from scenelang.grammar.datum import (
+    Atom,
+    Keyword,
+    ListDatum,
+    Source,
+    Span,
+    TextEdit,
+    dataclass,
+    replace,
+    walk,
+    with_edits,
+)
 from scenelang.grammar.diagnostics import ABOUT_SCENES, Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read_pieces
 from scenelang.interpreter.lint.lint import with_fixes
@@ -203,12 +214,6 @@ def _is_option(source: Source, head: str, name: str) -> bool:
 _SHOWN = 30
 
 
-class _Change(NamedTuple):
-    start: int
-    end: int
-    text: str
-
-
 def with_hidden(
     source: Source, found: Sequence[Diagnostic], check: Callable[[Source], Sequence[Diagnostic]]
 ) -> list[Diagnostic]:
@@ -217,7 +222,7 @@ def with_hidden(
     Their places are those in the text as it was written. What is about a fix itself is left out.
     """
     every = {_key(d): d for d in found}
-    changes: list[_Change] = []
+    changes: list[TextEdit] = []
     for _ in range(_ROUNDS):
         before, changes = changes, _changes(source, every.values())
         if changes == before:
@@ -236,37 +241,30 @@ def _key(diagnostic: Diagnostic) -> tuple[str, int, str]:
     return diagnostic.name, diagnostic.span.start if diagnostic.span is not None else -1, diagnostic.message
 
 
-def _changes(source: Source, found: Iterable[Diagnostic]) -> list[_Change]:
+def _changes(source: Source, found: Iterable[Diagnostic]) -> list[TextEdit]:
     """Return the edits of the first fixes of mistakes in the text, without those that overlap earlier ones, in order.
 
     Findings about the scene wait: another mistake may be why a thing is where it is.
     """
-    chosen: list[_Change] = []
+    chosen: list[TextEdit] = []
     for diagnostic in sorted(found, key=lambda d: not d.is_error):
         if not diagnostic.fixes or diagnostic.name in _CONSEQUENCES or diagnostic.name in ABOUT_SCENES:
             continue
         edits = diagnostic.fixes[0].edits
         if any(edit.span.source.name != source.name or edit.span.expansion is not None for edit in edits):
             continue
-        changes = [_Change(edit.span.start, edit.span.end, edit.text) for edit in edits]
-        if not any(_overlap(change, other) for change in changes for other in chosen):
+        changes = diagnostic.fixes[0].text_edits
+        if not any(change.overlaps(other) for change in changes for other in chosen):
             chosen += changes
     return sorted(chosen)
-
-
-def _overlap(a: _Change, b: _Change) -> bool:
-    return (a.start < b.end and b.start < a.end) or (a.start, a.end) == (b.start, b.end)
 
 
 class _Fixed:
     """A text with changes, and the way back to the places of the text as it was written."""
 
-    def __init__(self, written: Source, changes: Sequence[_Change]) -> None:
+    def __init__(self, written: Source, changes: Sequence[TextEdit]) -> None:
         self.written, self.changes = written, changes
-        text = written.text
-        for change in reversed(changes):
-            text = text[: change.start] + change.text + text[change.end :]
-        self.source = Source(written.name, text)
+        self.source = Source(written.name, with_edits(written.text, changes))
 
     def _offset(self, offset: int) -> int | None:
         """Return where an offset of the changed text was; None inside what was changed."""
@@ -301,7 +299,7 @@ class _Fixed:
         edits = []
         for edit in fix.edits:
             place = self._span(edit.span) if edit.span.source.name == self.written.name else None
-            if place is None or any(_overlap(_Change(place.start, place.end, ""), each) for each in self.changes):
+            if place is None or any(each.overlaps(TextEdit(place.start, place.end, "")) for each in self.changes):
                 return None
             edits.append(Edit(place, edit.text))
         return replace(fix, edits=tuple(edits))

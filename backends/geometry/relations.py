@@ -698,16 +698,25 @@ def _beside_segment(here: Arrangement, a: Thing, start: FloatArray, end: FloatAr
 
 def _size(context: _Context) -> list[_Failure]:
     axis = context.option("axis")
+
+    def extents() -> Iterator[float]:
+        for a in context.things(context.stated.things[0]):
+            context.work.spend()
+            low, high = context.here.box(a)
+            yield float((high - low)["xyz".index(axis)])
+
+    return _measured(context, extents(), f"measures {{:.3g}} along {axis}")
+
+
+def _measured(context: _Context, amounts: Iterable[float], what: str) -> list[_Failure]:
+    """Return the subjects whose amounts, in their order, are not as stated."""
     failures = []
-    for a in context.things(context.stated.things[0]):
-        context.work.spend()
-        low, high = context.here.box(a)
-        extent = float((high - low)["xyz".index(axis)])
-        off = _off(context, extent)
+    for a, amount in zip(context.things(context.stated.things[0]), amounts):
+        off = _off(context, amount)
         if off == 0.0 and context.option("any"):
             return []
         if off != 0.0:
-            failures.append(_Failure(f'"{a.entity.word}" measures {extent:.3g} along {axis}', abs(off), a))
+            failures.append(_Failure(f'"{a.entity.word}" {what.format(amount)}', abs(off), a))
     return failures[:1] if context.option("any") else failures
 
 
@@ -767,30 +776,18 @@ def _frames(context: _Context) -> Iterator[tuple[Arrangement, list[Thing]]]:
         yield here, things
 
 
-def _through_frames(context: _Context, amounts: Sequence[float], what: str) -> list[_Failure]:
-    """Return the subjects whose amount of motion is not as stated."""
-    failures = []
-    for a, amount in zip(context.things(context.stated.things[0]), amounts):
-        off = _off(context, amount)
-        if off == 0.0 and context.option("any"):
-            return []
-        if off != 0.0:
-            failures.append(_Failure(f'"{a.entity.word}" {what.format(amount)}', abs(off), a))
-    return failures[:1] if context.option("any") else failures
-
-
 def _moves(context: _Context) -> list[_Failure]:
     places = np.array([[here.center(a) for a in things] for here, things in _frames(context)])  # (F, N, 3)
     extent = np.ptp(places, axis=0)
     along = context.option("along")
     amounts = np.linalg.norm(extent, axis=1) if along is None else extent[:, "xyz".index(along)]
-    return _through_frames(context, amounts.tolist(), "moves by {:.3g}" + (f" along {along}" if along else ""))
+    return _measured(context, amounts.tolist(), "moves by {:.3g}" + (f" along {along}" if along else ""))
 
 
 def _turns(context: _Context) -> list[_Failure]:
     frames = [[_linear(here, a) for a in things] for here, things in _frames(context)]
     amounts = [max(_turn(first, later) for later in poses) for first, *poses in zip(frames[0], *frames)]
-    return _through_frames(context, amounts, "turns by {:.3g} degrees")
+    return _measured(context, amounts, "turns by {:.3g} degrees")
 
 
 def _linear(here: Arrangement, a: Thing) -> FloatArray:

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace
+from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace, with_edits
 from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError, is_slip
 from scenelang.grammar.reader import piece_at, read, read_comments
 from scenelang.interpreter.compile.analyse import walk
@@ -614,8 +614,7 @@ def apply_fixes(source: Source, diagnostics: Iterable[Diagnostic]) -> tuple[str,
     for fix in sorted(fixes, key=lambda fix: -max(edit.span.end for edit in fix.edits)):
         if max(edit.span.end for edit in fix.edits) > limit:
             continue
-        for edit in sorted(fix.edits, key=lambda edit: -edit.span.start):
-            text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+        text = with_edits(text, fix.text_edits)
         limit = min(edit.span.start for edit in fix.edits)
         applied += 1
     return text, applied

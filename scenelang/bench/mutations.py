@@ -20,7 +20,7 @@ import numpy as np
 
 from scenelang.bench.mistake_kinds import KINDS, MistakeKind, Text, TextChange
 from scenelang.checking import Examination
-from scenelang.grammar.datum import Source
+from scenelang.grammar.datum import Source, TextEdit, with_edits
 from scenelang.grammar.diagnostics import SceneError, capped, to_json
 from scenelang.grammar.reader import lexemes
 from scenelang.interpreter.runtime.limits import Limits
@@ -300,9 +300,7 @@ def _makes_mistake(program: str, kind: MistakeKind, change: TextChange) -> bool:
 
 
 def _applied(program: str, changes: Sequence[tuple[str, TextChange]]) -> Mutated:
-    text = program
-    for _, change in sorted(changes, key=lambda pair: -pair[1].start):
-        text = text[: change.start] + change.text + text[change.end :]
+    text = with_edits(program, (TextEdit(change.start, change.end, change.text) for _, change in changes))
     declarations = "".join(f"\n{change.declaration}\n" for _, change in changes if change.declaration)
     mistakes = tuple(
         PlantedMistake(kind, change.start, change.end, program[change.start : change.end], change.text)
@@ -335,42 +333,39 @@ def repaired_by_check(text: str, turns: int = 1) -> str:
         edits = _edits(text, check_documents(text))
         if not edits:
             break
-        for start, end, new in sorted(edits, reverse=True):
-            text = text[:start] + new + text[end:]
+        text = with_edits(text, edits)
     return text
 
 
-_Edit = tuple[int, int, str]
 _CONSEQUENCES = ("unused", "unreachable-word", "unreachable-code", "constant-condition")  # often of an error
 
 
-def _edits(text: str, documents: Sequence[Mapping[str, Any]]) -> list[_Edit]:
+def _edits(text: str, documents: Sequence[Mapping[str, Any]]) -> list[TextEdit]:
     source = Source(_NAME, text)
     has_errors = any(document["severity"] == "error" for document in documents)
-    chosen: list[_Edit] = []
+    chosen: list[TextEdit] = []
     for document in sorted(documents, key=lambda document: document["severity"] != "error"):
         edits = _edits_of(source, document)
         waits = has_errors and document["name"] in _CONSEQUENCES
-        if edits and not waits and not any(_overlap(edit, other) for edit in edits for other in chosen):
+        if edits and not waits and not any(edit.overlaps(other) for edit in edits for other in chosen):
             chosen += edits
     return chosen
 
 
-def _overlap(a: _Edit, b: _Edit) -> bool:
-    return (a[0] < b[1] and b[0] < a[1]) or a[:2] == b[:2]
-
-
-def _edits_of(source: Source, document: Mapping[str, Any]) -> list[_Edit]:
+def _edits_of(source: Source, document: Mapping[str, Any]) -> list[TextEdit]:
     """Return the edits of the first fix, or of the first name that may have been meant."""
     for fix in document["fixes"]:
         places = [_range(source, edit["place"]) for edit in fix["edits"]]
-        if all(place is not None for place in places):
-            return [
-                (*place, edit["text"]) for place, edit in zip(places, fix["edits"], strict=True) if place is not None
-            ]
+        found = [
+            TextEdit(*place, e["text"]) for place, e in zip(places, fix["edits"], strict=True) if place is not None
+        ]
+        if len(found) == len(places):
+            return found
     place = _range(source, document["place"])
     names = document["near"] or re.findall(r"did you mean `([^`]+)`", document["hint"] or "")
-    return [(*place, names[0])] if place is not None and names and "\n" not in source.text[slice(*place)] else []
+    if place is None or not names or "\n" in source.text[slice(*place)]:
+        return []
+    return [TextEdit(*place, names[0])]
 
 
 def _range(source: Source, place: Mapping[str, Any] | None) -> tuple[int, int] | None:

@@ -16,7 +16,7 @@ from typing import Any
 
 from scenelang.backends.files import make_folder, read_regular, write_json, write_text
 from scenelang.backends.language_models.catalogue import ImageContent
-from scenelang.bench.answering import Answerer, BenchRequest
+from scenelang.bench.answering import RECORDING, Answerer, BenchRequest
 from scenelang.bench.scoring import Score, scene_of, score_of
 from scenelang.bench.tasks import BenchTask
 from scenelang.grammar.diagnostics import CODES, SceneError, UsageError, suggest
@@ -340,7 +340,7 @@ class BenchRun:
 
     def drop_broken_line(self) -> None:
         """Remove a last line that was not written to its end."""
-        for path in (self.folder / TRIALS, self.folder / "answers.jsonl"):
+        for path in (self.folder / TRIALS, self.folder / RECORDING):
             if path.exists():
                 text = read_regular(path).decode("utf-8", "replace")
                 if text and not text.endswith("\n"):

@@ -179,7 +179,7 @@ class AnswerReader:
         if scene is not None and notation is not Notation.PYTHON:
             program = _formatted(code)
         unlike = [*_unlike(scene, task), *linted(result, check_declarations)] if scene is not None else []
-        is_linted = has_findings and scene is not None and task.kind is not TaskKind.BLOCKS
+        is_linted = has_findings and task.kind is not TaskKind.BLOCKS
         findings = geometry_findings(scene) if is_linted and scene is not None else ()
         return Verdict(program, scene, (*result.diagnostics, *unlike), findings, code)
 
