@@ -223,7 +223,7 @@ def _edits(tokens: Sequence[_Token], round_: int, square: int) -> Iterator[tuple
     if (round_, square) in ((1, 0), (2, 0), (0, 1), (0, 2)):
         closing = ")" * round_ + "]" * square
         for i, token in enumerate(tokens[: limit + 1]):
-            if token.text in _PAIRS:
+            if token.text in _PAIRS and not _is_empty_list(tokens, i, closing):
                 continue
             made = [_Token(c, token.end, token.end, token.column, False) for c in closing]
             yield BracketEdit(token.end, token.end, closing), [*tokens[: i + 1], *made, *tokens[i + 1 :]]
@@ -239,6 +239,13 @@ def _edits(tokens: Sequence[_Token], round_: int, square: int) -> Iterator[tuple
                 yield BracketEdit(token.start, token.end, right), [
                     *tokens[:i], token._replace(text=right), *tokens[i + 1 :],
                 ]  # fmt: skip
+
+
+def _is_empty_list(tokens: Sequence[_Token], i: int, closing: str) -> bool:
+    """Return whether a list may be closed where it begins: that of a function without parameters, behind which a line
+    ends."""
+    is_behind = i > 0 and tokens[i - 1].text == "lambda"
+    return is_behind and closing == ")" and (i + 1 == len(tokens) or tokens[i + 1].is_first)
 
 
 def _first_contradiction(tokens: Sequence[_Token]) -> int:

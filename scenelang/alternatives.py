@@ -1,8 +1,10 @@
-"""Fixes for errors that are tested: arguments in another order, an index that is one less, an argument that is missing.
+"""Fixes for errors that are tested: arguments in another order, an index that is one less, an argument that is missing,
+notations of other languages that only a run finds.
 
 A message alone does not say which of these was meant. Each candidate is evaluated, and one is offered only if the error
-is gone with it, and no other came. Values are never invented: what is put in place of a missing argument is a
-variable that is used nowhere or called as the parameter, or what all other calls of the function pass.
+is gone with it, and no other came. An error in the expansion of a macro is fixed in its definition. Values are never
+invented: what is put in place of a missing argument is a variable that is used nowhere, called as the parameter or
+stands beside the call, or what all other calls of the function pass.
 """
 
 from __future__ import annotations
@@ -28,12 +30,14 @@ from scenelang.grammar.datum import (
 )
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.grammar.reader import read_pieces
+from scenelang.interpreter.lint.idioms import NAMES
 
 MAX_TRIALS = 40  # of a program, so that a machine's speed decides nothing
 _SECONDS = 10.0
 _MAX_ERRORS = 3
 _MAX_TEXT = 100_000  # characters of a program
 
+_BRACKETS = ("unclosed", "extra-close")  # hide all other errors, so that nothing can be tested
 _CONSEQUENCES = ("unused", "unreachable-word", "ambiguous-root")  # of an error that ends
 
 Check: TypeAlias = Callable[[Source], Sequence[Diagnostic]]
@@ -43,8 +47,8 @@ def with_tested(source: Source, found: Sequence[Diagnostic], check: Check) -> li
     """Return findings where errors without a fix get the first candidate that resolves them; ``check`` returns the
     errors of another text."""
     errors = [d for d in found if d.is_error]
-    open_ = [d for d in errors if not d.fixes and d.name in _CANDIDATES and _is_own(d.span, source)]
-    if not open_ or len(source.text) > _MAX_TEXT:
+    open_ = [d for d in errors if not d.fixes and d.name in _CANDIDATES and _place(d, source) is not None]
+    if not open_ or len(source.text) > _MAX_TEXT or any(d.name in _BRACKETS for d in errors):
         return list(found)
     end, left = time.monotonic() + _SECONDS, MAX_TRIALS
     fixed: dict[int, Diagnostic] = {}
@@ -67,8 +71,12 @@ def _is_of_use(diagnostic: Diagnostic, added: Collection[str]) -> bool:
     return diagnostic.name == "unused" and diagnostic.span is not None and diagnostic.span.text in added
 
 
-def _is_own(span: Span | None, source: Source) -> bool:
-    return span is not None and span.source.name == source.name and span.expansion is None
+def _place(diagnostic: Diagnostic, source: Source) -> Span | None:
+    """Return the range of a program that an error is about: of the macro's definition, for one in its expansion."""
+    span = diagnostic.span
+    if span is not None and span.expansion is not None:
+        span = span.expansion.definition
+    return span if span is not None and span.source.name == source.name and span.expansion is None else None
 
 
 def _key(diagnostic: Diagnostic) -> tuple[str, str]:
@@ -84,7 +92,9 @@ class _Program:
 
     def __init__(self, source: Source) -> None:
         self.source = source
-        self.lists = [each for each in walk(*read_pieces(source).forms) if isinstance(each, ListDatum) and each.items]
+        datums = list(walk(*read_pieces(source).forms))
+        self.lists = [each for each in datums if isinstance(each, ListDatum) and each.items]
+        self.arrays = [each for each in datums if isinstance(each, ArrayDatum) and each.items]
 
     @property
     def variables(self) -> Iterator[str]:
@@ -93,10 +103,17 @@ class _Program:
             _bound(form.items[1]) for form in self.lists if _head(form) == "define" and len(form.items) == _DEFINITION
         )
 
-    def at(self, span: Span | None) -> ListDatum | None:
-        """The smallest list that has all of a range."""
-        around = [] if span is None else [each for each in self.lists if _has(each, span.start, span.end)]
-        return min(around, key=lambda each: each.span.end - each.span.start, default=None)
+    def at(self, diagnostic: Diagnostic) -> list[ListDatum]:
+        """The smallest list that has all that an error is about; in a macro, the lists of the named function."""
+        span = _place(diagnostic, self.source)
+        if span is None:
+            return []
+        if diagnostic.span is not None and diagnostic.span.expansion is not None:
+            name = re.match(r"`([^`]+)` expects", diagnostic.message)
+            inside = [each for each in self.lists if _has_span(span, each)]
+            return [each for each in inside if name is not None and _head(each) == name[1]]
+        around = [each for each in self.lists if _has(each, span.start, span.end)]
+        return sorted(around, key=lambda each: each.span.end - each.span.start)[:1]
 
     def around(self, form: ListDatum) -> list[ListDatum]:
         """The lists that a list stands in, from the inside to the outside, after itself."""
@@ -126,6 +143,10 @@ def _has(form: ListDatum, start: int, end: int) -> bool:
     return form.span.start <= start and end <= form.span.end
 
 
+def _has_span(span: Span, form: ListDatum) -> bool:
+    return span.start <= form.span.start and form.span.end <= span.end
+
+
 def _head(form: ListDatum) -> str:
     return str(form.items[0].span.text)
 
@@ -134,10 +155,45 @@ def _head(form: ListDatum) -> str:
 
 
 def _of_type(program: _Program, diagnostic: Diagnostic) -> Iterator[Fix]:
-    """Arguments in another order, or one more that is used nowhere."""
-    form = program.at(diagnostic.span)
-    if form is None:
-        return
+    """A string for a symbol, a point of three components, arguments in another order, or one more that is used
+    nowhere."""
+    yield from _strings(program, diagnostic)
+    yield from _without_signs(program, diagnostic)
+    yield from _points(program, "three" in diagnostic.message)
+    for form in program.at(diagnostic):
+        yield from _other_arguments(program, form)
+
+
+_QUOTED = re.compile(r"'([^\s()\[\]'\"]+)'")
+
+
+def _strings(program: _Program, diagnostic: Diagnostic) -> Iterator[Fix]:
+    """Double quotes for the single ones around a name, which is read as a symbol and another quote."""
+    if "got a symbol" in diagnostic.message:
+        for found in _QUOTED.finditer(program.source.text):
+            yield Fix("Write double quotes", (Edit(program.span(*found.span()), f'"{found[1]}"'),))
+
+
+def _without_signs(program: _Program, diagnostic: Diagnostic) -> Iterator[Fix]:
+    """Keywords of the call without the equals sign of other languages: ``:width=2``."""
+    for item in (item for form in program.at(diagnostic) for item in form.items):
+        if isinstance(item, Atom) and type(item.value) is Keyword and "=" in item.value:
+            name, _, value = item.span.text.partition("=")
+            yield _fix(item.span, f"{name} {value}".rstrip())
+
+
+def _points(program: _Program, is_about_three: bool) -> Iterator[Fix]:
+    """Points without a fourth component, and with a third; arrays of points without a number at their end."""
+    for array in program.arrays:
+        last = array.items[-1].span
+        is_odd = len(array.items) > 1 and [isinstance(item, ArrayDatum) for item in array.items[-2:]] == [True, False]
+        if is_odd or (is_about_three and len(array.items) == _COMPONENTS + 1):
+            yield Fix("Leave out the last component", (Edit(program.span(array.items[-2].span.end, last.end), ""),))
+        elif is_about_three and len(array.items) == _COMPONENTS - 1:
+            yield Fix("Add the third component", (Edit(program.span(last.end, last.end), " 0"),))
+
+
+def _other_arguments(program: _Program, form: ListDatum) -> Iterator[Fix]:
     yield from _swaps(form)
     for inner in form.items[1:]:
         if isinstance(inner, ListDatum) and inner.items:
@@ -173,20 +229,20 @@ _OUTSIDE = re.compile(r"index (-?\d+) is outside .* of length (\d+)")
 
 def _of_index(program: _Program, diagnostic: Diagnostic) -> Iterator[Fix]:
     """An index, or the count of a loop, that is one too high, in the call and what is around it."""
-    form = program.at(diagnostic.span)
-    if form is None:
-        return
-    yield from _lowered(form)
-    for outer in program.around(form)[1:]:
-        yield from (fix for fix in _lowered(outer) if not _within(fix, form))
+    forms = program.at(diagnostic)
+    for form in forms:
+        yield from _lowered(form)
+        for outer in program.around(form)[1:]:
+            yield from (fix for fix in _lowered(outer) if not _within(fix, form))
     match = _OUTSIDE.search(diagnostic.message)
     if match is not None:
         index, length = map(int, match.groups())
         counts = [
-            atom for each in program.lists for atom in _counts(each) if int(str(atom.value)) == index + 1 > length
+            atom for each in program.lists for atom in loop_counts(each) if int(str(atom.value)) == index + 1 > length
         ]
         yield from (_fix(atom.span, str(length)) for atom in counts)
-    yield from _swaps(form)
+    for form in forms:
+        yield from _swaps(form)
 
 
 def _within(fix: Fix, form: ListDatum) -> bool:
@@ -202,11 +258,13 @@ def _lowered(form: ListDatum) -> Iterator[Fix]:
                 yield _fix(each.span, other.span.text)
 
 
-def _counts(form: ListDatum) -> Iterator[Atom]:
-    """Whole numbers that count the turns of a loop."""
+def loop_counts(form: Datum) -> Iterator[Atom]:
+    """Yield the whole numbers in a form that say how often something is done or made."""
+    if not isinstance(form, ListDatum) or not form.items:
+        return
     head, items = _head(form), form.items
     places: list[Datum] = []
-    if head in ("union-loop", "ring", "iota", "range"):
+    if head in ("union-loop", "ring", "scatter", "iota", "range", "make-list"):
         places += items[1:2]
     elif head.startswith("for") and len(items) > 1 and isinstance(items[1], ListDatum):
         places += [each.items[1] for each in items[1].items if isinstance(each, ListDatum) and len(each.items) == 2]
@@ -217,18 +275,47 @@ def _fix(span: Span, text: str) -> Fix:
     return Fix(f"Change to `{text}`", (Edit(span, text),))
 
 
+_CALLED = re.compile(r"calls its parameter `([^`]+)`")
+
+
+def _of_call(program: _Program, diagnostic: Diagnostic) -> Iterator[Fix]:
+    """Brackets of a vector for the parentheses of a list that calls what is no function, such as a parameter."""
+    match = _CALLED.search(diagnostic.message)
+    forms = program.at(diagnostic) if match is None else [each for each in program.lists if _head(each) == match[1]]
+    for form in forms:
+        meant = NAMES.get(_head(form))
+        if meant is not None and meant.instead:
+            yield _fix(form.items[0].span, meant.instead)
+        yield Fix("Write a vector", (Edit(form.span, f"[{form.span.text[1:-1]}]"),))
+
+
 # --- missing arguments -----------------------------------------------------------------------------------------------
 
 
 def _of_arity(program: _Program, diagnostic: Diagnostic) -> Iterator[Fix]:
     """The last argument, where the program tells what it is."""
-    form = program.at(diagnostic.span)
-    if form is None or not form.items or not _is_short(diagnostic):
+    if not _is_short(diagnostic):
+        for form in program.at(diagnostic):
+            yield from _gathered(program, form)
         return
-    place = len(_positional(form))
-    end = form.items[place].span.end
-    for value in dict.fromkeys(_values(program, form, place, diagnostic.signature or "")):
-        yield Fix(f"Add `{value}`", (Edit(program.span(end, end), f" {value}"),))
+    for form in program.at(diagnostic):
+        place = len(_positional(form))
+        end = form.items[place].span.end
+        for value in dict.fromkeys(_values(program, form, place, diagnostic.signature or "")):
+            yield Fix(f"Add `{value}`", (Edit(program.span(end, end), f" {value}"),))
+        if _head(form) == "transform" and place == 1:
+            yield _fix(form.span, form.items[1].span.text)
+
+
+def _gathered(program: _Program, form: ListDatum) -> Iterator[Fix]:
+    """The last three arguments as the components of a vector."""
+    given = _positional(form)
+    if len(given) >= _COMPONENTS:
+        span = program.span(given[-_COMPONENTS].span.start, given[-1].span.end)
+        yield Fix("Write a vector", (Edit(span, f"[{span.text}]"),))
+
+
+_COMPONENTS = 3
 
 
 def _is_short(diagnostic: Diagnostic) -> bool:
@@ -247,6 +334,9 @@ def _values(program: _Program, form: ListDatum, place: int, signature: str) -> I
     if len(name) >= _NAME and name in {*program.variables, *(each for each, _ in _scope(around))}:
         yield name
     yield from program.unused(around)
+    beside = list(_beside(form, around))  # as in `(list x (- x))` and `(union a (on-top-of b a))`
+    if _head(form) == "-":
+        yield from beside
     heads = {id(each.items[1]) for each in program.lists if _head(each) == "define" and len(each.items) > 1}
     calls = [each for each in program.lists if each is not form and id(each) not in heads]
     near = [each for each in calls if _has(around[-1], each.span.start, each.span.end)]
@@ -255,9 +345,17 @@ def _values(program: _Program, form: ListDatum, place: int, signature: str) -> I
         known = {each.span.text for each in given}
         if len(known) == 1 and is_known(given[0]) and len(given) >= (_AGREE if group is calls else 1):
             yield from known
+    yield from beside
     if name == "axis" and _head(form) == "rotate":
         axes = Counter(given[place].span.text for each in calls if len(given := _same(each, form)) > place)
         yield max(axes, key=lambda axis: axes[axis], default="[0 1 0]")  # most things turn about the vertical
+
+
+def _beside(form: ListDatum, around: Sequence[ListDatum]) -> Iterator[str]:
+    """Yield the variables that stand beside a form, and not in it."""
+    used = {each.span.text for each in form.items}
+    yield from (each.span.text for outer in around[1:2] for each in outer.items[1:]
+                if _is_variable(each) and each.span.text not in used)  # fmt: skip
 
 
 _NAME = 3  # letters of a parameter's name that say what it is, unlike `x`
@@ -295,6 +393,8 @@ def _scope(around: Iterable[ListDatum]) -> Iterator[tuple[str, ListDatum]]:
     """Yield the names that forms around a place bind, with the forms, from the inside to the outside."""
     for form in around:
         head, items = _head(form), form.items
+        if len(items) > 1 and isinstance(items[0], ListDatum):  # a pattern of a macro, or a clause
+            yield from ((name, form) for each in items[0].items[1:] if (name := _bound(each)))
         if head in _BINDING and len(items) > 1 and isinstance(items[1], ListDatum):
             parameters = items[1].items[1 if head == "define" else 0 :]
             yield from ((name, form) for each in parameters if (name := _bound(each)))
@@ -323,8 +423,12 @@ def _uses(text: str, name: str) -> int:
 
 _CANDIDATES: dict[str, Callable[[_Program, Diagnostic], Iterator[Fix]]] = {
     "type": _of_type,
+    "embedding": _of_type,
+    "keyword": _of_type,
     "value": _of_type,
     "parts": _of_type,
+    "pose": _of_type,
+    "not-a-procedure": _of_call,
     "attribute": _of_type,
     "index": _of_index,
     "key": _of_index,

@@ -282,12 +282,16 @@ class _Fixed:
         start, end = self._offset(span.start), self._offset(span.end)
         if start is None or end is None or end < start:
             return None
-        return Span(self.written, start, end, None)
+        expansion = span.expansion
+        if expansion is not None and expansion.definition is not None:
+            is_own = expansion.definition.source.name == self.written.name
+            expansion = expansion._replace(definition=self._span(expansion.definition)) if is_own else expansion
+        return Span(self.written, start, end, expansion)
 
     def original(self, diagnostic: Diagnostic) -> Diagnostic | None:
         """Return a diagnostic of the changed text as one of the text as it was written; None if about a change."""
         span = diagnostic.span
-        if span is None or span.source.name != self.written.name or span.expansion is not None:
+        if span is None or span.source.name != self.written.name:
             return None
         place = self._span(span)
         if place is None or any(c.text and c.start <= place.start and place.end <= c.end for c in self.changes):

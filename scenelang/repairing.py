@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenelang.alternatives import loop_counts
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums, walk
 from scenelang.grammar.diagnostics import ABOUT_SCENES, Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read
@@ -429,7 +430,7 @@ class _Search:
         """Return a version in which a goal is resolved and nothing new is found; None if none is found."""
         tried: set[frozenset[tuple[int, str]]] = set()
         spare: _Version | None = None  # it has no new finding, but something is deeper in another thing
-        for candidates in (self._by_literals, self._by_amount_or_turn, self._by_form):
+        for candidates in (self._by_literals, self._by_count, self._by_amount_or_turn, self._by_form):
             for candidate in self._distinct(candidates(now, goal), tried):
                 found = self._tested(now, goal, candidate)
                 if found is not None and _is_sound(now, found):
@@ -533,6 +534,8 @@ class _Search:
 
     def _by_literals(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
         """Yield changes of the literals of one vector that move the two things of a goal to or from each other."""
+        if not goal.aims:
+            return
         literals, motions = literals_of(Source(self.name, now.text)), self._motions(now)
         groups: dict[int, list[int]] = {}
         for number, literal in enumerate(literals):
@@ -585,7 +588,17 @@ class _Search:
             return
         if goal.turn is not None:
             yield from self._turned(now, goal)
-        for literal in literals_of(Source(self.name, now.text)):
+        yield from self._roots(now, goal, literals_of(Source(self.name, now.text)))
+
+    def _by_count(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
+        """Yield changes of the numbers that say how often something is made, by which a declared count holds."""
+        if goal.declaration is not None and goal.declaration.relation == "count":
+            source = Source(self.name, now.text)
+            counts = {atom.span.start for form in walk(*read(source).forms) for atom in loop_counts(form)}
+            yield from self._roots(now, goal, [each for each in literals_of(source) if each.span.start in counts])
+
+    def _roots(self, now: _Version, goal: Goal, literals: Sequence[_Literal]) -> Iterator[_Candidate]:
+        for literal in literals:
             if not self.has_time():
                 return
             found = self._root_of(now, goal, literal)
@@ -668,7 +681,7 @@ class _Search:
         if goal.key[0] == "twin":
             return
         for part in parts:
-            moved = self._moved_by(now, part) if self.has_time() else None
+            moved = self._moved_by(now, part) if goal.aims and self.has_time() else None
             for aim in goal.aims if moved is not None else ():
                 assert moved is not None
                 yield from self._placed(now, goal, aim, part, moved)

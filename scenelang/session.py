@@ -858,10 +858,11 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
     )
 
 
-def _weight(checked: Checked) -> tuple[int, int]:
-    """Return the numbers of errors and warnings of a text."""
-    errors = sum(d.is_error for d in checked.diagnostics)
-    return errors, len(checked.diagnostics) - errors
+def _weight(checked: Checked) -> tuple[int, int, int]:
+    """Return the numbers of errors, of those without a fix or in the form of the text, and of warnings of a text."""
+    errors = [d for d in checked.diagnostics if d.is_error]
+    open_ = [d for d in errors if not d.fixes or d.name == "syntax"]
+    return len(errors), len(open_), len(checked.diagnostics) - len(errors)
 
 
 def settled(

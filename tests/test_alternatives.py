@@ -46,6 +46,82 @@ def test_arguments_in_another_order(meant: str, written: str) -> None:
     assert fixed(scene(written)) == scene(meant)
 
 
+def test_the_other_side_of_what_is_on_one() -> None:
+    text = scene('(for/union ((x (list far (- far)))) (transform (call "cube") (translate [x 0 0])))', "(define far 3)")
+    assert fixed(text.replace("(- far)", "(-)")) == text
+
+
+PLACE = """(define-syntax place
+  (syntax-rules (at turned)
+    ((_ thing at p) (transform thing (translate p)))
+    ((_ thing turned angle) (transform thing (rotate (radians angle) [0 1 0])))))"""
+
+
+@pytest.mark.parametrize(
+    ("meant", "written"),
+    [
+        ("(transform thing (translate p))", "(transform (translate p) thing)"),
+        ("(radians angle)", "(radians)"),
+        ("(rotate (radians angle) [0 1 0])", "(rotate [0 1 0] (radians angle))"),
+        ("(rotate (radians angle) [0 1 0])", "(rotate (radians angle) 0 1 0)"),
+        ("(rotate (radians angle) [0 1 0])", "(rotate (radians angle) [0 1 0 1])"),
+    ],
+)
+def test_arguments_in_the_definition_of_a_macro(meant: str, written: str) -> None:
+    body = "(union " + " ".join(f"(place {box('1')} {how})" for how in ("at [2 0 0]", "turned 30", "turned 60")) + ")"
+    assert fixed(scene(body, PLACE.replace(meant, written))) == scene(body, PLACE)
+
+
+def test_parentheses_around_what_is_passed_to_a_parameter() -> None:
+    walls = '(bind "walls" (lambda (:width :height) (call "cube" :scale [width (- height 3) 1])))'
+    body = '(call "walls" :width 11 :height 7)'
+    wrong = walls.replace("[width (- height 3) 1]", "(width (- height 3) 1)")
+    assert fixed(scene(body, wrong)) == scene(body, walls)
+
+
+@pytest.mark.parametrize(
+    ("meant", "written"),
+    [
+        (box("(color (car names))"), "'tomato'"),
+        (f"(transform {box('1')} (translate [(car sizes) 0 (cadr sizes)]))", "((car sizes) 0 (cadr sizes))"),
+        ('(call "wall" :height 2)', ":height=2"),
+        ('(call "wall" :height (car sizes))', ":height=(car sizes)"),
+        (box("(second (list [0 1 2] [1 2 3]))"), "[1 2 3 4]"),
+        (f"(transform {box('1')} (translate (car (list [1 2 0]))))", "[1 2]"),
+    ],
+)
+def test_notations_that_only_a_run_finds(meant: str, written: str) -> None:
+    before = (
+        '(define names (list "tomato" "orange"))',
+        "(define sizes (list 1 2 3))",
+        '(bind "wall" (lambda (:height) (call "cube" :scale [1 height 1])))',
+    )
+    text = scene(meant, *before)
+    of = {"'tomato'": '"tomato"', ":height=2": ":height 2", ":height=(car sizes)": ":height (car sizes)",
+          "((car sizes) 0 (cadr sizes))": "[(car sizes) 0 (cadr sizes)]", "[1 2 3 4]": "[1 2 3]", "[1 2]": "[1 2 0]"}  # fmt: skip
+    assert text.count(of[written]) == 1
+    assert fixed(text.replace(of[written], written)) == text
+
+
+def test_a_part_beside_which_the_missing_one_stands() -> None:
+    parts = '(define trunk (call "cube")) (define crown (call "sphere"))'
+    text = scene("(union trunk (on-top-of crown trunk))", parts)
+    assert fixed(text.replace("crown trunk)", "crown)")) == text
+
+
+def test_a_pose_that_is_missing_is_none() -> None:
+    text = scene(f"(union {box('1')} (transform {box('2')}))")
+    assert fixed(text) == scene(f"(union {box('1')} {box('2')})")
+
+
+def test_nothing_is_tested_while_brackets_are_wrong() -> None:
+    text = scene(box("(side 2)"), "(define depth 3) (define (side width depth) [width 1 depth])")
+    assert fixed(text) != text
+    found = with_tested(Source("a.scene", text + "("), SESSION.evaluate(Source("a.scene", text + "(")).diagnostics,
+                        lambda source: [])  # fmt: skip
+    assert not any(d.fixes for d in found if d.name == "arity")
+
+
 def test_an_index_that_is_one_too_high() -> None:
     sizes = "(define sizes (list 1 2 3))"
     last = box("(ref sizes (- (length sizes) 1))")

@@ -49,6 +49,7 @@ STOOL = """(bind "stool"
         ("[x 0 0]))))))", "[x 0 0])))))"),
         ("[x 0 0]))))))", "[x 0 0])))))))"),
         ('(scene "stool")', '(scene "stool"'),
+        ("(lambda ()\n", "(lambda (\n"),
     ],
 )
 def test_the_bracket_is_found_where_it_was_meant(old: str, new: str) -> None:
@@ -57,6 +58,30 @@ def test_the_bracket_is_found_where_it_was_meant(old: str, new: str) -> None:
     found = checked(text)
     assert {d.code[:3] for d in found if d.is_error} == {"E10"}
     assert fixed(text, found) == STOOL
+
+
+def test_the_bracket_is_where_what_is_left_can_be_fixed() -> None:
+    loop = '(union (call "ball") (for/union ((s sizes)) (call "cube" :scale s)))'
+    before = "(define sizes '(1 2))\n"
+    text = scene_of(loop.replace("sizes))", "sizes)").replace('(call "cube', '(cll "cube'), before)
+    assert fixed(text, checked(text)) == scene_of(loop, before)
+
+
+def test_the_bracket_is_where_a_point_has_three_numbers() -> None:
+    part = '(place "box" [(* dx (+ radius 1)) (- level 1) (* dx (+ radius 1))])'
+    text = scene_of(part.replace("radius 1)) (- level", "radius 1) (- level"))
+    assert fixed(text, checked(text)) == scene_of(part)
+
+
+def scene_of(body: str, before: str = "") -> str:
+    return f"""{before}(define (place word position)
+  (transform (call "cube" :label word) (translate position)))
+(bind "a"
+  (lambda (:radius :level)
+    (for/union ((dx '(1 -1)))
+      {body})))
+(call "a" :radius 2 :level 1)
+"""
 
 
 @pytest.mark.parametrize("old", ['"stool"\n', '"cylinder"', '(scene "stool"'])

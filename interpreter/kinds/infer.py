@@ -40,7 +40,6 @@ from scenelang.interpreter.kinds.kinds import (
     PARTS,
     SET,
     TABLE,
-    VECTOR,
     Kind,
     accepts,
     describe,
@@ -64,7 +63,6 @@ from scenelang.interpreter.kinds.kinds import (
 from scenelang.interpreter.runtime.procedures import MAKE_RECORD
 from scenelang.interpreter.runtime.types import Builtin
 
-_ARRAYS = union_of((VECTOR, ARRAY, MATRIX))
 _MAX_DEPTH = 400  # of nested expressions; what is deeper has the kind ANY
 
 
@@ -747,7 +745,7 @@ def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
         return ANY
     if any(is_number(kind) for kind in kinds):  # items of other shapes would fail
         return vector_of(len(kinds), all(kind is INTEGER for kind in kinds))
-    return _ARRAYS
+    return union_of((vector_of(len(kinds)), ARRAY, MATRIX))  # of numbers, or of what has items itself
 
 
 def _while(inference: KindInference, node: ast.While) -> Kind:

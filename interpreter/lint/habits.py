@@ -148,7 +148,7 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
         )
     if habit.parameters is not None and habit.parameters[0] <= span.start and span.end <= habit.parameters[1]:
         return True
-    if habit.row not in ("whole", "call") and knows and diagnostic.name not in ("bracket", "unbound"):
+    if habit.row not in ("whole", "call") and knows and diagnostic.name not in ("bracket", "unbound", "idle-attribute"):
         return False  # the diagnostic knows better what to do
     if diagnostic.name == "unbound" and span.text in habit.names:
         return True
@@ -266,10 +266,21 @@ _WORDS = frozenset((
 _OPERATORS = frozenset(("&&", "||", "==", "===", "**", "^"))
 
 
+_DEFINERS = r"\((?:define|param|setq|setf|def|defun|defn|defparameter|defvar|const|let|var|function)\s+\(?"
+
+
+def _is_defined(name: str, text: str) -> bool:
+    """Return whether a text seems to define a name: by a form of any language, or at top level by a misspelled one."""
+    written = re.escape(name) + r"(?=[\s)])"
+    return re.search(rf"{_DEFINERS}{written}|^\(def\w*\s+\(?{written}", text, re.M) is not None
+
+
 def _named(source: Source, tree: Tree) -> Iterator[Habit]:
     name = NAMES.get(tree.text)
     if tree.text in _WORDS and source.text[tree.start - 1 : tree.start] != "(":
         return
+    if name is not None and _is_defined(tree.text, source.text):
+        return  # the program calls something else so, in whatever way it defines it
     if tree.text in _OPERATORS and source.text[tree.start - 1 : tree.start] != "(":
         name = Term(NAMES[tree.text].language, hint=f"the operator comes first: `({NAMES[tree.text].instead} a b)`")
     instead = name.instead if name is not None else _module_function(tree.text)
@@ -381,7 +392,7 @@ def _adjacent_calls(source: Source, tree: Tree) -> Iterator[Habit]:
         yield Habit(head.start, arguments.end, inner, frozenset(), diagnostic, "call")
 
 
-_DEFINITION = r"\((?:define|param)\s+\(?([^\s()\[\]]+)|\(\(([^\s()\[\]:]+)\s"
+_DEFINITION = _DEFINERS + r"([^\s()\[\]]+)|\(\(([^\s()\[\]:]+)\s"
 
 
 @lru_cache(maxsize=4)
@@ -583,6 +594,16 @@ def _record_names(fields: Sequence[Tree]) -> Iterator[str]:
     yield from (f"-{field.text}" for field in fields)
 
 
+def _is_parameter(tree: Tree) -> bool:
+    """Return whether a datum may be a parameter of a function, or what separates two."""
+    if tree.opener:
+        first = tree.items[0] if len(tree.items) == _WITH_DEFAULT else None
+        return first is not None and not first.opener and _is_parameter(first)
+    return re.fullmatch(r"[,.:&]|[:&]?[A-Za-z_][^\s()\[\]\"';,]*", tree.text) is not None
+
+
+_WITH_DEFAULT = 2  # items of a parameter with its default
+
 _NOT_AN_ENTITY = re.compile(r'[-+.]?\d|["\':#]')
 
 
@@ -597,6 +618,7 @@ _INDEX = r"\d|[a-z]\Z|i(ndex|dx)?\Z|[-+*%]\Z|//\Z"  # a number, a short name, or
 # What the variables of these names match; others match any datum.
 _SHAPES: Mapping[str, Callable[[Tree], bool]] = {
     "?name": lambda tree: not tree.opener and re.fullmatch(SYMBOL, tree.text) is not None,
+    "?parameters": _is_parameter,
     "?entity": _is_entity,
     "?index": lambda tree: re.match(_INDEX, tree.items[0].text if tree.items else tree.text) is not None,
     "?plural": lambda tree: re.fullmatch(r"[a-z-]+[^s]s", tree.text) is not None,
@@ -621,14 +643,30 @@ def _matches(pattern: Tree, tree: Tree, bound: dict[str, list[Tree]]) -> bool:
         return tree.text == pattern.text
     if tree.opener != pattern.opener:
         return False
-    items, wanted = tree.items, pattern.items
+    items, wanted = _with_prefixes(tree.items), pattern.items
     if len(wanted) > 1 and wanted[-1].text == "...":
         fixed = wanted[:-2]
         if len(items) < len(fixed):
             return False
-        bound[wanted[-2].text[1:]] = items[len(fixed) :]
+        rest, shape = wanted[-2].text, _SHAPES.get(wanted[-2].text)
+        if shape is not None and not all(map(shape, items[len(fixed) :])):
+            return False
+        bound[rest[1:]] = items[len(fixed) :]
         return all(_matches(p, item, bound) for p, item in zip(fixed, items))
     return len(items) == len(wanted) and all(_matches(p, item, bound) for p, item in zip(wanted, items))
+
+
+def _with_prefixes(items: list[Tree]) -> list[Tree]:
+    """Return datums in which a quote is one with what is quoted."""
+    if not any(item.text == "'" for item in items[:-1]):
+        return items
+    joined: list[Tree] = []
+    for item in items:
+        if joined and joined[-1].text == "'":
+            joined[-1] = Tree(joined[-1].start, item.end, "'...")
+        else:
+            joined.append(item)
+    return joined
 
 
 _VARIABLE = re.compile(r"\?([a-z]+)(/2)?( \.\.\.)?")

@@ -618,6 +618,9 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
         for argument in node.arguments:
             if type(argument) is ast.Constant and type(argument.value) is Keyword:
                 name, span = str(argument.value), argument.span
+                if "=" in name:
+                    yield "", _with_sign(name, span)  # of words of the program, too
+                    continue
                 is_geometric = geometry_attributes(word) is not None
                 hint = unread_hint(word, name) if is_geometric else _semantic_hint(word, name)
                 if hint is not None:
@@ -632,6 +635,17 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
                             near=(f":{near}",) if near else (),
                         ),
                     )  # fmt: skip
+
+
+def _with_sign(name: str, span: Span) -> Diagnostic:
+    """Return the finding of a keyword argument with the equals sign of other languages."""
+    own, _, value = name.partition("=")
+    after = span.source.text[span.end : span.end + 1]
+    written = f":{own} {value}" if value or not after.isspace() else f":{own}"
+    fix = Fix(f"Change to `{written.rstrip()}`", (Edit(span, written),), safe=True)
+    hint = f"write `:{own} value`, without an equals sign"
+    message = f"no primitive uses the attribute `:{name}`"
+    return Diagnostic("idle-attribute", message, span, hint, fixes=(fix,), found=f":{name}", near=(f":{own}",))
 
 
 def _misspelled_attributes(node: Any) -> Iterator[tuple[str, Diagnostic]]:

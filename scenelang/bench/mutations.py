@@ -10,7 +10,7 @@ import hashlib
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
 from functools import cache
 from random import Random
@@ -393,25 +393,33 @@ def is_repaired(made: Mutated, text: str) -> bool:
 def repaired_mistakes(made: Mutated, text: str) -> list[bool]:
     """Return which mistakes a text has no more.
 
-    All, if it makes the sound program's scene; else those around which it has the tokens of the sound program again.
+    All, if it makes the sound program's scene; else those with which the sound program makes its scene when it is
+    written as the text is around them.
     """
     if is_repaired(made, text):
         return [True] * len(made.mistakes)
     if len(made.mistakes) == 1:
         return [False]
-    changed = _differences(made.sound, text)
-    return [not any(start <= m.end and m.start <= end for start, end in changed) for m in made.mistakes]
+    changes = _differences(made.sound, text)
+    return [_is_repaired_alone(made, mistake, changes) for mistake in made.mistakes]
 
 
-def _differences(a: str, b: str) -> list[tuple[int, int]]:
-    """Return the ranges of the first text whose tokens the second has not."""
+def _is_repaired_alone(made: Mutated, mistake: PlantedMistake, changes: Sequence[TextEdit]) -> bool:
+    own = [each for each in changes if each.start <= mistake.end and mistake.start <= each.end]
+    return not own or is_repaired(replace(made, mistakes=(mistake,)), with_edits(made.sound, own))
+
+
+def _differences(a: str, b: str) -> list[TextEdit]:
+    """Return the edits that make the tokens of the second text of those of the first."""
     tokens, others = _tokens(a), _tokens(b)
     matcher = SequenceMatcher(None, [t for _, _, t in tokens], [t for _, _, t in others], autojunk=False)
     found = []
-    for tag, first, last, _, _ in matcher.get_opcodes():
+    for tag, first, last, low, high in matcher.get_opcodes():
         if tag != "equal":
             start = tokens[first][0] if first < len(tokens) else len(a)
-            found.append((start, tokens[last - 1][1] if last > first else start))
+            end = tokens[last - 1][1] if last > first else start
+            new = b[others[low][0] : others[high - 1][1]] if high > low else ""
+            found.append(TextEdit(start, end, new if last > first else f" {new} "))
     return found
 
 

@@ -193,6 +193,8 @@ def test_mistakes_count_one_by_one() -> None:
     assert repaired_mistakes(made, made.text) == [False, False]
     assert repaired_mistakes(made, made.text.replace(":scael", " :scale")) == [True, False]
     assert repaired_mistakes(made, sound.replace("[1 2 3]", "[1 2 3.]")) == [True, True]
+    assert repaired_mistakes(made, made.text.replace(":scael", ":color")) == [False, False]
+    assert repaired_mistakes(made, made.text.replace(":scael [1 2 3]", ":scale (list 1 2 (+ 1 2))")) == [True, False]
 
 
 QUICK = ("misspelled builtin", "misspelled word", "name of CAD", "missing bracket", "commas", "order of transform")

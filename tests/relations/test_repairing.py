@@ -52,6 +52,11 @@ FAULTS = [
         "(* .5 i)",
     ),
     ('(for/union ((i 3)) (transform (call "chair") (translate (vector i 0 0))))', '(count "chair" 5)', "((i 5))"),
+    (  # the number of a loop, rather than what decides whether there is another
+        '(if (> 1 0) (call "chair") (union)) (for/union ((i 4)) (transform (call "chair") (translate (vector 0 0 i))))',
+        '(count "chair" 4)',
+        "((i 3))",
+    ),
     (TABLE, '(size "table" 1.2 :axis "y")', ""),
     (
         '(for/union ((x \'(-1 0 1.3))) (transform (call "chair") (translate (vector x 0 0))))',
