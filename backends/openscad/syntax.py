@@ -755,6 +755,14 @@ def uses_children(tree: object) -> bool:
     return False
 
 
+def _known_number(expr: Expr) -> float | None:
+    """Return the number that an expression is written as, perhaps with a sign."""
+    if isinstance(expr, Operation) and expr.operator == "unary -":
+        number = _known_number(expr.operands[0])
+        return None if number is None else -number
+    return expr.value if isinstance(expr, ConstantValue) and isinstance(expr.value, float) else None
+
+
 def runs(argument: Argument) -> bool:
     """Return whether a loop runs at least once for certain."""
     value = argument.value
@@ -762,7 +770,7 @@ def runs(argument: Argument) -> bool:
         return any(isinstance(each, ConstantValue | Items) for each in value.items)
     if not isinstance(value, Range):
         return False
-    ends = (value.first, value.last)
-    if all(isinstance(each, ConstantValue) and isinstance(each.value, float) for each in ends):
-        return value.step is None or value.first.value <= value.last.value  # type: ignore[union-attr, operator]
+    if value.step is not None:
+        first, step, last = map(_known_number, (value.first, value.step, value.last))
+        return None not in (first, step, last) and (last - first) * step >= 0  # type: ignore[operator]
     return True  # `[0 : n - 1]`: taken to run, so that programs stay short

@@ -556,6 +556,16 @@ def test_profiles_as_large_as_no_number_are_refused(refuses: Callable[[str, str]
     assert "within 1e+09" in refuses("value", '(svg-path "M0 0 h1e200 v1e200 h-1e200z")')
 
 
+@pytest.mark.parametrize("shape", [
+    '(call "cube" :scale 1e80)', '(call "cube" :scale 1e200)', '(call "sphere" :radius 1e65)', '(call "house" :scale 1e150)',
+    '(union (call "cube") (transform (call "cube") (translate [1e160 0 0])))',
+    '(union-solid (call "cube" :scale 1e160) (call "sphere" :radius 1e150))',
+])  # fmt: skip
+def test_measures_of_what_is_too_large_are_refused(shape: str) -> None:
+    with pytest.raises(sl.SceneError, match="only what is within 1e\\+50 of the origin can be measured, got"):
+        sl.evaluate(f'(bind "main" (lambda () {shape}))').measure()
+
+
 def test_measures_use_surfaces_that_are_known(monkeypatch: pytest.MonkeyPatch) -> None:
     from scenelang.interpreter.scene.modelling import computing
 

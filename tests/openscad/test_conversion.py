@@ -290,6 +290,18 @@ def test_ranges_without_a_step_rise() -> None:
     assert volume_of("cube(1); for (i = [0 : 1 : -1]) translate([5, 0, 0]) cube(3);") == pytest.approx(1)
 
 
+@pytest.mark.parametrize("steps", ["[0 : 1 : -1]", "[0 : 2 : -4]", "[5 : -1 : 9]", "[0 : 1 : n]", "[0 : -n : n]"])
+def test_loops_with_a_step_may_be_empty_in_a_boolean(steps: str) -> None:
+    body = "translate([i, i, i]) cube(3);"
+    assert volume_of(f"n = -1; difference() {{ cube(10); for (i = {steps}) {body} }}") == pytest.approx(1000)
+
+
+def test_loops_with_a_step_that_certainly_run_need_no_helper() -> None:
+    text, _ = converted("difference() { cube(10); for (i = [4 : -2 : -1]) translate([i, i, i]) cube(1); }")
+    assert "solid-cut" not in text
+    assert volume(text) == pytest.approx(997)
+
+
 def test_random_numbers_with_a_seed_are_openscads() -> None:
     assert random_numbers(0, 10, 5, 42) == pytest.approx([7.96543, 1.83435, 7.79691, 5.9685, 4.45833], rel=1e-5)
     assert random_numbers(-1, 1, 3, 1) == pytest.approx([0.99437, 0.865115, -0.743751], rel=1e-5)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass
-from scenelang.grammar.diagnostics import LimitError
+from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.entity import Entity
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     FloatArray = npt.NDArray[np.float64]
 
 _LEAST = 1e-15  # of the cube of the largest side: a smaller volume is that of something flat
+_MOST = 1e50  # of coordinates: moments of inertia grow with their fifth power
 _SIMILAR = 1e-9  # relative difference of the lengths of axes below which a pose keeps shapes similar
 
 
@@ -97,7 +98,7 @@ def measured(operands: Sequence[Operand]) -> Measures:
     Raises
     ------
     SceneError
-        "solid" if one of them cannot be computed.
+        "solid" if one of them cannot be computed, "domain" if one is too large or too far away.
     LimitError
         "size" if there would be too many triangles.
     """
@@ -160,6 +161,9 @@ def _measured_group(group: Sequence[Operand]) -> Measures:
     if surface is None:
         return Measures(0.0, 0.0, np.zeros(3), np.zeros((3, 3)))
     corners = surface.mesh.corners @ pose[:, :3].T + pose[:, 3]
+    reach = float(np.abs(corners).max())
+    if not reach < _MOST:
+        raise SceneError("domain", f"only what is within {_MOST:g} of the origin can be measured, got {reach:.3g}")
     if np.linalg.det(pose[:, :3]) < 0.0:
         corners = corners[:, ::-1]
     volume, area = volume_of(corners), float(areas_of(corners).sum())
