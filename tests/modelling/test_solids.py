@@ -552,6 +552,30 @@ def test_corners_of_meshes_are_whole_numbers(refuses: Callable[[str, str], str])
     assert "whole indices" in told
 
 
+def test_solids_that_no_later_operation_needs_are_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A chain of thousands of operations would fill the memory with all of its intermediate solids."""
+    monkeypatch.setattr(computing, "_manifolds", computing._Kept(1))
+    made, alive, most = computing._made, 0, 0
+
+    class Sources(dict[int, computing.FaceSource]):
+        def __del__(self) -> None:
+            nonlocal alive
+            alive -= 1
+
+    def counted(*arguments: Any) -> Any:
+        nonlocal alive, most
+        found = made(*arguments)
+        alive += 1
+        most = max(most, alive)
+        return found._replace(sources=Sources(found.sources))
+
+    monkeypatch.setattr(computing, "_made", counted)
+    moved = '(transform (call "cube" :scale .01) (translate (vector (* i .003) .512 0)))'
+    chain = f'(fold (lambda (i acc) (union-solid acc {moved})) (call "cube") (range 40))'
+    assert volume(chain) > 1
+    assert most < 8
+
+
 def test_profiles_as_large_as_no_number_are_refused(refuses: Callable[[str, str], str]) -> None:
     assert "within 1e+09" in refuses("value", '(svg-path "M0 0 h1e200 v1e200 h-1e200z")')
 

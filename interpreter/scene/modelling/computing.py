@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections import OrderedDict
+from collections import Counter, OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -163,8 +163,10 @@ def store(expression: Expression, solid: ComputedSolid) -> None:
 
 def manifold_of(expression: Expression, note: Announce | None = None) -> _Made:
     """Return the manifold of an expression, computing the nodes that are not kept, operands first."""
-    local: dict[str, _Made] = {}
-    for node in nodes_of(expression):
+    local: dict[str, _Made] = {}  # without those that no later node needs: thousands would fill the memory
+    nodes = list(nodes_of(expression))
+    uses = Counter(operand.expression.digest for node in nodes for operand in node.operands)
+    for node in nodes:
         made: _Made | None = _manifolds.get(node.digest)
         if made is None:
             operands = [local[operand.expression.digest] for operand in node.operands]
@@ -181,6 +183,10 @@ def manifold_of(expression: Expression, note: Announce | None = None) -> _Made:
             triangles = made.manifold.num_tri()
             _manifolds.put(node.digest, made, triangles)
         local[node.digest] = made
+        for operand in node.operands:
+            uses[operand.expression.digest] -= 1
+            if not uses[operand.expression.digest]:
+                del local[operand.expression.digest]
     return local[expression.digest]
 
 
