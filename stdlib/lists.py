@@ -10,8 +10,10 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.types import Builtin, Registry
 from scenelang.interpreter.runtime.values import (
     NIL,
+    Array,
     HandleList,
     Matrix,
+    MutableArray,
     MutableList,
     Nil,
     Pair,
@@ -211,7 +213,8 @@ def range_(rt: Runtime, start: int, end: int | None = None, step: int = 1) -> An
 
 
 @registry.define("append", "lists::Any ...", "List",
-                 "Concatenate lists; a last argument that is not a list becomes the tail of a dotted list.",
+                 "Concatenate lists; arrays count as lists of their items. A last argument that is neither, or a pose, "
+                 "becomes the tail of a dotted list.",
                  ("(append '(1 2) '(3) '())", "(1 2 3)"))  # fmt: skip
 def append(rt: Runtime, *lists: Any) -> Any:
     if not lists:
@@ -228,7 +231,7 @@ def append(rt: Runtime, *lists: Any) -> Any:
         while type(tail) is Pair:
             total, tail = total + 1, tail.cdr
         rt.charge(total >> 4)
-    elif type(result) in (MutableList, Vector, Nil):
+    elif type(result) in (Array, MutableArray, MutableList, Nil, Vector):
         members = items(rt, result, "append")
         total, result = len(members), make_list(members)
     for xs in reversed(lists[:-1]):

@@ -99,7 +99,7 @@ def _nested(rt: Runtime, value: Any, name: str, depth: int) -> Any:
             raise SceneError("value", f"`{name}` expects a list of at most {_MAX_DEPTH} levels, got a deeper one")
         if kind is MutableList:
             rt.read(value)
-        members = value.items if kind is MutableList else list_items(value)
+        members = value.items if kind is MutableList else _proper(name, value)
         rt.charge(1 + len(members))
         return [_nested(rt, member, name, depth + 1) for member in members]
     if kind is Vector:
@@ -110,6 +110,16 @@ def _nested(rt: Runtime, value: Any, name: str, depth: int) -> Any:
         rt.charge(data.size >> 5)
         return data.tolist()
     raise not_numeric(name, value)
+
+
+def _proper(name: str, value: Any) -> list[Any]:
+    members, tail = [], value
+    while type(tail) is Pair:
+        members.append(tail.car)
+        tail = tail.cdr
+    if tail is not NIL:
+        raise improper(name, tail)
+    return members
 
 
 def from_flat(flat: list[Any], shape: tuple[int, ...]) -> Any:

@@ -16,7 +16,7 @@ _TEXT = """
   (define top (* radius (cos (/ pi 2 rings))))
   (define side (for/list ((angle (reverse angles))) (* radius [(sin angle) (cos angle)])))
   (transform (lathe (append (list [0 (- top)]) side (list [0 top])) :segments sides :color color :opacity opacity)
-             (@ (rotate (radians 90) [1 0 0]) (rotate (* pi (% sides 2)) [0 1 0]))))
+             (rotate (radians 90) [1 0 0])))
 
 ;;; A cone without its tip, or with it if one of the radii is 0.
 (define (frustum height bottom top sides (:center #f) (:color none) (:opacity none))

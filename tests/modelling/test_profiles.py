@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import scenelang as sl
 from scenelang.interpreter.scene.modelling import contours as shapes
 
 FloatArray = npt.NDArray[np.float64]
@@ -205,3 +206,8 @@ def test_a_bound_of_crossings() -> None:
     columns = [contour[:, ::-1].copy() for contour in lines]
     assert shapes.check_crossings("test", lines) < 1000
     assert shapes.check_crossings("test", [*lines, *columns]) >= 10_000
+
+
+def test_points_behind_the_end_of_a_list_are_refused() -> None:
+    with pytest.raises(sl.SceneError, match="`polygon` expects a proper list, got one that ends in 5"):
+        sl.evaluate('(bind "m" (lambda () (extrude (polygon (cons [0 0] (cons [1 1] (cons [2 4] 5)))) 1)))')

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import time
 from collections import Counter
@@ -281,6 +282,20 @@ def test_flat_objects_have_the_areas_that_openscad_gives(program: str, wanted: f
     assert volume_of(f"two = 2; linear_extrude(3) {program}") == pytest.approx(wanted, rel=5e-6)
 
 
+@pytest.mark.parametrize(("values", "count"), [
+    ("concat(a, [[0, 9]])", 5), ("concat([[1, 2]], [[3, 4]])", 2), ("concat([[1, 2]], [3, 4])", 3), ("concat(1, [[4]])", 2),
+    ("[each a, [0, 9]]", 5),
+])  # fmt: skip
+def test_concatenated_lists_have_all_items(values: str, count: int) -> None:
+    squares = "a = [for (i = [0 : 3]) [i, i * i]];"
+    assert volume_of(f"{squares} cube(len({values}));") == pytest.approx(count**3)
+
+
+def test_polygons_of_concatenated_points_have_all_corners() -> None:
+    program = "a = [for (i = [0 : 3]) [i, i * i]]; linear_extrude(1) polygon(concat(a, [[0, 9]]));"
+    assert volume_of(program) == pytest.approx(17.5)
+
+
 def test_ranges_without_a_step_rise() -> None:
     """As OpenSCAD has it: [3 : 1] is 1, 2, 3, and [0 : -1] is -1, 0."""
     assert volume_of("difference() { cube(10); for (i = [0 : -1]) translate([i, i, i]) cube(3); }") == pytest.approx(
@@ -288,6 +303,13 @@ def test_ranges_without_a_step_rise() -> None:
     )
     assert volume_of("v = [for (i = [3 : 1]) i]; cube([v[0], v[1], v[2]]);") == pytest.approx(6)
     assert volume_of("cube(1); for (i = [0 : 1 : -1]) translate([5, 0, 0]) cube(3);") == pytest.approx(1)
+
+
+def test_balls_with_an_odd_number_of_sides_have_a_corner_towards_x() -> None:
+    """As OpenSCAD's have; the volume of a union shows how it is turned."""
+    text, _ = converted("sphere(1, $fn = 5);")
+    assert sl.evaluate(text).bounds[:, 0] == pytest.approx([-math.cos(math.pi / 5), 1.0])
+    assert volume_of("cube(1); sphere(1, $fn = 5);") == pytest.approx(3.095651, rel=1e-5)
 
 
 @pytest.mark.parametrize("steps", ["[0 : 1 : -1]", "[0 : 2 : -4]", "[5 : -1 : 9]", "[0 : 1 : n]", "[0 : -n : n]"])

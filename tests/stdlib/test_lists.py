@@ -86,6 +86,8 @@ def test_improper_lists(call: Caller) -> None:
 def test_append(a: list[int], b: list[int], c: list[int]) -> None:
     assert CALL.python("append", a, b, c) == a + b + c
     assert CALL.python("append", CALL("mutable-list", *a), Vector(b)) == a + b
+    rows = [[each, 1] for each in b]
+    assert CALL.python("length", CALL("append", a, CALL("array", rows or [[0, 0]]))) == len(a) + len(rows or [0])
 
 
 def test_append_shares_its_last_list(call: Caller) -> None:
