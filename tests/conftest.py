@@ -1,4 +1,5 @@
-"""What holds for all tests: how long searches look, and how little the collection of garbage looks at.
+"""What holds for all tests: how long searches look, which cases of a test run every time, and how little the collection
+of garbage looks at.
 
 A worker holds twelve thousand tests and large packages. Each full collection of garbage would walk through all of them,
 which made programs with many small objects several times slower than they are. It looks more rarely, too.
@@ -9,24 +10,36 @@ from __future__ import annotations
 import gc
 
 import pytest
+import sampling
 import searching
 
 searching.register()
 
 
+_MODULES = 8  # between two collections
+
+
 class _Settled:
-    """Takes what is there when a module's tests begin out of the collection of garbage."""
+    """Takes what is there when the tests of some modules begin out of the collection of garbage."""
 
     def __init__(self) -> None:
         self._module: object = None
+        self._count = 0
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
         module = item.getparent(pytest.Module)
         if module is not self._module:
             self._module = module
-            gc.collect()
-            gc.freeze()
+            if self._count % _MODULES == 0:
+                gc.collect()
+                gc.freeze()
+            self._count += 1
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    sampling.mark(items)
 
 
 def pytest_configure(config: pytest.Config) -> None:

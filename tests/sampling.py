@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Collection, Iterable
 from typing import Any
+from zlib import crc32
 
 import pytest
 
@@ -16,6 +18,23 @@ def one_in(number: int, values: Iterable[Any]) -> list[Any]:
 def only(kept: Collection[Any], values: Iterable[Any]) -> list[Any]:
     """The values that are in ``kept`` as usual, the others marked as slow."""
     return [value if value in kept else _slow(value) for value in values]
+
+
+def mark(items: Iterable[pytest.Item]) -> None:
+    """Mark as slow all but one in ``n`` of the cases of each test that is marked ``sampled(n)``.
+
+    Which ones stay depends on the names of the cases alone, not on how many there are.
+    """
+    groups: dict[str, list[pytest.Item]] = defaultdict(list)
+    for item in items:
+        if item.get_closest_marker("sampled") is not None:
+            groups[item.nodeid.partition("[")[0]].append(item)
+    for group in groups.values():
+        marker = group[0].get_closest_marker("sampled")
+        assert marker is not None
+        kept = -(-len(group) // marker.args[0])
+        for item in sorted(group, key=lambda each: crc32(each.nodeid.encode()))[kept:]:
+            item.add_marker(pytest.mark.slow)
 
 
 def _slow(value: Any) -> Any:

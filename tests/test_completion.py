@@ -86,6 +86,7 @@ def asked(shell: str, line: str, folder: Path, behind: str = "") -> set[str]:
 
 
 @pytest.mark.parametrize("name", LINES)
+@pytest.mark.sampled(2)
 def test_what_bash_is_told(name: str, folder: Path) -> None:
     line, wanted, unwanted = LINES[name]
     found = asked("bash", line, folder)

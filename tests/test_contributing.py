@@ -113,6 +113,7 @@ def run(checkout: Path, line: str) -> None:
 
 
 @pytest.mark.parametrize("recipe", RECIPES, ids=str)
+@pytest.mark.sampled(3)
 def test_a_recipe_works_as_it_is_written(checkout: Path, recipe: Recipe) -> None:
     for kind, block in recipe.blocks:
         if kind == "sh":

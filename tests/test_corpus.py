@@ -59,6 +59,7 @@ def test_expansion_keeps_params(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("program", [*PROGRAMS, *EXAMPLES], ids=lambda path: path.stem)
+@pytest.mark.sampled(4)
 def test_expansion_is_the_same_program(program: Path, tmp_path: Path) -> None:
     out = io.StringIO()
     with contextlib.redirect_stdout(out):

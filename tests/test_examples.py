@@ -122,6 +122,7 @@ def test_example_is_well_kept(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
+@pytest.mark.sampled(4)
 def test_example_has_its_picture_and_a_line_in_the_readme(name: str) -> None:
     picture = ROOT / "docs" / "gallery" / f"{name.replace('/', '-')}.png"
     assert picture.stat().st_size < 60_000

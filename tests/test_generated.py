@@ -45,6 +45,7 @@ def test_an_argument_without_a_value_is_told() -> None:
 
 
 @pytest.mark.parametrize("first", range(4))
+@pytest.mark.sampled(2)
 def test_published_programs(first: int) -> None:
     texts = [text for text in published() if len(text) < 20_000][first::20]
     assert [difference(text, 1) for text in texts] == [None] * len(texts)
@@ -94,6 +95,7 @@ def test_step_limit_has_the_same_place() -> None:
 
 
 @pytest.mark.parametrize("depth", [30, 200, 2_000])
+@pytest.mark.sampled(2)
 def test_deep_code_stays_with_the_closures(depth: int) -> None:
     nested = "(if (> x 100) 0 (+ 1 " * depth + "x" + "))" * depth
     turns = min(depth, 500)

@@ -232,6 +232,7 @@ def test_sizes() -> None:
 
 
 @pytest.mark.parametrize("make", [DEEP, SHARED, CYCLIC], ids=["deep", "shared", "cyclic"])
+@pytest.mark.sampled(3)
 def test_data(make: str) -> None:
     """Deep, exponentially shared and cyclic data in every operation that walks it: done, or refused."""
     for name, (codes, said, _, _) in outcomes({name: make + text for name, text in DATA.items()}, seconds=0.4).items():
@@ -263,6 +264,7 @@ NESTED = {
 
 @pytest.mark.parametrize("name", NESTED)
 @pytest.mark.parametrize("depth", [100_000, 400_000])
+@pytest.mark.sampled(2)
 def test_nesting_in_text(name: str, depth: int) -> None:
     """Never closed, and closed: refused by the reader, at once."""
     opening, closing, open_code, closed_code = NESTED[name]
@@ -335,6 +337,7 @@ CHAIN = """
 @pytest.mark.parametrize(
     ("command", "levels"), [("run", 10000), ("count", 10000), ("bounds", 10000), ("flatten", 2000), ("tree", 10000)]
 )
+@pytest.mark.sampled(2)
 def test_thousands_of_levels_of_entities(command: str, levels: int, tmp_path: Path) -> None:
     """Done, or refused: a chain this deep is no reason to crash."""
     file = tmp_path / "chain.scene"
@@ -465,6 +468,7 @@ _SLOW = {"counted", "counted, quoted", "doubling, nested", *(f"procedural, {name
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in _SLOW else n for n in MACROS])
+@pytest.mark.sampled(3)
 def test_macros(name: str) -> None:
     started = time.monotonic()
     codes = codes_of(MACROS[name] + ROOT)

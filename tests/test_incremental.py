@@ -241,6 +241,7 @@ EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.scene"))
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.sampled(3)
 def test_an_example_while_numbers_change(path: Path) -> None:
     text, random = path.read_text("utf-8"), Random(7)
     session = Session(Options())

@@ -51,6 +51,7 @@ def check(text: str) -> None:
 
 @pytest.mark.parametrize("text", TEXTS)
 @pytest.mark.parametrize("step", ["read", "check", "format"])
+@pytest.mark.sampled(4)
 def test_twice_the_text_takes_twice_the_calls(step: str, text: str) -> None:
     if step != "read" and text in ("unclosed", "wrong"):
         pytest.skip("a text that cannot be read")
@@ -74,6 +75,7 @@ def test_twice_the_text_takes_twice_the_calls(step: str, text: str) -> None:
     ],
     ids=["unused locals", "forms of another language", "statements of another language"],
 )  # fmt: skip
+@pytest.mark.sampled(3)
 def test_twice_the_mistakes_take_twice_the_calls(make: Callable[[int], str]) -> None:
     check(make(20))
     few, many = (calls(lambda n=n: check(make(n))) for n in (100, 200))

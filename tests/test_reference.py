@@ -37,12 +37,14 @@ def test_pages_are_up_to_date(name: str) -> None:
 
 
 @pytest.mark.parametrize("record", combinators(), ids=lambda record: record.name)
+@pytest.mark.sampled(3)
 def test_every_combinator_has_its_picture(record) -> None:
     path = DOCS / "reference" / PICTURES / f"{record.name}.png"
     assert difference(drawn(picture_program(record), SMALL, CAMERA, oversampling=1), path) < _ALIKE, "run: make docs"
 
 
 @pytest.mark.parametrize("step", STEPS, ids=lambda step: step.picture)
+@pytest.mark.sampled(4)
 def test_every_step_of_the_tutorial_has_its_picture(step) -> None:
     picture = drawn(step.program, TUTORIAL, step.camera, step.frame, oversampling=1)
     assert difference(picture, DOCS / step.picture) < _ALIKE, "run: make docs"

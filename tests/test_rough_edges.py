@@ -100,6 +100,7 @@ def test_closed_streams(closed: tuple[int, ...], tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("moment", [0.12, 0.2, 0.3, 0.45, 0.7])
+@pytest.mark.sampled(3)
 def test_ctrl_c_in_the_first_second(moment: float, tmp_path: Path) -> None:
     (tmp_path / "a.scene").write_text("(define (f n) (f (+ n 1)))\n(f 0)\n")
     with interruptible(

@@ -25,6 +25,7 @@ PAGES = [
 
 
 @pytest.mark.parametrize("page", PAGES)
+@pytest.mark.sampled(3)
 def test_a_page_that_is_followed_shows_what_it_says(page: str) -> None:
     found = walkthroughs.follow(page, lambda words, folder: copies.command(*words, folder=folder))
     assert found.text == (DOCS / page).read_text("utf-8")

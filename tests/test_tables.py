@@ -61,6 +61,7 @@ def mutated(text: str, chance: random.Random) -> str:
 
 
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: str(path.relative_to(ROOT)))
+@pytest.mark.sampled(5)
 def test_programs_read_as_by_lark(path: Path) -> None:
     text = path.read_bytes().decode("utf-8", "replace")
     compare(text)

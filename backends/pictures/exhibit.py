@@ -173,5 +173,5 @@ def save_marked(root: Entity, marks: Marks, path: Path) -> None:
     low, high = points.min(axis=0), points.max(axis=0)
     x, y, z = ((low + high) / 2.0).tolist()
     view = Viewpoint(35.0, 18.0, distance=2.4 * max(float(np.linalg.norm(high - low)), 1e-6), target=(x, y, z))
-    options = PictureOptions(width=640, height=480, camera=view)
+    options = PictureOptions(width=640, height=480, camera=view, settings={"shading": "pixel"})
     save_image(draw(marked_scene(root, marks), options, picture_backend("draft")), path)

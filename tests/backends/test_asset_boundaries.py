@@ -329,6 +329,7 @@ def test_json_of_too_many_values(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("size", [(30_000, 30_000), (8193, 4097)])
 @pytest.mark.parametrize("where", ["data", "view", "file", "obj"])
+@pytest.mark.sampled(2)
 def test_pictures_are_measured_before_they_are_decoded(size: tuple[int, int], where: str, tmp_path: Path) -> None:
     data = png(*size)
     (tmp_path / "a.png").write_bytes(data)

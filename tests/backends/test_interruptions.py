@@ -32,6 +32,7 @@ WORK = {
 
 
 @pytest.mark.parametrize("name", only(("maps", "a film"), WORK))
+@pytest.mark.sampled(2)
 def test_an_interruption_leaves_nothing_half_written(name: str, tmp_path: Path) -> None:
     (tmp_path / "a.scene").write_text(SCENE)
     words = [sys.executable, "-P", "-m", "scenelang", *WORK[name]]

@@ -55,6 +55,7 @@ def test_solids_are_solid_and_right_under_any_pose(make: Any) -> None:
 
 
 @pytest.mark.parametrize("flat", [0.0, 1e-4, 1e-3, 0.01, 0.1])
+@pytest.mark.sampled(2)
 def test_flat_balls_are_disks(flat: float) -> None:
     """Mitsuba's own sphere dissolves when it is squeezed."""
     ball = f'(transform (call "sphere" :color [.05 .05 .05]) (scale [1 {flat} 1]))'
@@ -95,6 +96,7 @@ MATERIALS = {
 
 @pytest.mark.parametrize("name", list(MATERIALS))
 @pytest.mark.parametrize("word", ["sphere", "cube"])
+@pytest.mark.sampled(2)
 def test_materials_agree_in_draft_and_final(name: str, word: str) -> None:
     text = f'(bind "a" (lambda () (union (call "{word}" {MATERIALS[name]}) (transform (call "cube" :color [.9 .9 .9]) (translate [0 0 -3])))))'
     draft, final = both(evaluate(text))
@@ -157,6 +159,7 @@ def test_a_scene_that_cannot_be_seen_is_told(quality: str) -> None:
 
 
 @pytest.mark.parametrize("environment", list(ENVIRONMENTS))
+@pytest.mark.sampled(2)
 def test_environments_agree_in_draft_and_final(environment: str) -> None:
     scene = evaluate(
         '(bind "a" (lambda () (union (call "sphere" :color [.8 .3 .1]) (transform (call "cube" :scale [6 .1 6]) (translate [0 -1.05 0])))))'
@@ -167,6 +170,7 @@ def test_environments_agree_in_draft_and_final(environment: str) -> None:
 
 @pytest.mark.parametrize("ground", list(GROUNDS))
 @pytest.mark.parametrize("view", [Viewpoint(30, 30), PRESETS["isometric"]])
+@pytest.mark.sampled(3)
 def test_grounds_agree_in_draft_and_final(ground: str, view: Viewpoint) -> None:
     scene = evaluate('(bind "a" (lambda () (call "cube" :color [.8 .3 .1])))')
     draft, final = both(scene, ground=ground, camera=view, size=(64, 48))
@@ -380,6 +384,7 @@ _SMALL = {*_ALL} - {"fractal-tree", "menger-sponge", "toys"}
 
 
 @pytest.mark.parametrize("name", only(_SMALL, _ALL))
+@pytest.mark.sampled(4)
 def test_examples_have_the_same_mean_colour_in_draft_and_final(name: str) -> None:
     draft, final = both(scenelang.load(EXAMPLES / f"{name}.scene").graph, size=(64, 48))
     assert np.abs(draft.mean(axis=(0, 1)) - final.mean(axis=(0, 1))).max() < 0.08 * 255

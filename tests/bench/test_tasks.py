@@ -20,6 +20,7 @@ TASKS = load_tasks()
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
+@pytest.mark.sampled(4)
 def test_a_program_passes(task: BenchTask) -> None:
     scene = scene_of(task.passes)
     score = score_of(task, scene)
@@ -31,6 +32,7 @@ def test_a_program_passes(task: BenchTask) -> None:
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
+@pytest.mark.sampled(5)
 def test_near_misses_fail(task: BenchTask) -> None:
     for near in task.near:
         assert near.program != task.passes
@@ -49,6 +51,7 @@ def test_every_predicate_has_a_near_miss(task: BenchTask) -> None:
 
 
 @pytest.mark.parametrize("task", [task for task in TASKS if task.program is not None], ids=lambda task: task.name)
+@pytest.mark.sampled(3)
 def test_programs_to_edit_do_not_pass(task: BenchTask) -> None:
     assert task.program is not None
     assert not score_of(task, scene_of(task.program)).passed

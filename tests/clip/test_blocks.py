@@ -39,6 +39,7 @@ def openclip_says(folder: Path, name: str) -> str:
 
 
 @pytest.mark.parametrize("name", ["lava lamp", "wooden floor", "sea", "a dragon's scale"])
+@pytest.mark.sampled(2)
 def test_the_nearest_in_meaning(name: str, weights: Path) -> None:
     assert nearest_by_meaning(name, NAMES) == openclip_says(weights, name)
 

@@ -52,6 +52,7 @@ def test_torch_loads_webdataset_in_batches(made: Path) -> None:
     assert depths.shape == (2, 36, 48)
 
 
+@pytest.mark.slow
 def test_datasets_reads_parquet(folder: Path, made: Path, tmp_path: Path) -> None:
     import datasets
 

@@ -77,6 +77,7 @@ def test_killed_workers_lose_and_repeat_nothing(made: Path, folder: Path, tmp_pa
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+@pytest.mark.sampled(3)
 def test_a_killed_run_is_resumed(made: Path, folder: Path, tmp_path: Path, number: int) -> None:
     out = tmp_path / "out"
     words = [sys.executable, "-m", "scenelang", "dataset", str(folder / "spec.toml"), "-o", str(out), "--jobs", "2"]
@@ -416,6 +417,7 @@ def test_programs_that_never_end_are_ended(tmp_path: Path) -> None:
     assert set(report.failures) == {"E507"}
 
 
+@pytest.mark.slow
 def test_a_sample_that_kills_its_worker_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from scenelang.datasets import working
 

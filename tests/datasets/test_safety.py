@@ -93,6 +93,7 @@ def test_a_folder_with_the_name_of_a_new_format_is_not_replaced(tmp_path: Path) 
 
 @pytest.mark.parametrize("name", ["README.md", "coco/annotations/instances_train.json", "derived.json"])
 @pytest.mark.parametrize("damage", ["delete", "change"])
+@pytest.mark.sampled(2)
 def test_damaged_formats_and_cards_are_found_and_written_again(
     layouts: Path, folder: Path, tmp_path: Path, name: str, damage: str
 ) -> None:
@@ -135,6 +136,7 @@ DAMAGES: dict[str, Callable[[Any], Any]] = {
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.sampled(3)
 def test_damaged_records_are_told_found_and_made_again(
     copy: Path, made: Path, folder: Path, tmp_path: Path, damage: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -257,6 +259,7 @@ def test_a_part_without_failures_of_the_machine_is_merged(tmp_path: Path) -> Non
         assert merged.digest == dataset_status(tmp_path / "one").digest
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_again_and_again_fails_for_this_run(tmp_path: Path) -> None:
     spec, killed = _one(tmp_path, SLOW, "[params]\nn = 1\n[limits]\nsteps = 1000000000\n"), list[int]()
     from threading import Thread

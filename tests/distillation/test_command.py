@@ -79,6 +79,7 @@ def test_a_run_that_was_killed_goes_on(words: list[str], monkeypatch: pytest.Mon
     assert lines == list(range(1, 7))
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_the_run(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     command = [sys.executable, "-P", "-m", "scenelang", *words, "--steps", "100000"]

@@ -68,6 +68,7 @@ def steps(one: DistillationTrainer, count: int) -> DistillationTrainer:
 
 
 @pytest.mark.parametrize("scene", [False, True])
+@pytest.mark.sampled(2)
 def test_a_run_goes_on_as_it_would_have(models: Any, scene: bool, tmp_path: Path) -> None:
     whole = steps(learning(models, scene=scene), 10)
     first = steps(learning(models, scene=scene), 6)

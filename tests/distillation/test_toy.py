@@ -123,6 +123,7 @@ def test_swapping_an_embedding_changes_only_its_entity(place: Path, toy: Path) -
     assert max(green[0], green[2]) < 0.3
 
 
+@pytest.mark.slow
 def test_distilled_scenes_are_drawn(toy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     from PIL import Image
 

@@ -46,6 +46,7 @@ def check(gltf: Gltf, scene: Scene, frame: int = 0, fps: float = 24.0) -> None:
 @pytest.mark.parametrize(
     ("name", "ending"), [*on_examples(".glb"), ("orrery.scene", ".gltf"), ("jenga.scene", ".gltf")]
 )
+@pytest.mark.sampled(3)
 def test_examples_keep_their_geometry_names_and_colours(name: str, ending: str, tmp_path: Path) -> None:
     scene = example(name)
     gltf = written(scene, tmp_path / f"a b{ending}")

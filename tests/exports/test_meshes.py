@@ -43,6 +43,7 @@ def ply_rows(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", on_examples())
+@pytest.mark.sampled(3)
 def test_ply_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
     scene = example(name)
     PLY.run(scene, tmp_path / "a.ply", BackendOptions())

@@ -195,6 +195,7 @@ def test_edit_between() -> None:
     ],
     ids=lambda text: text[:12].replace("\n", "|"),
 )
+@pytest.mark.sampled(3)
 def test_hostile_texts(text: str) -> None:
     started = time.perf_counter()
     formatted(text)

@@ -94,6 +94,7 @@ def programs(kind: str, seed: int) -> Callable[[], str]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.sampled(2)
 def test_rewriting_keeps_the_meaning(kind: str) -> None:
     draw = programs(kind, 0)
     for _ in range(IN_SUITE):

@@ -21,6 +21,7 @@ FEW = {"options": 6, "programs": 6, "repl": 4, "runs": 8}
 
 @pytest.mark.search
 @pytest.mark.parametrize("target", ALL, ids=lambda target: target.name)
+@pytest.mark.sampled(2)
 def test_a_few_inputs(target: Target) -> None:
     target.check(target.make(random.Random(0)))  # loads modules
     found = examples(target, many(FEW.get(target.name, 12)))

@@ -99,6 +99,7 @@ def test_films_are_looked_at_in_several_frames() -> None:
     ],
     ids=lambda p: p.stem,
 )
+@pytest.mark.sampled(4)
 def test_good_scenes_have_at_most_one_finding(path: Path) -> None:
     """Of the pictures of all of these each finding was looked at."""
     result = session.evaluate(session.source(str(path)))

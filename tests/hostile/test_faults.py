@@ -141,6 +141,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize(("name", "fault"), FEW)
+@pytest.mark.sampled(2)
 def test_an_ending_leaves_nothing_half_done(name: str, fault: str, tmp_path: Path, usual: float) -> None:
     whom, number = FAULTS[fault]
     ended(JOBS[name], prepared(tmp_path), whom, number, usual * 0.8)
@@ -190,6 +191,7 @@ def read_only(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("name", JOBS)
+@pytest.mark.sampled(2)
 def test_a_folder_that_may_only_be_read(name: str, tmp_path: Path) -> None:
     prepared(tmp_path)
     as_root = os.getuid() == 0

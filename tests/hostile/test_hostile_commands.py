@@ -58,6 +58,7 @@ def _half(root: Path, cases: dict[str, Case], number: int) -> tuple[Base, dict[s
 
 
 @pytest.mark.parametrize("name", CHOSEN)
+@pytest.mark.sampled(3)
 def test_a_hostile_command_ends_at_its_limits(
     name: str, measured: tuple[Base, dict[str, tuple[Case, Measured]]]
 ) -> None:
@@ -89,6 +90,7 @@ def agent(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Agent]:
 
 
 @pytest.mark.parametrize("name", HOLDING)
+@pytest.mark.sampled(4)
 def test_the_server_answers_while_a_hostile_program_runs(name: str, agent: Agent) -> None:
     (case,) = (case for case in every() if case.name == name)
     with ThreadPoolExecutor(1) as pool:

@@ -42,6 +42,7 @@ def assert_sound(traced: Traced, text: str) -> None:
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.sampled(3)
 def test_examples(path: Path) -> None:
     text = re.sub(r":segments \d\d+", ":segments 12", path.read_text("utf-8"))  # the same kinds, fewer times
     traced = trace(Source(str(path), text), Session(Options(limits=Limits(seconds=30))))

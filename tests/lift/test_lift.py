@@ -48,12 +48,14 @@ def check_lifted(text: str, name: str = "<test>") -> str:
 
 
 @pytest.mark.parametrize("path", WRITTEN, ids=lambda path: path.stem)
+@pytest.mark.sampled(3)
 def test_written_programs_keep_their_scene(path: Path) -> None:
     found = check_lifted(path.read_text("utf-8"), str(path))
     assert lifted(found) == found
 
 
 @pytest.mark.parametrize("case", [*CORPUS, *one_in(8, IMITATIONS)], ids=lambda case: case.name)
+@pytest.mark.sampled(5)
 def test_translated_programs_keep_their_scene(case: Case) -> None:
     literal = SESSION.transpile(Source(f"{case.name}.txt", case.text), literal=True).text
     found = check_lifted(literal)
@@ -67,6 +69,7 @@ def test_most_responses_use_a_combinator_or_a_param() -> None:
 
 
 @pytest.mark.parametrize("seed", range(50))
+@pytest.mark.sampled(2)
 def test_generated_programs_keep_their_scene(seed: int) -> None:
     assert difference(ShapePrograms(seed).program()) is None
 
@@ -248,6 +251,7 @@ def test_macros_and_imports_stay() -> None:
 @pytest.mark.parametrize(
     "make", [lambda n: "(" * n + ")" * n, lambda n: "(union " + "1 " * n + ")"], ids=["deep", "long"]
 )
+@pytest.mark.sampled(2)
 def test_large_programs_are_left_alone(make: Callable[[int], str]) -> None:
     text = make(100_000) + "\n"
     assert lifted(text) == text

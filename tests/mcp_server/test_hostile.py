@@ -90,6 +90,7 @@ def test_wrong_arguments_are_one_line(agent: Any, tool: str, arguments: dict[str
 @pytest.mark.parametrize(
     "program", ["(" * 100_000, "[" * 100_000, "'" * 900_000, "\0\0", "\u202e(", "(" * 300 + ")" * 300]
 )
+@pytest.mark.sampled(2)
 def test_texts_that_are_no_programs(agent: Any, tool: str, program: str) -> None:
     found = agent.told(tool, program=program)
     assert not found["ok"]

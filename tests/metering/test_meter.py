@@ -79,6 +79,7 @@ def test_memory_is_refused_before_it_is_there() -> None:
         '(while #t (guard (e (#t 0)) (call "cube" :a x)))', "(while #t (guard (e (#t 0)) (set x)))",
     ],
 )  # fmt: skip
+@pytest.mark.sampled(2)
 def test_shared_data_ends_in_time(expression: str) -> None:
     assert ended(expression, DOUBLED) < 3.0
 
@@ -97,6 +98,7 @@ def test_shared_data_ends_in_time(expression: str) -> None:
         "(while #t (concatenate (make-list 5000 [1 2])))",
     ],
 )  # fmt: skip
+@pytest.mark.sampled(2)
 def test_costly_builtins_end_in_time(expression: str) -> None:
     assert ended(expression) < 3.0
 

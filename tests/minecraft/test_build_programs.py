@@ -43,6 +43,7 @@ def test_the_program_lays_the_build(build: Build) -> None:
 
 
 @pytest.mark.parametrize("case", one_in(2, MINECRAFT), ids=lambda case: case.name)
+@pytest.mark.sampled(3)
 def test_the_corpus_as_files_and_as_programs(case: Case, tmp_path: Path) -> None:
     build = settled(voxelised(scene_of(case.name, translated(case).text).frames[0])).build
     for write, name in ((write_schematic, "a.schem"), (write_litematic, "a.litematic")):

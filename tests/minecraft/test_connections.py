@@ -177,6 +177,7 @@ def test_a_roof_around_a_square() -> None:
 
 
 @pytest.mark.parametrize("case", MINECRAFT, ids=lambda case: case.name)
+@pytest.mark.sampled(3)
 def test_the_corpus_becomes_states_that_the_game_has(case: Case) -> None:
     blocks = load_table().blocks
     voxels = voxelised(scene_of(case.name, translated(case).text).root)

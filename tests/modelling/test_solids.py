@@ -75,6 +75,7 @@ def test_inclusion_and_exclusion(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.sampled(2)
 def test_de_morgan_on_points(seed: int) -> None:
     rng = np.random.default_rng(100 + seed)
     a, b = random_parts(rng), random_parts(rng)
@@ -499,6 +500,7 @@ def test_long_chains_are_neither_slow_nor_recursive(tmp_path: Path) -> None:
     assert solid_in(read_scene(tmp_path / "a.json")) == solid_in(scene)
 
 
+@pytest.mark.slow
 def test_commands_end_long_computations(tmp_path: Path) -> None:
     many = """
     (for/union ((i (iota 480)))

@@ -24,7 +24,7 @@ from scenelang.interpreter.transpile.evaluation.folding import fold
 from scenelang.session import Options, Session
 
 TIME = 20.0  # seconds that no answer may take, on a busy machine too
-LIMITS = Limits(steps=200_000, size=200_000, primitives=20_000, entities=20_000, seconds=5.0, memory=500_000_000)
+LIMITS = Limits(steps=200_000, size=200_000, primitives=20_000, entities=20_000, seconds=2.0, memory=500_000_000)
 
 
 @pytest.fixture
@@ -204,6 +204,7 @@ BOMBS = {
 
 
 @pytest.mark.parametrize(("notation", "bomb"), one_in(3, product(Notation, BOMBS)))
+@pytest.mark.sampled(3)
 def test_large_and_nested_answers(folder: Path, bomb: str, notation: Notation) -> None:
     read(folder, BOMBS[bomb], notation)
 
@@ -228,6 +229,7 @@ ENDLESS = {
 
 
 @pytest.mark.parametrize("name", ENDLESS)
+@pytest.mark.sampled(3)
 def test_what_never_ends_or_fills_memory(folder: Path, name: str) -> None:
     body = ENDLESS[name] + ("" if "return" in ENDLESS[name] else "\n    return primitive_call('cube', {'scale': 2})")
     verdict = read(folder, python(f"@register()\ndef pile() -> Shape:\n    {body}"))
@@ -328,6 +330,7 @@ TASKS = {
 
 
 @pytest.mark.parametrize("name", TASKS)
+@pytest.mark.sampled(2)
 def test_tasks_are_sent_as_they_are(place: Place, name: str) -> None:
     task = TASKS[name]
     server = place.serve(answers(cubes(2)))

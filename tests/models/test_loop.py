@@ -221,6 +221,7 @@ def test_the_sample_with_the_fewest_findings_is_taken(place: Place) -> None:
     ("verdict", "best"),
     [("BEST: 3", 3), ("best: #2\nsince ...", 2), ("I cannot say.", 1), ("BEST: 99", 1), ("BEST: " + "9" * 5000, 1), ("", 1)],
 )  # fmt: skip
+@pytest.mark.sampled(3)
 def test_the_judge_looks_at_a_contact_sheet(place: Place, verdict: str, best: int) -> None:
     server = place.serve(answers(cubes(1), cubes(2), cubes(3), verdict))
     done = place.generate("many cubes", "-n", "3", "--jobs", "1", "-o", "out.scene")

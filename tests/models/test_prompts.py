@@ -166,6 +166,7 @@ MODE = (TaskKind.FILM, Notation.LANGUAGE)
 @pytest.mark.parametrize("kind", TaskKind)
 @pytest.mark.parametrize("notation", [Notation.PYTHON, Notation.LANGUAGE])
 @pytest.mark.parametrize("ablation", [Ablation.NONE, Ablation.W])
+@pytest.mark.sampled(4)
 def test_examples_are_right(kind: TaskKind, notation: Notation, ablation: Ablation) -> None:
     chosen = brief(task(kind, notation, ablation))
     programs = re.findall(r"```\w+\n.*?```", chosen.example, re.DOTALL)

@@ -65,6 +65,7 @@ RUNS: dict[str, tuple[list[Said], list[str]]] = {
 
 @pytest.mark.usefixtures("small_pictures")
 @pytest.mark.parametrize("name", RUNS)
+@pytest.mark.sampled(2)
 def test_what_a_service_says_back(place: Place, name: str) -> None:
     said, words = RUNS[name]
     server = place.serve(said)

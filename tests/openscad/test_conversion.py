@@ -61,6 +61,7 @@ def test_there_are_thirty_programs_with_a_volume() -> None:
 
 
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.stem)
+@pytest.mark.sampled(4)
 def test_a_program_has_the_volume_that_openscad_gives(
     path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:  # fmt: skip

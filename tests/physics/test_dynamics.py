@@ -75,6 +75,7 @@ def test_an_overhanging_stack_topples_beyond_the_harmonic_limit(count: int) -> N
      '"torus" :radius .5', '"rounded-cube"'],
 )  # fmt: skip
 @pytest.mark.parametrize("size", [0.05, 1.0, 20.0])
+@pytest.mark.sampled(3)
 def test_what_rests_does_not_drift(shape: str, size: float) -> None:
     text = f"""(bind "thing" (lambda () (transform (call {shape}) (scale {size}))))
     (bind "a" (lambda () (on-top-of (call "thing") (transform (call "cube" :scale [9 1 9]) (scale {size})))))"""
@@ -131,6 +132,7 @@ def test_velocities() -> None:
 
 
 @pytest.mark.parametrize(("name", "limit"), [("chessboard", 0.01), ("jenga", 0.1)])
+@pytest.mark.sampled(2)
 def test_examples_settle_without_exploding(name: str, limit: float) -> None:
     report = sl.load(EXAMPLES / f"{name}.scene").physics()
     assert {body.kind for body in report.bodies} <= {"rests", "moves", "falls"}

@@ -72,6 +72,7 @@ FAULTS = [
 
 
 @pytest.mark.parametrize(("things", "stated", "text"), FAULTS)
+@pytest.mark.sampled(3)
 def test_a_declaration_is_made_to_hold(things: str, stated: str, text: str) -> None:
     found = repair(things, stated)
     assert len(found.before) > 0
@@ -167,6 +168,7 @@ PLACES = [
 
 
 @pytest.mark.parametrize(("words", "things", "edits"), PLACES)
+@pytest.mark.sampled(3)
 def test_edits_are_those_that_a_person_would_make(words: str, things: str, edits: list[tuple[str, str | None]]) -> None:
     text = words + ROOM.replace("THINGS", FLOOR + things)
     found = repaired(Session(), Source("room.scene", text), seconds=60.0)

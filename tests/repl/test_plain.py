@@ -281,6 +281,7 @@ def test_watch_says_what_changed(program: Path) -> None:
 
 
 @pytest.mark.parametrize("folder", ["", "parts/", "parts/wood/"])
+@pytest.mark.sampled(3)
 def test_watch_notices_an_import_that_is_created_later(program: Path, folder: str) -> None:
     with watching([sys.executable, "-m", "scenelang", "repl", str(program)], program.parent) as (process, _, stdout):
         program.write_text(f'(import "{folder}legs.scene")\n(bind "table" (lambda () (call "leg")))')
@@ -338,6 +339,7 @@ FLOODS = [
 
 
 @pytest.mark.parametrize("text", one_in(2, FLOODS))
+@pytest.mark.sampled(2)
 def test_no_value_floods_the_screen(text: str) -> None:
     result = drive(text, "--max-depth", "1000")
     found = result.stdout.splitlines()

@@ -248,6 +248,7 @@ def test_watch_writes_above_the_prompt(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not is_supported(), reason="hard limits need Linux")
+@pytest.mark.slow
 def test_the_prompt_outlives_a_killed_evaluation_of_a_watched_file(tmp_path: Path) -> None:
     program = tmp_path / "a.scene"
     program.write_text('(bind "a" (lambda () (call "cube")))')

@@ -39,6 +39,7 @@ def hold(*_: Any) -> Any:
     return sum(range(10**11))
 
 
+@pytest.mark.slow
 def test_an_agent_gets_help_while_programs_run(tmp_path: Path) -> None:
     waits: list[float] = []
 

@@ -42,6 +42,7 @@ ENDINGS = {
 
 
 @pytest.mark.parametrize("name", ENDINGS)
+@pytest.mark.sampled(2)
 def test_every_ending_is_one_diagnostic_with_the_place(name: str, tmp_path: Path) -> None:
     what, options, sent, code, status = ENDINGS[name]
     (tmp_path / "prog.scene").write_text(BODY.format(what))
@@ -219,6 +220,7 @@ def watched(seconds: str) -> list[str]:
 
 
 @pytest.mark.parametrize("what", ["hold", "crash"])
+@pytest.mark.sampled(2)
 def test_a_repl_keeps_its_session_when_a_watched_file_is_killed(tmp_path: Path, what: str) -> None:
     program = tmp_path / "prog.scene"
     program.write_text('(define x 5)\n(bind "a" (lambda () (call "cube")))\n')
@@ -235,6 +237,7 @@ def test_a_repl_keeps_its_session_when_a_watched_file_is_killed(tmp_path: Path, 
     assert out == "14\n"
 
 
+@pytest.mark.slow
 def test_a_watched_file_that_changes_during_a_killed_evaluation_is_read_again(tmp_path: Path) -> None:
     program = tmp_path / "prog.scene"
     program.write_text('(bind "a" (lambda () (call "cube")))\n')

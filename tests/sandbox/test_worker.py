@@ -56,6 +56,7 @@ def worker() -> Iterator[Worker]:
 @pytest.mark.parametrize(
     ("what", "code"), [("hold", "E507"), ("grow", "E506"), ("crash", "E509"), ("vanish", "E509")], ids=str
 )
+@pytest.mark.sampled(2)
 def test_a_request_that_is_ended_costs_nothing_else(worker: Worker, what: str, code: str) -> None:
     before = time.monotonic()
     with pytest.raises(Ended) as caught:

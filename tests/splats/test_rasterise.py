@@ -41,6 +41,7 @@ def drawn_by(engine: Any, splats: Splats, camera: Any, **more: Any) -> Rasterise
 @pytest.mark.parametrize("engine", engines())
 @pytest.mark.parametrize("antialiased", [False, True])
 @pytest.mark.parametrize("orthographic", [False, True])
+@pytest.mark.sampled(3)
 def test_a_picture_is_the_definition(engine: Any, antialiased: bool, orthographic: bool) -> None:
     splats = splats_of(random_gaussians(60, seed=4))
     camera = a_camera(37, 29, orthographic=orthographic)
@@ -66,6 +67,7 @@ def test_near_and_wide_ones_are_as_defined(engine: Any) -> None:
 
 
 @pytest.mark.parametrize("engine", engines())
+@pytest.mark.sampled(2)
 def test_derivatives(engine: Any) -> None:
     """By means, covariances, opacities and colours, of colour, alpha, depth and the entities' weights."""
     splats = splats_of(random_gaussians(6, seed=11, size=0.3))

@@ -433,6 +433,7 @@ ENDLESS = (
 
 
 @pytest.mark.parametrize("line", ENDLESS)
+@pytest.mark.sampled(3)
 def test_programs_without_end_are_stopped(line: str, tmp_path: Path) -> None:
     (tmp_path / "car.py").write_text(car(line))
     limits = ("--max-seconds", "1", "--max-steps", "200k", "--max-memory", "1G")

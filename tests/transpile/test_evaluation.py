@@ -177,6 +177,7 @@ HINTS = {
 
 
 @pytest.mark.parametrize("body", HUGE)
+@pytest.mark.sampled(3)
 def test_large_values_are_refused_before_they_exist(body: str) -> None:
     start = time.monotonic()
     result = transpiled(f"x = thing.value(1)\n{body}")

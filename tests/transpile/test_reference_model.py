@@ -15,6 +15,7 @@ PROGRAMS = sorted((HERE / "programs").glob("*.txt"))
 
 
 @pytest.mark.parametrize("path", RESPONSES, ids=lambda p: p.stem)
+@pytest.mark.sampled(3)
 def test_response_gives_its_golden(path: Path) -> None:
     golden = load_golden(HERE / "golden", path.stem)
     scene = flatten(extract(path.read_text()))
@@ -23,6 +24,7 @@ def test_response_gives_its_golden(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda p: p.stem)
+@pytest.mark.sampled(3)
 def test_program_gives_its_golden(path: Path) -> None:
     golden = load_golden(HERE / "golden_programs", path.stem)
     scene = flatten(extract(path.read_text()))

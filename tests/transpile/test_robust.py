@@ -72,6 +72,7 @@ def _about_program(translation: Translation, literal: bool) -> str | None:
 
 @pytest.mark.search
 @pytest.mark.parametrize("case", [*CORPUS, *one_in(3, IMITATIONS)], ids=lambda case: case.name)
+@pytest.mark.sampled(4)
 def test_spoilt_programs(case: Case) -> None:
     for code in _mutants(case, PER_PROGRAM):
         complaint = _complaint(code)
@@ -173,6 +174,7 @@ def test_depth(nested: str, depth: int) -> None:
 
 @pytest.mark.parametrize("depth", [15, 30, 90, 400])
 @pytest.mark.parametrize("head", ["if x:", "for i in x:", "while x:", "def f(x):", "try:"])
+@pytest.mark.sampled(3)
 def test_depth_of_blocks(head: str, depth: int, tmp_path: Path) -> None:
     """In a process of its own: the time must not double with each level."""
     lines = [" " * i + head for i in range(depth)] + [" " * depth + "x = x + 1"]

@@ -74,6 +74,7 @@ def test_the_cases_are_there() -> None:
 
 
 @both
+@pytest.mark.sampled(4)
 def test_the_geometry_is_the_golden_one(case: Case) -> None:
     golden = case.golden_scene()
     result = compare(flattened_case(case), golden)
@@ -87,6 +88,7 @@ def test_the_root_is_the_same(case: Case) -> None:
 
 
 @every
+@pytest.mark.sampled(3)
 def test_diff_finds_nothing(case: Case, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     golden, program = tmp_path / "golden.json", tmp_path / f"{case.name}.scene"
     golden.write_text(json.dumps(case.golden_scene()))
@@ -98,6 +100,7 @@ def test_diff_finds_nothing(case: Case, tmp_path: Path, capsys: pytest.CaptureFi
 
 
 @pytest.mark.parametrize("case", [*CORPUS, *one_in(4, IMITATIONS)], ids=lambda case: case.name, scope="module")
+@pytest.mark.sampled(4)
 def test_a_response_runs_directly(case: Case) -> None:
     """A .txt file, evaluated, is the program that its translation is."""
     result = evaluated(f"{case.name}.txt", case.text)
@@ -147,6 +150,7 @@ def test_lines_are_not_long(case: Case) -> None:
 
 
 @both
+@pytest.mark.sampled(3)
 def test_it_is_formatted(case: Case) -> None:
     text = translated(case).text
     assert format_text(text, INDENTS) == text
@@ -183,6 +187,7 @@ def test_it_is_as_short_as_the_python() -> None:
 
 
 @pytest.mark.parametrize("cases", [CORPUS, IMITATIONS], ids=["corpus", "imitations"])
+@pytest.mark.sampled(2)
 def test_dynamic_operators_are_rare(cases: list[Case]) -> None:
     used = {case.name: found for case in cases if (found := _dynamic(case))}
     assert len(used) <= len(cases) / 10, used
