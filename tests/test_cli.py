@@ -561,6 +561,7 @@ def test_a_wrong_program_writes_nothing(shell: Shell) -> None:
 
 
 @pytest.mark.parametrize("command", [["tree", "--all"], ["flatten", "--json"], ["count"], ["tree", "--json"]])
+@pytest.mark.sampled(2)
 def test_broken_pipe(command: list[str], tmp_path: Path) -> None:
     (tmp_path / "long.scene").write_text(
         '(bind "a" (lambda () (union-loop 5000 (lambda (i) (transform (call (format "word{}" i) :scale (+ i 1)) (translate [i 0 0]))))))'

@@ -263,6 +263,7 @@ def test_one_recoloured(scene: list[Row], row: Row, color: Any, random: Any) -> 
     assert counts(found) == (len(scene), 0, 1, 0, 0)
 
 
+@pytest.mark.slow
 def test_large_scenes_take_seconds() -> None:
     random = np.random.default_rng(0)
     count = 30_000

@@ -102,6 +102,7 @@ def test_there_are_enough() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
+@pytest.mark.sampled(2)
 def test_example_runs_without_a_word(name: str) -> None:
     session = Session()
     checked = session.check(session.source(str(path_of(name))))

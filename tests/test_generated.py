@@ -33,6 +33,7 @@ def run(text: str, hot: int | None = 1, depth: int = 100_000, **limits: Any) -> 
 
 
 @pytest.mark.parametrize("first", range(0, 80, 20))
+@pytest.mark.sampled(2)
 def test_random_programs(first: int) -> None:
     for seed in range(first, first + 20):
         text = HotPrograms(seed).program() if seed % 4 else Programs(seed).program()

@@ -193,6 +193,7 @@ def test_a_level_4_sponge_flattens() -> None:
     assert np.allclose(determinants, 81.0**-3)
 
 
+@pytest.mark.slow
 def test_a_rotated_fractal_of_a_million_leaves_is_measured_fast() -> None:
     text = """
     (bind "twig"

@@ -213,6 +213,7 @@ def refused(programs: dict[str, str], code: str, **limits: Any) -> None:
     assert not wrong
 
 
+@pytest.mark.slow
 def test_loops() -> None:
     refused(LOOPS, r"E50[15678]", seconds=0.4, steps=60_000)
 

@@ -290,6 +290,7 @@ STYLE = {
 
 
 @pytest.mark.parametrize("name", STYLE)
+@pytest.mark.sampled(2)
 def test_style(name: str) -> None:
     width, text = STYLE[name]
     wanted = dedent(text).strip() + "\n"

@@ -189,6 +189,7 @@ def test_boxes_are_those_of_the_samples_under_any_pose(made: Made) -> None:
 
 @every_one
 @pytest.mark.parametrize("tolerance", [0.3, 0.05, 0.01])
+@pytest.mark.sampled(3)
 def test_boxes_hold_for_meshes_of_every_level_of_detail(made: Made, tolerance: float) -> None:
     """Under random affine maps no vertex is outside, and every side is as near as the tolerance says."""
     chance = np.random.default_rng(5)
@@ -260,6 +261,7 @@ def test_rays_from_inside_meet_the_surface(made: Made) -> None:
 
 
 @every_one
+@pytest.mark.sampled(2)
 def test_samples_lie_evenly_on_the_surface(made: Made) -> None:
     shape, size, count = made.shape, made.shape.extent, 40_000
     points, normals = shape.sample(count, np.random.default_rng(5))
@@ -274,6 +276,7 @@ def test_samples_lie_evenly_on_the_surface(made: Made) -> None:
 
 
 @every_one
+@pytest.mark.sampled(2)
 def test_volume_and_area_are_those_of_the_mesh(made: Made) -> None:
     shape = made.shape
     corners = shape.triangulate(1e-4 * shape.extent).corners
@@ -372,6 +375,7 @@ def test_draft_pictures_show_its_silhouette(made: Made) -> None:
 
 
 @every_one
+@pytest.mark.sampled(2)
 def test_final_pictures_show_its_silhouette_depth_and_normals(made: Made) -> None:
     scene = made.scene(pose_of(made))
     stage, staging = staged(scene)

@@ -88,6 +88,7 @@ def test_a_file_of_a_byte_order_mark_alone_is_empty(tmp_path: Path, capsys: Any)
 
 @pytest.mark.skipif(sys.platform == "win32", reason="closes streams by number")
 @pytest.mark.parametrize("closed", [(0,), (1,), (2,), (0, 1, 2)], ids=str)
+@pytest.mark.sampled(2)
 def test_closed_streams(closed: tuple[int, ...], tmp_path: Path) -> None:
     (tmp_path / "a.scene").write_text(CUBE)
     close = lambda: [os.close(number) for number in closed]

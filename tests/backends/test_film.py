@@ -96,6 +96,7 @@ def test_frames_of_a_film_are_the_stills(swing: Scene, backend: Any) -> None:
 
 
 @pytest.mark.parametrize("ending", [".gif", ".apng", ".webp", ".png"])
+@pytest.mark.sampled(2)
 def test_films_are_written(tmp_path: Path, ending: str) -> None:
     (tmp_path / "a.scene").write_text(SWING)
     out = tmp_path / f"a{ending}"

@@ -135,6 +135,7 @@ HARD = "a point,a line,a disk,a flat square,no radius,no length,far away,tiny,hu
 
 
 @pytest.mark.parametrize("name", [*HARD.split(","), "deleted blocks"])
+@pytest.mark.sampled(2)
 def test_hard_scenes_are_drawn(make: Any, name: str) -> None:
     scene = hard_scenes(make)[name]
     picture = drafted(scene, width=40, height=30)

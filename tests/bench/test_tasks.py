@@ -67,6 +67,7 @@ def test_programs_to_edit_are_the_same_in_python(program: str) -> None:
     assert sl.diff(sl.evaluate(program), sl.evaluate(sl.transpile(python).text)).equal
 
 
+@pytest.mark.slow
 def test_near_misses_have_no_instance_one_or_too_many_and_the_wrong_side() -> None:
     found: Counter[str] = Counter()
     for task, near in [(each, near) for each in TASKS for near in each.near if near.fails != KEEP]:

@@ -102,6 +102,7 @@ def test_a_handle_gets_a_picture(beach: Path, capsys: pytest.CaptureFixture[str]
     assert [row.prompt.startswith("a <z2> moai") for row in encodings.rows] == [True, False]
 
 
+@pytest.mark.slow
 def test_other_settings_leave_it_and_clear_forgets_it(beach: Path) -> None:
     main(["embeddings", "beach.scene", "set", "<z2>", "--image", "photo.png", "-q"])
     vectors, made = read_z(Z)[1], read_made(Z)

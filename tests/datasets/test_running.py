@@ -58,6 +58,7 @@ def _keys(folder: Path, record: dict[str, Any]) -> set[str]:
     return {key for file in record["files"] for key, _ in items_of(Store(folder), file["name"])}
 
 
+@pytest.mark.slow
 def test_killed_workers_lose_and_repeat_nothing(made: Path, folder: Path, tmp_path: Path) -> None:
     killed: list[int] = []
 
@@ -122,6 +123,7 @@ def _no_worker_is_left(out: Path) -> bool:
 
 
 @pytest.mark.parametrize("damage", ["cut", "flip", "delete", "record"])
+@pytest.mark.sampled(2)
 def test_damage_is_found_and_made_again(copy: Path, made: Path, folder: Path, damage: str) -> None:
     target = sorted(copy.glob("train-*.tar"))[0]
     data = target.read_bytes()
@@ -409,6 +411,7 @@ def test_equal_frames_and_views_of_one_sample_are_no_duplicates(tmp_path: Path) 
     assert [each.message for each in verify_dataset(tmp_path / "out") if "pictures" in each.message] == []
 
 
+@pytest.mark.slow
 def test_programs_that_never_end_are_ended(tmp_path: Path) -> None:
     spec = _failing(tmp_path, HOSTILE, "[params]\nn = [0, 1]\n[limits]\nseconds = 0.5\nsteps = 1000000000")
     report = dataset(spec, tmp_path / "out", jobs=2)

@@ -242,6 +242,7 @@ def test_what_fails_for_reasons_of_the_machine_is_tried_again(tmp_path: Path, mo
     assert verify_dataset(tmp_path / "out") == []
 
 
+@pytest.mark.slow
 def test_a_part_without_failures_of_the_machine_is_merged(tmp_path: Path) -> None:
     spec = _one(tmp_path, SLOW, SLOW_SPEC)
     for name in ("one", "two"):

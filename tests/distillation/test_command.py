@@ -98,6 +98,7 @@ def test_ctrl_c_keeps_the_run(words: list[str], monkeypatch: pytest.MonkeyPatch)
     assert not [path for path in Path("run").iterdir() if path.name.startswith(".")]
 
 
+@pytest.mark.slow
 def test_a_run_is_not_overwritten_unasked(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*words, "-q"]) == 0
     assert main(words) == 1
@@ -171,6 +172,7 @@ def test_nothing_left_to_learn_is_told(words: list[str], capsys: pytest.CaptureF
     assert "nothing to optimize" in said(capsys)
 
 
+@pytest.mark.slow
 def test_what_was_taken_over_stays_after_a_break(words: list[str]) -> None:
     assert main([*words, "-q"]) == 0
     Path("a.scene").write_text(TWO.replace('(call "sphere")', '(call "sphere" :text "golden")'), "utf-8")

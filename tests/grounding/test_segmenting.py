@@ -56,6 +56,7 @@ def test_no_phrases(text: str) -> None:
         normalize_text(text)
 
 
+@pytest.mark.slow
 def test_boxes_are_those_of_transformers(detector: Any) -> None:
     import torch
 

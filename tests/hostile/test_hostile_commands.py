@@ -12,6 +12,7 @@ import pytest
 from hostile.cases import Case, every
 from hostile.measuring import Base, Measured, Nursery, base, faults, run_case
 from mcp_server.conftest import Agent, served
+from searching import places
 
 from scenelang.sandbox.supervision import is_supported
 
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.skipif(not is_supported(), reason="hard limits need Lin
 SECONDS, MEMORY = 0.3, 300_000_000
 SPARE = 2.0  # seconds past the limit on a busy machine; `make test-hostile` allows one
 LIMITS = ("--max-seconds", "0.3", "--max-memory", "300M")
-CHOSEN = (
+_COMMANDS = (
     "huge_arguments: trim by a long cut set", "huge_arguments: search almost equal texts", "huge_arguments: join long pieces",
     "huge_arguments: solve", "huge_arguments: samples kept", "huge_arguments: insert in front", "shared data: sort",
     "shared data: error", "shared data: flatten", "shared data: list to set", "deep data: equality", "cyclic data: table key",
@@ -28,6 +29,7 @@ CHOSEN = (
     "scenes: union of doublings", "scenes: frames without end", "assets: doubling nodes", "assets: picture bomb",
     "texts: nested", "python: names assigned", "embeddings: huge sparse", "imports: device",
 )  # fmt: skip
+CHOSEN = tuple(_COMMANDS[i] for i in places(len(_COMMANDS)))  # every third as usual
 
 
 @pytest.fixture(scope="module")
@@ -57,8 +59,8 @@ def _half(root: Path, cases: dict[str, Case], number: int) -> tuple[Base, dict[s
         nursery.close()
 
 
+@pytest.mark.search
 @pytest.mark.parametrize("name", CHOSEN)
-@pytest.mark.sampled(3)
 def test_a_hostile_command_ends_at_its_limits(
     name: str, measured: tuple[Base, dict[str, tuple[Case, Measured]]]
 ) -> None:

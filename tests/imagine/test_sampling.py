@@ -85,6 +85,7 @@ def theirs(pipeline: Any, **options: Any) -> Any:
 
 
 @pytest.mark.parametrize("scheduler", ["own", "euler", "ancestral", "pndm"])
+@pytest.mark.sampled(2)
 def test_pictures_are_those_of_diffusers(scheduler: str, models: Path) -> None:
     import diffusers
 

@@ -63,6 +63,7 @@ def test_translated_programs_keep_their_scene(case: Case) -> None:
     assert nodes(SESSION.transpile(Source(f"{case.name}.txt", case.text)).text) == nodes(found)
 
 
+@pytest.mark.slow
 def test_most_responses_use_a_combinator_or_a_param() -> None:
     texts = [SESSION.transpile(Source(f"{case.name}.txt", case.text)).text for case in CORPUS]
     assert sum(BETTER.search(text) is not None for text in texts) >= 2 * len(texts) / 3
@@ -251,7 +252,7 @@ def test_macros_and_imports_stay() -> None:
 @pytest.mark.parametrize(
     "make", [lambda n: "(" * n + ")" * n, lambda n: "(union " + "1 " * n + ")"], ids=["deep", "long"]
 )
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(3)
 def test_large_programs_are_left_alone(make: Callable[[int], str]) -> None:
     text = make(100_000) + "\n"
     assert lifted(text) == text

@@ -94,6 +94,7 @@ def watched(steps: int = 150_000) -> WatchedRuntime:
 
 
 @pytest.mark.parametrize("name", sorted(BUILTINS))
+@pytest.mark.sampled(3)
 def test_builtins_are_charged(name: str) -> None:
     check(watched(), name, BUILTINS[name], BUILTINS[name].signature, SMALL, FEW)
 

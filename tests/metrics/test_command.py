@@ -108,6 +108,7 @@ def test_backends_side_by_side(said: Callable[..., Any], place: Path) -> None:
     assert one != two
 
 
+@pytest.mark.slow
 def test_films_of_others(said: Callable[..., Any], place: Path) -> None:
     rows = np.random.default_rng(2).integers(0, 256, (5, 48, 64, 3), np.uint8)
     first, *rest = (Image.fromarray(row) for row in rows)

@@ -66,6 +66,7 @@ def test_a_picture_is_brought_to_size_by_its_middle() -> None:
 
 
 @pytest.mark.parametrize("damage", ["shape", "name", "kind", "none"])
+@pytest.mark.sampled(2)
 def test_other_weights_are_told(models: Path, tmp_path: Path, damage: str) -> None:
     torch = seeded()
     state = torch.load(models / "alexnet" / "alexnet-owt-7be5be79.pth", weights_only=True)

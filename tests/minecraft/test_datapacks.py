@@ -130,6 +130,7 @@ def test_many_commands_are_laid_part_by_part(version: str, tmp_path: Path, monke
     assert not game.markers
 
 
+@pytest.mark.slow
 def test_before_functions_could_be_scheduled(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"1\.13\.2") as raised:
         build_files.write_datapack(noise((60, 60, 60), 3), tmp_path / "a.zip", game_version("1.13.2"))
@@ -138,6 +139,7 @@ def test_before_functions_could_be_scheduled(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("shape", [(70, 70, 70), (40_000, 1, 2), (1, 2, 70_000), (3, 33_000, 1)])
+@pytest.mark.sampled(2)
 def test_large_cuboids_are_cut(shape: tuple[int, int, int], tmp_path: Path) -> None:
     build = made((-1, 0, 1), np.ones(shape), STATES)
     [path] = build_files.write_function(build, tmp_path / "a.mcfunction", game_version())
@@ -149,6 +151,7 @@ def test_large_cuboids_are_cut(shape: tuple[int, int, int], tmp_path: Path) -> N
     assert min(game.cells) == (-1, 0, 1)
 
 
+@pytest.mark.slow
 def test_one_function_runs_only_so_many(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="60,000") as raised:
         build_files.write_function(noise((60, 60, 60), 3), tmp_path / "a.mcfunction", game_version())

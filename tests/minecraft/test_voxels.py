@@ -30,6 +30,7 @@ def cells(text: str) -> dict[tuple[int, int, int], str]:
 
 
 @pytest.mark.parametrize("case", MINECRAFT, ids=lambda case: case.name)
+@pytest.mark.sampled(3)
 def test_corpus_cell_by_cell(case: Case) -> None:
     golden = case.golden_scene()
     scene = scene_of(case.name, translated(case).text)

@@ -168,6 +168,7 @@ MANY = """
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity") or len(os.sched_getaffinity(0)) < 2, reason="one processor")
+@pytest.mark.slow
 def test_surfaces_do_not_depend_on_the_number_of_threads(tmp_path: Path) -> None:
     program = tmp_path / "a.scene"
     program.write_text(MANY)

@@ -159,6 +159,7 @@ CORPUS = [
 
 
 @pytest.mark.parametrize("path", CORPUS)
+@pytest.mark.sampled(3)
 def test_lists_of_the_corpus_round_trip(path: Path) -> None:
     before = scene_of(path.stem)
     if sum(primitive_count(frame) for frame in before.frames) > MAX_ITEMS:

@@ -190,6 +190,7 @@ def test_animate(place: Place) -> None:
     assert len(facts["frames"]) > 1
 
 
+@pytest.mark.slow
 def test_animate_asks_again_for_what_stands_still(place: Place) -> None:
     server = place.serve(answers(cubes(), recorded("n16-newtons-cradle")))
     place.generate("a cradle", "--animate", "-o", "out.scene")

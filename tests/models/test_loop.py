@@ -137,6 +137,7 @@ def test_findings_are_repaired_before_the_model_sees_them(place: Place) -> None:
 
 @pytest.mark.usefixtures("small_pictures")
 @pytest.mark.parametrize("answer", ["NO CHANGES", "  no changes.\n", "**NO CHANGES**", "`NO CHANGES`"])
+@pytest.mark.sampled(2)
 def test_no_changes_ends_it(place: Place, answer: str) -> None:
     server = place.serve(answers(cubes(2), answer))
     place.generate("two cubes", "--critique", "3", "-o", "out.scene")
@@ -194,6 +195,7 @@ def test_a_failure_in_the_critique_keeps_the_draft(place: Place) -> None:
 
 
 @pytest.mark.usefixtures("small_pictures")
+@pytest.mark.slow
 def test_a_film_is_shown_at_several_times(place: Place) -> None:
     server = place.serve(answers(recorded("n13-carousel"), "NO CHANGES"))
     place.generate("a carousel", "--animate", "--critique", "1")

@@ -252,6 +252,7 @@ def together(*processes: subprocess.Popen[str]) -> list[str]:
     return sorted(out.strip() for out, _ in outputs)
 
 
+@pytest.mark.slow
 def test_two_processes_that_ask_the_same_send_one_request(monkeypatch: pytest.MonkeyPatch) -> None:
     with serving(lambda body: Said("slowly", waits=0.5)) as server:
         monkeypatch.setenv("ANTHROPIC_BASE_URL", server.url)

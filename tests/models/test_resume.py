@@ -132,6 +132,7 @@ def test_ctrl_c_leaves_a_run_that_can_go_on(place: Place) -> None:
     assert json.loads(place.run("count", "out.scene", "--json").out)["cube"] == 4
 
 
+@pytest.mark.slow
 def test_two_processes_cannot_work_on_one_run(place: Place) -> None:
     script = Slow(1, cubes(2))
     server = place.serve(script)

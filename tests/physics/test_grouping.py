@@ -65,6 +65,7 @@ def test_an_arrangement_is_no_thing_and_a_thing_may_have_strays() -> None:
     assert names(bodies(f'{CHAIR} {lost} (bind "room" (lambda () (call "odd")))')) == ["chair", "leg"]
 
 
+@pytest.mark.slow
 def test_the_chess_set() -> None:
     found = bodies_of(sl.load(EXAMPLES / "chessboard.scene").root)
     assert len(found.bodies) == 33
@@ -185,6 +186,7 @@ def test_a_torus_is_pieces_around_its_hole() -> None:
     assert all(np.linalg.norm(piece.corners[:, [0, 2]] - [1.0, 3.0], axis=1).min() > 0.4 for piece in found)
 
 
+@pytest.mark.slow
 def test_solids_are_decomposed_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     from scenelang.backends.physics import colliders

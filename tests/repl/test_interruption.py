@@ -19,6 +19,7 @@ INTERRUPTED = [
 
 
 @pytest.mark.parametrize(("command", "interrupted"), INTERRUPTED)
+@pytest.mark.sampled(2)
 def test_ctrl_c_ends_a_command_and_leaves_no_file(
     command: str, interrupted: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

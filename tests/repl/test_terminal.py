@@ -182,6 +182,7 @@ def test_a_wrong_closing_bracket_is_marked(terminal: Terminal) -> None:
     terminal.type(CTRL_C)
 
 
+@pytest.mark.slow
 def test_render_makes_a_picture(terminal: Terminal) -> None:
     terminal.type(',render (call "sphere" :color [1 0.2 0.1])\r')
     path = Path(terminal.wait(r"wrote (\S+\.png)")[1])

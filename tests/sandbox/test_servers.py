@@ -121,6 +121,7 @@ def test_the_viewer_shows_why_and_goes_on(viewer: tuple[str, Path]) -> None:
     raise AssertionError(found)
 
 
+@pytest.mark.slow
 def test_an_answer_of_a_model_that_has_to_be_ended_is_a_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
     reader = AnswerReader(Brief(Task("a cube"), Prompts(None)), Options(limits=Limits(seconds=0.5)))
     monkeypatch.setattr(AnswerReader, "_judged", hold)

@@ -199,6 +199,7 @@ REPL = """(define x 5)
 """
 
 
+@pytest.mark.slow
 def test_a_repl_keeps_its_session(tmp_path: Path) -> None:
     done = run("repl", "--json", "--max-seconds", "0.5", cwd=tmp_path, input=REPL)
     answers = [json.loads(line) for line in done.stdout.splitlines()]

@@ -171,6 +171,7 @@ def test_a_process_stays_for_each_file(keeper: Worker) -> None:
     assert keeper.ask("a", "4") == (first, ["1", "2", "4"])
 
 
+@pytest.mark.slow
 def test_a_kill_costs_what_was_kept_and_nothing_else(keeper: Worker) -> None:
     first, _ = keeper.ask("a", "1")
     with pytest.raises(Ended) as ended:
@@ -182,6 +183,7 @@ def test_a_kill_costs_what_was_kept_and_nothing_else(keeper: Worker) -> None:
     assert keeper.ask("a", "large")[1] == ["large"]  # a new process has tried again
 
 
+@pytest.mark.slow
 def test_only_some_processes_stay(keeper: Worker) -> None:
     pids = [keeper.ask(name, "1")[0] for name in "abcdef"]
     assert keeper.ask("f", "2")[0] == pids[5]

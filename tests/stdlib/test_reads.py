@@ -184,6 +184,7 @@ def _check(name: str, most: int) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(BUILTINS))
+@pytest.mark.sampled(3)
 def test_a_change_is_seen(name: str) -> None:
     _check(name, FEW)
 

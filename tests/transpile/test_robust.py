@@ -79,6 +79,7 @@ def test_spoilt_programs(case: Case) -> None:
         assert complaint is None, f"{complaint}\n--- the Python:\n{code}"
 
 
+@pytest.mark.slow
 def test_mutants_are_of_both_kinds() -> None:
     """Some of the spoilt programs are still translated, others are not: both are tried."""
     outcomes = [SESSION.transpile(Source("mutant.py", code)).ok for case in CORPUS[:6] for code in _mutants(case, 3)]
@@ -165,6 +166,7 @@ def test_small_programs(name: str) -> None:
         "{{1: {}}}",
     ],
 )
+@pytest.mark.sampled(2)
 def test_depth(nested: str, depth: int) -> None:
     """Deep expressions are translated or rejected; nothing overflows."""
     before, _, after = nested.replace("{{", "{").replace("}}", "}").partition("{}")

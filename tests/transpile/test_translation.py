@@ -60,8 +60,8 @@ KEPT = (
 
 # of the module, so that all tests of a case come one after the other and share its scene
 every = pytest.mark.parametrize("case", CORPUS, ids=lambda case: case.name, scope="module")
-imitation = pytest.mark.parametrize("case", one_in(2, IMITATIONS), ids=lambda case: case.name, scope="module")
-both = pytest.mark.parametrize("case", [*CORPUS, *one_in(2, IMITATIONS)], ids=lambda case: case.name, scope="module")
+imitation = pytest.mark.parametrize("case", one_in(6, IMITATIONS), ids=lambda case: case.name, scope="module")
+both = pytest.mark.parametrize("case", [*CORPUS, *one_in(6, IMITATIONS)], ids=lambda case: case.name, scope="module")
 
 
 def test_the_cases_are_there() -> None:
@@ -74,7 +74,6 @@ def test_the_cases_are_there() -> None:
 
 
 @both
-@pytest.mark.sampled(4)
 def test_the_geometry_is_the_golden_one(case: Case) -> None:
     golden = case.golden_scene()
     result = compare(flattened_case(case), golden)
@@ -88,7 +87,6 @@ def test_the_root_is_the_same(case: Case) -> None:
 
 
 @every
-@pytest.mark.sampled(3)
 def test_diff_finds_nothing(case: Case, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     golden, program = tmp_path / "golden.json", tmp_path / f"{case.name}.scene"
     golden.write_text(json.dumps(case.golden_scene()))
@@ -99,8 +97,7 @@ def test_diff_finds_nothing(case: Case, tmp_path: Path, capsys: pytest.CaptureFi
     assert "error" not in err
 
 
-@pytest.mark.parametrize("case", [*CORPUS, *one_in(4, IMITATIONS)], ids=lambda case: case.name, scope="module")
-@pytest.mark.sampled(4)
+@pytest.mark.parametrize("case", [*CORPUS, *one_in(12, IMITATIONS)], ids=lambda case: case.name, scope="module")
 def test_a_response_runs_directly(case: Case) -> None:
     """A .txt file, evaluated, is the program that its translation is."""
     result = evaluated(f"{case.name}.txt", case.text)
@@ -126,6 +123,7 @@ def test_no_diagnostics(case: Case) -> None:
 
 
 @imitation
+@pytest.mark.sampled(3)
 def test_imitations_check_without_warning(case: Case) -> None:
     checked = Session().check(Source(f"{case.name}.scene", translated(case).text))
     assert not _mistakes(checked), told(checked.diagnostics)
@@ -150,7 +148,6 @@ def test_lines_are_not_long(case: Case) -> None:
 
 
 @both
-@pytest.mark.sampled(3)
 def test_it_is_formatted(case: Case) -> None:
     text = translated(case).text
     assert format_text(text, INDENTS) == text
@@ -186,8 +183,9 @@ def test_it_is_as_short_as_the_python() -> None:
     assert statistics.median(map(_ratio, CORPUS)) <= MEDIAN_LENGTH
 
 
-@pytest.mark.parametrize("cases", [CORPUS, IMITATIONS], ids=["corpus", "imitations"])
-@pytest.mark.sampled(2)
+@pytest.mark.parametrize(
+    "cases", [CORPUS, pytest.param(IMITATIONS, marks=pytest.mark.slow)], ids=["corpus", "imitations"]
+)
 def test_dynamic_operators_are_rare(cases: list[Case]) -> None:
     used = {case.name: found for case in cases if (found := _dynamic(case))}
     assert len(used) <= len(cases) / 10, used

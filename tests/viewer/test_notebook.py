@@ -17,6 +17,7 @@ from scenelang import Scene, evaluate
 TEXT = '(bind "a" (lambda () (call "cube" :color [.8 .1 .1])))'
 
 
+@pytest.mark.slow
 def test_a_scene_and_an_entity_are_pictures() -> None:
     scene: Any = evaluate(TEXT)
     for value in (scene, Scene.of(scene.root), Scene.of(scene.root.children[0].car)):
