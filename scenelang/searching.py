@@ -30,7 +30,7 @@ _SCENES = frozenset(
     {"forms", "paper", "poses", "combinators", "entities", "solids", "profiles", "paths", "random", "colors"}
 )
 _EXACT = 100.0  # what is asked for by its name comes first
-_SYNONYM_WEIGHT = 0.7
+_SYNONYM_WEIGHT, _PHRASE_WEIGHT = 0.7, 2.0
 _OTHER = 0.5  # weight of what works as in any other language, and of diagnostics
 _INSTALLED, _CHECKOUT = Path(__file__).parent / "examples", Path(__file__).parents[1] / "examples"
 _EXAMPLES = _INSTALLED if _INSTALLED.is_dir() else _CHECKOUT
@@ -61,6 +61,8 @@ _SYNONYMS = {
     "gap": "distance", "apart": "distance clear-of", "undefined": "unbound", "defined": "unbound", "revolve": "lathe",
     "revolution": "lathe", "terrain": "heightfield",
 }  # fmt: skip
+
+_AROUND = re.compile(r"\b(?:in|into|around|on) an? (?:circle|ring)\b")  # a place, not the profile
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,11 +131,13 @@ def _scored(found: SearchResult, score: float) -> SearchResult:
 
 def _query_terms(query: str) -> dict[str, float]:
     """Return the stems of a query and their weights; those of synonyms count less."""
+    query, count = _AROUND.subn("", query.lower())
     found: dict[str, float] = {}
     for word in _words(query):
         for other in _SYNONYMS.get(word, _SYNONYMS.get(word.removesuffix("s"), "")).split():
             found.update((_stem(part), _SYNONYM_WEIGHT) for part in _words(other))
-    return found | dict.fromkeys(map(_stem, _words(query)), 1.0)
+    found |= dict.fromkeys(map(_stem, _words(query)), 1.0)
+    return found | ({_stem("ring"): _PHRASE_WEIGHT} if count else {})
 
 
 def _words(text: str) -> list[str]:

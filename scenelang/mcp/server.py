@@ -19,7 +19,7 @@ from mcp.server.mcpserver.exceptions import ToolError, UnexpectedToolError
 from mcp.types import CallToolResult, ContentBlock, ImageContent, InputRequiredResult, TextContent, ToolAnnotations
 from pydantic import Field, ValidationError
 
-from scenelang.grammar.diagnostics import CODES, Diagnostic, SceneError, to_json
+from scenelang.grammar.diagnostics import CODES, Diagnostic, SceneError, suggest, to_json
 from scenelang.instance_edits import InstanceEdit
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.mcp import inspection, tools, workbench
@@ -84,6 +84,13 @@ class SceneServer(MCPServer[Any]):
         for key, value in arguments.items():
             if isinstance(value, str) and len(value) > _MAX_ARGUMENT_LENGTH and key not in _PROGRAMS:
                 return _failed(f"`{clipped(key)}` exceeds {_MAX_ARGUMENT_LENGTH:,} characters", "size")
+        names = next(
+            (list(tool.input_schema["properties"]) for tool in await self.list_tools() if tool.name == name), None
+        )
+        unknown = next((key for key in arguments if names is not None and key not in names), None)
+        if unknown is not None:
+            hint = suggest(unknown, names or ()) or f"its arguments are {', '.join(names or ('none',))}"
+            return _failed(f"`{name}` has no argument `{clipped(unknown)}`; {hint}", "value")
         try:
             return await super().call_tool(name, arguments, context)
         except ToolError as error:

@@ -77,6 +77,9 @@ def test_embeddings_beside_a_program_are_no_way_out(agent: Any) -> None:
         ("diff", {"program_a": CUBE, "program_b": CUBE, "tolerance": 2}, "`tolerance`"),
         ("help", {"name": "\x1b[2J" * 100}, "unknown name"),
         ("nothing", {}, "nothing"),
+        ("check", {"programm": CUBE}, "`check` has no argument `programm`; did you mean `program`?"),
+        ("run", {"program": CUBE, "colour": "red"}, "`run` has no argument `colour`; its arguments are "),
+        ("help", {"x" * 5_000: 1}, "`help` has no argument `xxx"),
     ],
 )
 def test_wrong_arguments_are_one_line(agent: Any, tool: str, arguments: dict[str, Any], part: str) -> None:

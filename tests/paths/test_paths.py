@@ -222,6 +222,8 @@ def test_search_by_meaning(query: str, name: str) -> None:
 
 def test_a_name_itself_comes_first_and_nothing_is_found_for_nothing() -> None:
     assert sl.search("ring")[0].name == "ring"
+    assert sl.search("chairs in a circle")[0].name == "ring"
+    assert sl.search("a circle")[0].name == "circle"
     assert sl.search("") == sl.search("qqxyzzy") == []
     with pytest.raises(sl.SceneError, match="at most 500"):
         sl.search("x" * 501)
