@@ -367,16 +367,17 @@ def text_solid(
 @define(
     "lathe", f"profile [:angle::Number] [:segments::Integer] {LOOK}", "Entity",
     "Return a profile turned around the y axis: x is the distance from the axis, and what is at x < 0 is left out. "
-    "`:angle` in radians is less than a full turn.",
+    "`:angle` in radians is less than a full turn; `:segments` are those of a full turn, a part has its share.",
     ("(round (volume (lathe [[0 0] [1 0] [1 1] [0 1]] :segments 1024)) 3)", "3.142"),
     picture='(lathe [[0 0] [.5 0] [.15 .2] [.1 1] [.6 1.6] [.5 1.6] [0 1.1]] :color (color "gold"))',
 )  # fmt: skip
 def lathe(rt: Runtime, profile: Any, angle: Any = math.tau, segments: int = SEGMENTS, **look: Any) -> Entity:
     if not 0.0 < angle <= math.tau + 1e-9:
         raise SceneError("value", f"`lathe` expects an :angle above 0 up to a full turn, got {show(angle, 40)}")
+    share = min(1.0, float(angle) / math.tau)
     parameters = {
         "profile": profile_of(rt, "lathe", profile), "angle": min(360.0, math.degrees(float(angle))),
-        "segments": segment_count("lathe", segments),
+        "segments": max(1, math.ceil(segment_count("lathe", segments) * share - 1e-9)),
     }  # fmt: skip
     return solid_entity(rt, "lathe", parameters, (), look)
 

@@ -113,6 +113,14 @@ def test_twisted_extrusions_keep_their_volume() -> None:
     assert entity_box(scene_of("(extrude [[-1 0] [1 0] [0 1]] 2 :center #t)").root) == (-1.0, 0.0, -1.0, 1.0, 1.0, 1.0)
 
 
+@pytest.mark.parametrize(("angle", "sides"), [("pi", 32), ("(/ pi 32)", 1), ("(/ pi 16)", 2), ("1.6", 17)])
+def test_parts_of_a_turn_fit_a_whole_one(angle: str, sides: int) -> None:
+    """`:segments` are those of a full turn; a share that is not whole gets equal sides, too."""
+    part = f"(lathe [[1 0] [2 0] [2 1] [0 1]] :segments 64 :angle {angle})"
+    turn = value_of(f"(/ {angle} {sides})")
+    assert volume(part) == pytest.approx(sides * math.sin(turn) * 11 / 6, rel=1e-6)
+
+
 def test_rounding_keeps_the_size_and_takes_corners() -> None:
     whole = scene_of('(rounded (call "cube" :scale 2) .3 :segments 16)')
     assert entity_box(whole.root) == pytest.approx((-1, -1, -1, 1, 1, 1), abs=1e-6)

@@ -27,7 +27,7 @@ from scenelang.interpreter.scene.primitives.mesh import Mesh, posed, smoothed
 
 if TYPE_CHECKING:
     import numpy.typing as npt
-    from manifold3d import Manifold, Mesh64
+    from manifold3d import CrossSection, Manifold, Mesh64
 
     FloatArray = npt.NDArray[np.float64]
     IntArray = npt.NDArray[np.int64]
@@ -473,9 +473,24 @@ def _lathe(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
     if not section.is_empty() and section.bounds()[2] <= 0.0:
         hint = "profiles turn around the y axis, where x is the distance from it"
         raise SceneError("solid", "the profile of `lathe` is on the left of the axis: no x is above 0", hint)
-    made = section.revolve(int(parameters["segments"]), float(parameters["angle"]))
+    sides, angle = int(parameters["segments"]), float(parameters["angle"])
+    if sides < 3:  # Manifold would choose the number itself
+        return _few_sided(section, sides, math.radians(angle))
+    made = section.revolve(sides, angle)
     turn = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0]])  # Manifold revolves around z
     return made.transform(turn)
+
+
+def _few_sided(section: CrossSection, sides: int, angle: float) -> Manifold:
+    """Return the part of a turn that one or two flat sides make."""
+    import manifold3d
+
+    low, high = section.bounds()[1::2]
+    right = manifold3d.CrossSection.square((section.bounds()[2], high - low)).translate((0.0, low))
+    mesh = (section ^ right).extrude(1.0, sides - 1).to_mesh64()
+    x, y, share = np.array(mesh.vert_properties[:, :3], np.float64).T
+    vertices = np.stack([x * np.cos(angle * share), y, -x * np.sin(angle * share)], axis=1)
+    return manifold_of_mesh(Mesh(vertices, None, np.asarray(mesh.tri_verts, np.int64)), "lathe")
 
 
 def _sweep(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
