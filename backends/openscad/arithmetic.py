@@ -37,6 +37,7 @@ from scenelang.backends.openscad.syntax import (
 )
 from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, suggest
+from scenelang.stdlib.colors import named_colors
 
 # --- kinds -----------------------------------------------------------------------------------------------------------
 
@@ -51,6 +52,8 @@ class SnippetKind(NamedTuple):
 
 UNKNOWN, ANY, INT, NUM, BOOL, STR = (SnippetKind(name) for name in ("unknown", "any", "int", "num", "bool", "str"))
 UNDEF, FUNCTION = SnippetKind("undef"), SnippetKind("function")
+MAX_SEGMENTS = 1024
+LEAST_RESOLUTION = 0.01  # to which OpenSCAD raises smaller `$fa` and `$fs`
 _MAX_DEPTH = 4  # of kinds of lists in lists
 
 
@@ -233,9 +236,80 @@ def call(name: str, *operands: str) -> str:
     return f"({' '.join((name, *operands))})"
 
 
+def with_comments(comments: Sequence[str], text: str) -> str:
+    """Return a text below its comments."""
+    return "".join(f"; {line}\n" for line in comments) + text
+
+
+def long_call(name: str, operands: Sequence[str]) -> str:
+    """Return a call, with an operand per line if it is long, which the formatter keeps."""
+    is_long = sum(map(len, operands)) > 70 and len(operands) > 1
+    return f"({name}\n" + "\n".join(operands) + ")" if is_long else call(name, *operands)
+
+
 def vector_code(parts: Sequence[Snippet]) -> Snippet:
     """Return a vector of numbers, written out."""
     return Snippet(f"[{' '.join(part.text for part in parts)}]", vector(len(parts)), None, tuple(parts))
+
+
+def fragments_of(radius: float, angle: float, length: float) -> int:
+    """Return the number of sides of a circle, from ``$fa`` and ``$fs``."""
+    if radius < 1e-6:
+        return 5
+    angle, length = max(angle, LEAST_RESOLUTION), max(length, LEAST_RESOLUTION)
+    return min(MAX_SEGMENTS, math.ceil(max(min(360.0 / angle, radius * math.tau / length), 5)))
+
+
+def half(value: Snippet) -> str:
+    """Return half of a number."""
+    if value.number is not None and value.text == number_text(value.number):
+        return number_text(value.number / 2)
+    return call("/", value.text, "2")
+
+
+def own_name(special: str) -> str:
+    """Return the parameter by which a module gets a special variable that differs from the file's."""
+    return f"{re.sub(r'[^A-Za-z0-9]+', '-', special).strip('-')}-here"
+
+
+def look_of(c: Converter, color: Snippet, alpha: Snippet | None, span: Span) -> str:
+    """Return the attributes of a colour: nothing of a text that names none."""
+    opacity = alpha
+    if color.parts is not None and len(color.parts) in (3, 4):
+        opacity = alpha or (color.parts[3] if len(color.parts) == 4 else None)
+        text = call("rgb", *map(_component, color.parts[:3]))
+    elif color.kind == STR and color.text.startswith('"'):
+        name, own = _named_color(color.text[1:-1])
+        if not name:
+            c.warn(span, f"the colour {color.text} is unknown, and left out")
+            return ""
+        opacity = alpha or own
+        text = call("color", f'"{name}"')
+    elif color.kind == STR:
+        text = call("color", color.text)
+    else:
+        text = call(c.helper("color-of"), color.text)
+    return f":color {text}" + (f" :opacity {opacity.text}" if opacity is not None and opacity.number != 1 else "")
+
+
+def _component(part: Snippet) -> str:
+    if part.number is not None and part.text == number_text(part.number):
+        return number_text(round(255 * min(max(part.number, 0.0), 1.0), 6))
+    return f"(* 255 {part.text})"
+
+
+def _named_color(name: str) -> tuple[str, Snippet | None]:
+    """Return a colour as the Scene Language writes it, empty if it is none, and its opacity if it has one."""
+    if name.lower() == "transparent":
+        return "black", constant(0)
+    if not name.startswith("#"):
+        return (name if name.lower() in named_colors() else ""), None
+    digits = name[1:]
+    if re.fullmatch(r"([0-9a-fA-F]{3,4}){1,2}", digits) is None or len(digits) == 7:
+        return "", None
+    width = 1 if len(digits) < 6 else 2
+    own = digits[3 * width :]
+    return f"#{digits[: 3 * width]}", constant(round(int(own, 16) / (16**width - 1), 4)) if own else None
 
 
 # --- expressions -----------------------------------------------------------------------------------------------------

@@ -5,9 +5,13 @@ from __future__ import annotations
 import re
 
 _TEXT = """
-;;; A box with one corner at the origin; `size` is one number or three.
-(define (box size)
-  (transform (call "cube" :scale size) (translate (* size [.5 .5 .5]))))
+;;; A box with one corner at the origin, or around it; `size` is one number or three, all above 0 unless it is nothing.
+(define (box size (:center #f) (:color none) (:opacity none))
+  (define whole (* size [1 1 1]))
+  (if (> (min-of whole) 0)
+    (transform (call "cube" :scale whole :color color :opacity opacity)
+               (translate (* whole (if center 0 .5))))
+    (union)))
 
 ;;; A ball as OpenSCAD makes it: rings of corners, none of them at a pole.
 (define (ball radius sides (:color none) (:opacity none))
@@ -15,17 +19,19 @@ _TEXT = """
   (define angles (for/list ((ring rings)) (/ (* pi (+ ring .5)) rings)))
   (define top (* radius (cos (/ pi 2 rings))))
   (define side (for/list ((angle (reverse angles))) (* radius [(sin angle) (cos angle)])))
-  (transform (lathe (append (list [0 (- top)]) side (list [0 top])) :segments sides :color color :opacity opacity)
-             (rotate (radians 90) [1 0 0])))
+  (if (> radius 0)
+    (transform (lathe (append (list [0 (- top)]) side (list [0 top])) :segments sides :color color :opacity opacity)
+               (rotate (radians 90) [1 0 0]))
+    (union)))
 
 ;;; A cone without its tip, or with it if one of the radii is 0.
 (define (frustum height bottom top sides (:center #f) (:color none) (:opacity none))
   (define (upright base taper)
     (extrude (circle base :segments sides) height :taper taper :center center :color color :opacity opacity))
-  (if (>= bottom top)
-    (upright bottom (/ top bottom))
-    (transform (upright top (/ bottom top))
-               (@ (translate [0 0 (if center 0 height)]) (scale [1 1 -1])))))
+  (cond ((or (<= height 0) (< (min bottom top) 0) (= 0 bottom top)) (union))
+        ((>= bottom top) (upright bottom (/ top bottom)))
+        (else (transform (upright top (/ bottom top))
+                         (@ (translate [0 0 (if center 0 height)]) (scale [1 1 -1]))))))
 
 ;;; A rectangle with one corner at the origin.
 (define (corner-rectangle width height)
@@ -33,9 +39,9 @@ _TEXT = """
 
 ;;; The number of sides of a circle: `fn` if it is given, else by the least angle in degrees and the least length.
 (define (fragments radius (:fn 0) (:fa 12) (:fs 2))
-  (cond ((> fn 0) (max 3 (floor fn)))
+  (cond ((> fn 0) (min 1024 (max 3 (floor fn))))
         ((< radius 1e-6) 5)
-        (else (min 1024 (ceiling (max 5 (min (/ 360 fa) (/ (* tau radius) fs))))))))
+        (else (min 1024 (ceiling (max 5 (min (/ 360 (max fa .01)) (/ (* tau radius) (max fs .01)))))))))
 
 ;;; A solid in one colour.
 (define (painted object (:color none) (:opacity none))
@@ -163,10 +169,6 @@ _TEXT = """
 (define (profile-points profile)
   (apply append (map ->list (profile-union profile))))
 
-;;; The largest x of a profile.
-(define (profile-reach profile)
-  (max-of (map first (profile-points profile))))
-
 ;;; A profile under the matrix of a pose.
 (define (profile-by-matrix profile matrix)
   (define (entry row column) (ref (ref matrix row) column))
@@ -207,21 +209,28 @@ _TEXT = """
   (define layers
     (if (> fn 0)
       (/ (* turn fn) tau)
-      (min (/ (degrees turn) fa) (/ arc-length fs))))
+      (min (/ (degrees turn) (max fa .01)) (/ arc-length (max fs .01)))))
   (define slices (max 1 (ceiling (/ (degrees turn) 120)) (ceiling (- layers 1e-9))))
   (extrude profile height :twist (radians (- twist)) :slices slices :taper taper :center center :color color
            :opacity opacity))
 
-;;; A profile turned around z by `angle` degrees, with as many sides as OpenSCAD takes.
+;;; A profile turned around z by `angle` degrees, with as many sides as OpenSCAD takes; x may be below 0 everywhere.
 (define (turned profile (:angle 360) (:fn 0) (:fa 12) (:fs 2) (:color none) (:opacity none))
   (define is-full (>= (abs angle) 360))
-  (define round-sides (fragments (profile-reach profile) :fn fn :fa fa :fs fs))
+  (define across (map first (profile-points profile)))
+  (define is-left (<= (max-of across) 1e-6))
+  (assert (or is-left (>= (min-of across) -1e-6))
+          "the profile is on both sides of the axis: all x must be above 0, or below it")
+  (define round-sides (fragments (max-of (map abs across)) :fn fn :fa fa :fs fs))
   (define sides (if is-full round-sides (max 1 (floor (/ (* round-sides (abs angle)) 360)))))
   (define part
-    (lathe profile :angle (if is-full tau (radians (abs angle))) :segments (max sides 3) :color color :opacity opacity))
+    (lathe (if is-left (transform-profile profile :scale [-1 1]) profile)
+           :angle (if is-full tau (radians (abs angle)))
+           :segments (if is-full sides (max 3 (min 1024 (floor (/ (* sides 360) (abs angle))))))
+           :color color :opacity opacity))
   (transform part
              (@ (rotate (radians 90) [1 0 0])
-                (rotate (if (and is-full (odd? sides)) pi 0) [0 1 0])
+                (rotate (if (equal? is-left (and is-full (odd? sides))) 0 pi) [0 1 0])
                 (scale [1 1 (if (< angle 0) -1 1)]))))
 
 ;;; Three numbers of a vector of two or three.

@@ -8,15 +8,15 @@ booleans here refuse: where that can happen, a helper leaves the empty ones out.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, NoReturn
 
 from scenelang.backends.openscad.arithmetic import (
     ANY,
     INT,
+    LEAST_RESOLUTION,
+    MAX_SEGMENTS,
     NUM,
-    STR,
     UNKNOWN,
     Converter,
     Definition,
@@ -25,9 +25,15 @@ from scenelang.backends.openscad.arithmetic import (
     Snippet,
     call,
     constant,
+    fragments_of,
+    half,
     is_number,
+    long_call,
+    look_of,
     number_text,
+    own_name,
     vector_code,
+    with_comments,
 )
 from scenelang.backends.openscad.syntax import (
     Branch,
@@ -43,9 +49,8 @@ from scenelang.backends.openscad.syntax import (
     uses_children,
 )
 from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import suggest
+from scenelang.grammar.diagnostics import SceneError, suggest
 
-MAX_SEGMENTS = 1024
 _FINE = 30  # sides of a full circle from which the rounding of OpenSCAD's offsets makes no difference
 
 # --- shapes ----------------------------------------------------------------------------------------------------------
@@ -65,10 +70,16 @@ class Shape(NamedTuple):
     is_list: bool = False
     comments: tuple[str, ...] = ()
 
+    @property
+    def is_void(self) -> bool:
+        """Whether it certainly is empty."""
+        return self.text in _VOIDS.values()
+
     def moved(self, kind: str, text: str) -> Shape:
-        return self._replace(moves=((kind, text), *self.moves))
+        return self if self.is_void else self._replace(moves=((kind, text), *self.moves))
 
 
+_VOIDS = {2: "(list)", 3: "(union)"}
 NOTHING = Shape("(union)", 0, True)
 _ORDER = ("scale", "rotate", "move")  # in which `transform-profile` does them
 
@@ -152,7 +163,7 @@ class Objects(Expressions):
 
     def commented(self, shape: Shape) -> str:
         """Return the text of an object below its comments."""
-        return _with_comments(shape.comments, self.place(shape))
+        return with_comments(shape.comments, self.place(shape))
 
     # --- scopes ------------------------------------------------------------------------------------------------------
 
@@ -226,7 +237,7 @@ class Objects(Expressions):
         if shape.may_be_empty:
             facts.mark("empty", function.place, variant)
         head = " ".join((self.name_of(function, variant), *(text for text in parameters if text)))
-        body = "\n".join((*(_with_comments(*each) for each in definitions), inner.commented(shape)))
+        body = "\n".join((*(with_comments(*each) for each in definitions), inner.commented(shape)))
         return definition.comments if not index else (), f"(define ({head})\n{body})"
 
     def name_of(self, function: Definition, variant: int) -> str:
@@ -237,6 +248,8 @@ class Objects(Expressions):
     def block(self, statements: Sequence[Statement]) -> tuple[list[tuple[tuple[str, ...], str]], list[Shape]]:
         """Convert the statements of a scope: the texts of its definitions, and its objects."""
         definitions = self.declare(statements)
+        checks = [each for each in statements if isinstance(each, Instance) and each.is_check and not each.children]
+        definitions += [(each.comments, text) for each in checks if (text := self._assertion(each))]
         shapes = [self.shape(each) for each in statements if isinstance(each, Instance | Branch)]
         return definitions, [shape for shape in shapes if shape is not NOTHING]
 
@@ -256,15 +269,16 @@ class Objects(Expressions):
         """Return the union of objects."""
         if not shapes:
             return NOTHING
+        dimensions = dimensions_of(shapes, span)
+        shapes = [shape for shape in shapes if not shape.is_void] or shapes[:1]
         if len(shapes) == 1:
             return shapes[0]
-        dimensions = dimensions_of(shapes, span)
         is_empty = all(shape.may_be_empty for shape in shapes)
         if dimensions == 2:
             may = any(shape.may_be_empty for shape in shapes)
             name = self.c.helper("profiles-union") if may else "profile-union"
-            return Shape(_called(name, list(map(self.place, shapes))), 2, is_empty)
-        texts = [_with_comments(shape.comments, self.place(shape)) for shape in shapes]
+            return Shape(long_call(name, list(map(self.place, shapes))), 2, is_empty)
+        texts = [with_comments(shape.comments, self.place(shape)) for shape in shapes]
         return Shape("(union\n" + "\n".join(texts) + ")", dimensions, is_empty)
 
     def shape(self, statement: Instance | Branch) -> Shape:
@@ -291,9 +305,11 @@ class Objects(Expressions):
     def _instance(self, instance: Instance) -> Shape:
         name = instance.name
         if name in ("echo", "assert"):
-            if instance.children:
-                return self.scoped(instance.children, instance.span)
-            return NOTHING
+            shape = self.scoped(instance.children, instance.span)
+            check = self._assertion(instance) if instance.is_check and instance.children else ""
+            if not check:
+                return shape
+            return shape._replace(text=f"(begin {check}\n{self.place(shape)})", moves=(), is_list=False)
         function = self.scope.module(name)
         inner = self.inside()
         for each in instance.arguments:
@@ -313,6 +329,17 @@ class Objects(Expressions):
         if handler is None:
             self._unknown(instance)
         return handler(inner, instance)
+
+    def _assertion(self, instance: Instance) -> str:
+        """Return the test of `assert`; empty if it certainly holds, or uses what cannot be converted."""
+        try:
+            given = self.named(instance, ("condition", "message"))
+            test = self.truth(given.get("condition", constant(0)))
+        except SceneError as found:
+            self.c.warn(instance.span, f"this assertion is not tested: {found.message}")
+            return ""
+        message = [given["message"].text] if "message" in given else []
+        return "" if test == "#t" else call("assert", test, *message)
 
     def _unknown(self, instance: Instance) -> NoReturn:
         span, name = instance.span, instance.name
@@ -344,7 +371,7 @@ class Objects(Expressions):
         shape = self_place.united(shapes, instance.span)
         if shape is NOTHING:
             return NOTHING
-        body = "\n".join((*(_with_comments(*each) for each in definitions), self_place.place(shape)))
+        body = "\n".join((*(with_comments(*each) for each in definitions), self_place.place(shape)))
         may_be_empty = shape.may_be_empty or not all(runs(each) for each in instance.arguments)
         if instance.name == "intersection_for":
             operation = "profile-intersection" if shape.dimensions == 2 else "intersection"
@@ -382,7 +409,7 @@ class Objects(Expressions):
         if any(shape.may_be_empty for shape in shapes) and dimensions:
             empty = [shape.may_be_empty for shape in shapes]
             may = empty[0] if name == "difference" else any(empty) if name == "intersection" else all(empty)
-            text = _called(self.c.helper(_SAFE[name, dimensions]), texts)
+            text = long_call(self.c.helper(_SAFE[name, dimensions]), texts)
             made = Shape(text, dimensions, may)
             return self._painted(made, color) if look else made
         operation = _FLAT[name] if dimensions == 2 else name
@@ -391,7 +418,7 @@ class Objects(Expressions):
             for each in texts[1:]:
                 text = call(operation, text, each, *look)
             return Shape(text, dimensions)
-        return Shape(_called(operation, [*texts, *look]), dimensions)
+        return Shape(long_call(operation, [*texts, *look]), dimensions)
 
     def _painted(self, shape: Shape, color: str) -> Shape:
         """Return a solid that was made elsewhere with one colour."""
@@ -414,7 +441,9 @@ class Objects(Expressions):
         if function.takes_children:
             definitions, shapes = self._members(instance)
             if definitions:
-                unsupported(instance.span, "assignments among the children of a module", "move them out of the braces")
+                unsupported(
+                    instance.span, "assignments or tests among the children of a module", "move them out of the braces"
+                )
             variant = dimensions_of(shapes, instance.span) or (3 if not shapes or facts.holds("assumed") else 0)
             if not shapes or any(shape.may_be_empty for shape in shapes):
                 facts.mark("empty-children", place)
@@ -517,8 +546,13 @@ class Objects(Expressions):
 
     def resolution(self) -> list[str]:
         """Return `$fn`, `$fa` and `$fs` as keywords, those that are not the default."""
-        given = ((name, self.special(f"${name}").text) for name in ("fn", "fa", "fs"))
-        return [f":{name} {text}" for name, text in given if text != {"fn": "0", "fa": "12", "fs": "2"}[name]]
+        texts = []
+        for name, default in (("fn", "0"), ("fa", "12"), ("fs", "2")):
+            value = self.special(f"${name}")
+            is_small = name != "fn" and value.number is not None and value.number < LEAST_RESOLUTION
+            text = number_text(LEAST_RESOLUTION) if is_small else value.text
+            texts += [f":{name} {text}"] if text != default else []
+        return texts
 
     def solid(self, *words: str, may_be_empty: bool = False) -> Shape:
         """Return a call that makes a solid, in the colour of the place."""
@@ -551,35 +585,6 @@ class Objects(Expressions):
         return call("ref", value.text, "0"), call("ref", value.text, "1")
 
 
-def fragments_of(radius: float, angle: float, length: float) -> int:
-    """Return the number of sides of a circle, from ``$fa`` and ``$fs``."""
-    if radius < 1e-6 or angle <= 0 or length <= 0:
-        return 5
-    return min(MAX_SEGMENTS, math.ceil(max(min(360.0 / angle, radius * math.tau / length), 5)))
-
-
-def _with_comments(comments: Sequence[str], text: str) -> str:
-    return "".join(f"; {line}\n" for line in comments) + text
-
-
-def _called(name: str, operands: Sequence[str]) -> str:
-    """Return a call, with an operand per line if it is long, which the formatter keeps."""
-    is_long = sum(map(len, operands)) > 70 and len(operands) > 1
-    return f"({name}\n" + "\n".join(operands) + ")" if is_long else call(name, *operands)
-
-
-def own_name(special: str) -> str:
-    """Return the parameter by which a module gets a special variable that differs from the file's."""
-    return f"{re.sub(r'[^A-Za-z0-9]+', '-', special).strip('-')}-here"
-
-
-def half(value: Snippet) -> str:
-    """Return half of a number."""
-    if value.number is not None and value.text == number_text(value.number):
-        return number_text(value.number / 2)
-    return call("/", value.text, "2")
-
-
 # --- solids ----------------------------------------------------------------------------------------------------------
 
 
@@ -603,11 +608,27 @@ def _either(place: Objects, center: str | None, centred: Shape, corner: Callable
     return Shape(text, centred.dimensions)
 
 
+def _void(place: Objects, instance: Instance, dimensions: int, sizes: Sequence[Snippet]) -> Shape | None:
+    """Return nothing, with a warning, if a size is known and not above 0: OpenSCAD makes nothing of it either."""
+    small = [each.number for each in sizes if each.number is not None and each.number <= 0]
+    if not small:
+        return None
+    size = number_text(small[0])
+    place.c.warn(instance.span, f"`{instance.name}` with a size of {size} makes nothing, as in OpenSCAD")
+    return Shape(_VOIDS[dimensions], dimensions, True)
+
+
 def _cube(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, ("size", "center"))
     size = place.array(given.get("size", constant(1)))
     center = _centered(place, given.get("center"))
     scale = place.triple(size, "1") if size.parts is not None else size.text
+    sizes = size.parts or (size,)
+    void = _void(place, instance, 3, sizes)
+    if void is not None:
+        return void
+    if any(each.number is None for each in sizes):
+        return place.solid(place.c.helper("box"), scale, *([] if center is None else [f":center {center}"]))
     centred = place.solid("call", '"cube"', f":scale {scale}")
     return _either(place, center, centred, lambda: _corner_box(place, size, scale))
 
@@ -639,7 +660,7 @@ def _sphere(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, ("r",))
     radius = _radius(given, ("r",), ("d",))
     sides = place.fragments(radius)
-    return place.solid(place.c.helper("ball"), radius.text, sides)
+    return _void(place, instance, 3, [radius]) or place.solid(place.c.helper("ball"), radius.text, sides)
 
 
 def _cylinder(place: Objects, instance: Instance) -> Shape:
@@ -658,6 +679,11 @@ def _cylinder(place: Objects, instance: Instance) -> Shape:
             if both
             else Snippet(call("max", bottom.text, top.text), NUM)
         )
+    void = _void(place, instance, 3, [height, largest]) or (
+        _void(place, instance, 3, [each for each in (bottom, top) if each.number != 0])
+    )
+    if void is not None:
+        return void
     sides = place.fragments(largest)
     keyword = [] if center is None else [f":center {center}"]
     if bottom.text == top.text:
@@ -683,12 +709,15 @@ def _square(place: Objects, instance: Instance) -> Shape:
     center = _centered(place, given.get("center"))
     width, height = place.pair(size)
     corner = lambda: Shape(call(place.c.helper("corner-rectangle"), width, height), 2)
-    return _either(place, center, place.flat("rectangle", width, height), corner)
+    return _void(place, instance, 2, size.parts or (size,)) or (
+        _either(place, center, place.flat("rectangle", width, height), corner)
+    )
 
 
 def _circle(place: Objects, instance: Instance) -> Shape:
     radius = _radius(place.named(instance, ("r",)), ("r",), ("d",))
-    return place.flat("circle", radius.text, f":segments {place.fragments(radius)}")
+    void = _void(place, instance, 2, [radius])
+    return void or place.flat("circle", radius.text, f":segments {place.fragments(radius)}")
 
 
 def _polygon(place: Objects, instance: Instance) -> Shape:
@@ -769,6 +798,8 @@ def _from_profile(place: Objects, shape: Shape, made: Shape) -> Shape:
     """Return a solid, or nothing if its profile is empty."""
     if shape is NOTHING:
         return NOTHING
+    if shape.is_void:
+        return Shape(_VOIDS[3], 3, True)
     if not shape.may_be_empty:
         return made
     helper = place.c.helper("if-profile")
@@ -782,6 +813,9 @@ def _linear_extrude(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, _EXTRUDE)
     shape, profile = _profile(place, instance)
     height = given.get("height", constant(100))
+    void = _void(place, instance, 3, [height])
+    if void is not None:
+        return void
     words, name = [profile, height.text], "extrude"
     twist, taper = given.get("twist"), given.get("scale")
     slices = _slices(place, given, twist)
@@ -817,6 +851,8 @@ def _slices(place: Objects, given: Mapping[str, Snippet], twist: Snippet | None)
 def _rotate_extrude(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, ("angle", "convexity"))
     shape, profile = _profile(place, instance)
+    if "angle" in given and given["angle"].number == 0:
+        return _void(place, instance, 3, [given["angle"]]) or NOTHING
     words = [f":angle {given['angle'].text}"] if "angle" in given else []
     return _from_profile(place, shape, place.solid(place.c.helper("turned"), profile, *words, *place.resolution()))
 
@@ -851,8 +887,8 @@ def _offset(place: Objects, instance: Instance) -> Shape:
 def _moving(make: Callable[[Objects, Instance, Shape], Shape]) -> Handler:
     def handler(place: Objects, instance: Instance) -> Shape:
         shape = place.child(instance)
-        if shape is NOTHING:
-            return NOTHING
+        if shape.is_void:
+            return shape
         if shape.is_list:
             shape = Shape(placed(place.c, shape), 2, shape.may_be_empty)
         return make(place, instance, shape)
@@ -951,29 +987,8 @@ def _resize(place: Objects, instance: Instance, shape: Shape) -> Shape:
 def _color(place: Objects, instance: Instance) -> Shape:
     given = place.named(instance, ("c", "alpha"))
     if not place.color and "c" in given:
-        place.color = _look(place, given["c"], given.get("alpha"), instance.span)
+        place.color = look_of(place.c, given["c"], given.get("alpha"), instance.span)
     return place.child(instance)
-
-
-def _look(place: Objects, color: Snippet, alpha: Snippet | None, span: Span) -> str:
-    """Return the attributes of a colour."""
-    opacity = alpha
-    if color.parts is not None and len(color.parts) in (3, 4):
-        if len(color.parts) == 4:
-            opacity = color.parts[3]
-        numbers = [part.number for part in color.parts[:3]]
-        if (
-            all(part.text == number_text(part.number) for part in color.parts[:3] if part.number is not None)
-            and None not in numbers
-        ):
-            text = call("rgb", *(number_text(round(255 * number, 6)) for number in numbers if number is not None))
-        else:
-            text = call("rgb", *(f"(* 255 {part.text})" for part in color.parts[:3]))
-    elif color.kind == STR:
-        text = call("color", color.text)
-    else:
-        text = call(place.c.helper("color-of"), color.text)
-    return f":color {text}" + (f" :opacity {opacity.text}" if opacity is not None and opacity.number != 1 else "")
 
 
 _MODULES: dict[str, Handler] = {

@@ -213,6 +213,11 @@ class Instance:
     modifiers: str = ""
     comments: tuple[str, ...] = ()
 
+    @property
+    def is_check(self) -> bool:
+        """Whether it is an assertion that counts."""
+        return self.name == "assert" and not set(self.modifiers) & {"*", "%"}
+
 
 @dataclass(frozen=True, slots=True)
 class Branch:

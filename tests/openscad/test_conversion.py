@@ -14,9 +14,18 @@ import pytest
 import trimesh
 
 import scenelang as sl
-from scenelang.backends.openscad.arithmetic import ANY, INT, NUM, UNKNOWN, joined, list_of, random_numbers, vector
+from scenelang.backends.openscad.arithmetic import (
+    ANY,
+    INT,
+    NUM,
+    UNKNOWN,
+    fragments_of,
+    joined,
+    list_of,
+    random_numbers,
+    vector,
+)
 from scenelang.backends.openscad.converting import converted, imported
-from scenelang.backends.openscad.geometry import fragments_of
 from scenelang.backends.openscad.syntax import MAX_NESTING
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
@@ -345,3 +354,122 @@ def test_the_moment_of_an_animation_is_a_param() -> None:
     assert "became a param" in warnings[0].message
     assert volume(text) == pytest.approx(1)
     assert sl.evaluate(text, defines={"moment": 0.5}).measure().volume == pytest.approx(1.5)
+
+
+# --- turned, empty and coloured objects; volumes are those of OpenSCAD 2021.01 ---------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("program", "expected"),
+    [
+        ("$fn = 7, angle = -100) translate([.5, 0]) square(1);", 0.984808),  # one side
+        ("$fn = 12, angle = -20) translate([.5, 0]) square(1);", 0.342020),
+        ("$fn = 12, angle = 60) translate([1, 0]) circle(1, $fn = 12);", 3.0),  # two sides, from the axis on
+        ("$fa = 30, angle = 50) translate([.5, 0]) square(10);", 421.324599),
+        ("$fn = 7, angle = 359) translate([.5, 0]) square(1);", 5.187396),
+        ("angle = 33, $fa = 3, $fs = .1) translate([-3, 0]) circle(1);", 5.416814),
+        ("angle = .1, $fn = 100) translate([3, 0]) circle(1);", 0.016439),
+        (") translate([-3, 0]) circle(1);", 42.797709),
+    ],
+)
+def test_turned_profiles_have_the_sides_of_openscad(program: str, expected: float) -> None:
+    assert volume_of(f"rotate_extrude({program}") == pytest.approx(expected, rel=3e-5)
+
+
+@pytest.mark.parametrize(
+    ("angle", "low", "high"),
+    [
+        (80, [-1.5, -1.4772], [-0.0868, 0]),
+        (-80, [-1.5, 0], [-0.0868, 1.4772]),
+        (400, [-1.5, -1.4624], [1.3514, 1.4624]),
+    ],
+)
+def test_turned_profiles_are_where_openscad_has_them(angle: float, low: list[float], high: list[float]) -> None:
+    profile = "translate([-1.5, 0]) square(1)" if angle < 360 else "translate([.5, 0]) square(1)"
+    sides = 4 if angle < 360 else 7
+    found = sl.evaluate(converted(f"rotate_extrude($fn = {sides}, angle = {angle}) {profile};")[0]).bounds
+    assert found[:, 0] == pytest.approx([low[0], high[0]], abs=1e-3)
+    assert -found[::-1, 2] == pytest.approx([low[1], high[1]], abs=1e-3)
+
+
+def test_profiles_on_both_sides_of_the_axis_are_refused() -> None:
+    with pytest.raises(SceneError, match="on both sides of the axis"):
+        volume_of("rotate_extrude() square(1, center = true);")
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "cube([1, -2, 3]);", "cube(-1, center = true);", "sphere(0);", "cylinder(h = 2, r1 = 0, r2 = 0);",
+        "cylinder(h = 2, r1 = -1, r2 = 1);", "linear_extrude(0) square(1);", "linear_extrude(1) square([1, 0]);",
+        "linear_extrude(2) circle(-1);", "rotate_extrude(angle = 0) square(1);",
+    ],
+)  # fmt: skip
+def test_objects_without_extent_make_nothing(program: str) -> None:
+    text, warnings = converted(f"cube(2); {program}")
+    assert "makes nothing, as in OpenSCAD" in warnings[0].message
+    assert volume(text) == pytest.approx(8)
+    assert volume_of(f"difference() {{ cube(2); {program} }}") == pytest.approx(8)
+    assert volume_of(f"intersection() {{ cube(2); {program} }}") == 0
+
+
+def test_sizes_that_the_program_finds_out_may_make_nothing() -> None:
+    assert volume_of("module m(s) { cube(s); } m(2); m(-3); m([3, 0, 3]); m([0.5, 0.5, -1]);") == pytest.approx(8)
+    assert volume_of("module m(s) cube(s, center = true); m([1, 2, 3]); m(-3);") == pytest.approx(6)
+    assert volume_of("module m(r) { sphere(r); cylinder(r, r, 0); } cube(1); m(0); m(-1);") == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    ("color", "look"),
+    [
+        ('"#f008"', '(color "#f00") :opacity 0.5333'), ('"#ff000080"', '(color "#ff0000") :opacity 0.502'),
+        ('"transparent"', '(color "black") :opacity 0'), ('"#f008", 0.25', '(color "#f00") :opacity 0.25'),
+        ("[1, 0, 0, 0.5], 0.25", "(rgb 255 0 0) :opacity 0.25"), ("[2, -1, 0]", "(rgb 255 0 0)"),
+    ],
+)  # fmt: skip
+def test_colours_with_alpha_have_an_opacity(color: str, look: str) -> None:
+    text, warnings = converted(f"color({color}) cube(1);")
+    assert f":color {look}" in " ".join(text.split())
+    assert not warnings
+    assert volume(text) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("color", ["nope", "#ff00zz", "#12345", "#1234567"])
+def test_unknown_colours_are_left_out(color: str) -> None:
+    text, warnings = converted(f' color("{color}") color("red") cube(1);')
+    assert [each.message for each in warnings] == [f'the colour "{color}" is unknown, and left out']
+    assert warnings[0].span is not None
+    assert warnings[0].span.start == 1
+    assert '(color "red")' in text  # as in OpenSCAD
+
+
+@pytest.mark.parametrize(
+    ("program", "message"),
+    [
+        ("assert(false) cube(1);", "assertion failed"), ("cube(1); assert(1 == 2, str(\"x\", 2));", "x2"),
+        ("module m(x) { if (x < 0) assert(false, \"neg\"); cube(x); } m(-2);", "neg"),
+        ("linear_extrude(1) { assert(2 < 1); square(1); }", "assertion failed"),
+    ],
+)  # fmt: skip
+def test_assertions_are_tested_when_the_program_runs(program: str, message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        volume_of(program)
+
+
+def test_assertions_that_hold_change_nothing() -> None:
+    program = "assert(1 < 2) cube(1); for (i = [1 : 2]) { assert(i < 4); translate([3 * i, 0]) cube(i); } assert(true);"
+    assert volume_of(program) == pytest.approx(10)
+    text, warnings = converted("assert(search(1, [1])) cube(1);")
+    assert warnings[0].message == "this assertion is not tested: the function `search`"
+    assert volume(text) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    ("settings", "expected"), [("$fs = 0", 77.966866), ("$fa = 0", 76.536684), ("$fa = -1", 76.536684)]
+)
+def test_the_least_angle_and_length_are_a_hundredth(settings: str, expected: float) -> None:
+    """As OpenSCAD has it, with a warning; nothing divides by zero."""
+    assert volume_of(f"linear_extrude(1) circle(5, {settings});") == pytest.approx(expected, rel=1e-6)
+    late = f"module m(zero) linear_extrude(1) circle(5, {settings.split()[0]} = zero); m(0);"
+    assert volume_of(late) == pytest.approx(expected, rel=1e-6)
+    assert volume_of(f"rotate_extrude(angle = 50, {settings}) square(1);") > 0
