@@ -257,10 +257,10 @@ def spline(rt: Runtime, points: Any, segments: int = 16) -> Any:
 def svg_path(rt: Runtime, data: str, rule: Any = _NONZERO, tolerance: Any = None) -> Any:
     fill = choice("svg-path", ":rule", rule, _RULES)
     rt.charge(len(data) >> 3)
-    pen = shapes.svg_outline(data)
+    near = None if tolerance is None else positive("svg-path", ":tolerance", tolerance)
+    pen = shapes.svg_outline(data, near)
     rt.charge(pen.pieces)
-    near = pen.size / 1000.0 if tolerance is None else positive("svg-path", ":tolerance", tolerance)
-    contours = pen.contours(near)
+    contours = pen.contours(pen.size / 1000.0 if near is None else near)
     _charge_for(rt, "svg-path", contours)
     return profile_value(rt, shapes.normalized(contours, fill) if contours else ())
 

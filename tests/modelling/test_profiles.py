@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import scenelang as sl
+from scenelang.interpreter.scene.modelling import computing
 from scenelang.interpreter.scene.modelling import contours as shapes
 
 FloatArray = npt.NDArray[np.float64]
@@ -84,13 +86,31 @@ def test_a_spline_goes_through_its_points(array: Arrays) -> None:
         ("M0 0 2 0 2 2 0 2z m5 0 l1 0 0 1 -1 0z", 5.0),
         ("M-1 0A1 1 0 0 1 1 0A1 1 0 0 1 -1 0Z", math.pi),
         ("M-1 0a1 1 0 1\n1 2 0a1 1 0 1 1-2 0", math.pi),
+        ("M-1.7320508 -1A2 1 30 0 1 1.7320508 1A2 1 30 1 1 -1.7320508 -1Z", 2.0 * math.pi),
+        ("M1 0A1 1 0 1 1 0 -1L0 0Z", math.pi * 3.0 / 4.0),
         ("M0 0 Q1 2 2 0 T4 0 V-3 H0Z", 12.0),
         ("M0 0C0 1 1 1 1 0S2 -1 2 0L2 -5 0 -5z", 10.0),
     ],
 )
 def test_commands_of_svg(number: Numbers, data: str, area: float) -> None:
     found = number(f'(profile-area (svg-path "{data}" :tolerance .00001))'.replace("\n", " "))
-    assert found == pytest.approx(area, rel=5e-4)  # arcs are cubic curves
+    assert found == pytest.approx(area, rel=2e-5)
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_arcs_of_svg_keep_the_tolerance(contours: Contours, tolerance: float) -> None:
+    """A cubic curve for each quarter is 3e-4 radii off."""
+    (contour,) = contours(f'(svg-path "M-2 0A2 1 0 0 1 2 0A2 1 0 1 1 -2 0Z" :tolerance {tolerance:.9f})')
+    for points in (contour, (contour + np.roll(contour, -1, axis=0)) / 2.0):
+        assert np.abs(np.linalg.norm(points / [2.0, 1.0], axis=1) - 1.0).max() <= tolerance + 1e-8
+
+
+def test_arcs_of_svg_without_a_radius_are_lines(number: Numbers) -> None:
+    assert number('(profile-area (svg-path "M0 0 A0 1 0 0 1 2 0 V2 H0Z"))') == pytest.approx(4.0)
+
+
+def test_arcs_of_svg_that_need_too_many_points_are_refused(refuses: Refuses) -> None:
+    assert "too many points" in refuses("value", '(svg-path "M-1 0A1 1 0 0 1 1 0Z" :tolerance 1e-17)')
 
 
 def test_y_of_svg_is_turned_upwards(contours: Contours) -> None:
@@ -211,3 +231,38 @@ def test_a_bound_of_crossings() -> None:
 def test_points_behind_the_end_of_a_list_are_refused() -> None:
     with pytest.raises(sl.SceneError, match="`polygon` expects a proper list, got one that ends in 5"):
         sl.evaluate('(bind "m" (lambda () (extrude (polygon (cons [0 0] (cons [1 1] (cons [2 4] 5)))) 1)))')
+
+
+# --- parts that lie apart --------------------------------------------------------------------------------------------
+
+
+def box_at(x: float, y: float, size: float = 1.0) -> npt.NDArray[np.float64]:
+    return np.array([[x, y], [x + size, y], [x + size, y + size], [x, y + size]])
+
+
+def test_contours_are_taken_apart_where_straight_cuts_are() -> None:
+    ring, hole, right, above = box_at(0, 0, 4), box_at(1, 1, 2)[::-1], box_at(5, 0), box_at(0, 6)
+    touching, over = box_at(4, 0), box_at(3, 3, 2)
+    assert [len(group) for group in shapes.apart([right, ring, above, hole])] == [1, 2, 1]
+    assert [len(group) for group in shapes.apart([ring, touching, above])] == [2, 1]
+    assert [len(group) for group in shapes.apart([ring, over])] == [2]
+    assert shapes.apart([]) == []
+    pinwheel = [np.add(a, 0.5) for a in (box_at(0, 0), box_at(2, -0.5), box_at(2.5, 2), box_at(0.5, 2.5))]
+    assert sum(map(len, shapes.apart(pinwheel))) == 4
+
+
+def test_letters_are_extruded_one_by_one(monkeypatch: pytest.MonkeyPatch, number: Numbers) -> None:
+    """Manifold's time for a profile grows with the square of its contours."""
+    taken: list[int] = []
+    section_of = computing.section_of
+
+    def counted(contours: Any) -> Any:
+        taken.append(len(contours))
+        return section_of(contours)
+
+    monkeypatch.setattr(computing, "section_of", counted)
+    words = '"Handgloves and quick brown foxes 0123456789" :size 3.25'
+    volume = sl.evaluate(f'(bind "it" (lambda () (text {words} :depth 2)))').measure().volume
+    assert volume == pytest.approx(2.0 * number(f"(profile-area (text-outline {words}))"))
+    assert len(taken) > 35
+    assert max(taken) <= 4

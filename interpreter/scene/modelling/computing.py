@@ -18,7 +18,7 @@ from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, Note, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling import stored
-from scenelang.interpreter.scene.modelling.contours import section_of
+from scenelang.interpreter.scene.modelling.contours import apart, section_of
 from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, REPLACING, SEGMENTS, Expression, nodes_of
 from scenelang.interpreter.scene.modelling.stored import ComputedSolid
 from scenelang.interpreter.scene.modelling.sweeping import height_field, lofted, swept, twisted
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 MAX_TRIANGLES = 2_000_000  # of a solid, operands included
 MAX_PAIRS = 200_000  # of faces of a Minkowski sum, each of which takes some 60 microseconds
+_MANY_CONTOURS = 16  # of a profile, from which it is taken apart
 _CONVEX = 1e-6  # share of the hull that a convex tool may lack
 _KEPT_TRIANGLES = 8_000_000  # of computed nodes
 _WORTH_STORING = 0.05  # seconds; reading a file takes a few milliseconds
@@ -464,8 +465,23 @@ def _extrude(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
         )
         made = manifold_of_mesh(Mesh(found[0], None, found[1]), "extrude")
     else:
-        made = section_of(parameters["profile"]).extrude(height, int(parameters["slices"]), 0.0, (taper[0], taper[1]))
+        made = _straight(parameters["profile"], height, int(parameters["slices"]), (taper[0], taper[1]))
     return made.translate((0.0, 0.0, -height / 2.0)) if parameters["center"] else made
+
+
+def _straight(contours: Sequence[FloatArray], height: float, slices: int, taper: tuple[float, float]) -> Manifold:
+    """Return an extrusion without a twist; parts that lie apart are made each by itself, as Manifold is quadratic."""
+    import manifold3d
+
+    groups = apart(contours) if len(contours) > _MANY_CONTOURS else [contours]
+    made = [section_of(group).extrude(height, slices, 0.0, taper) for group in groups]
+    if len(made) == 1:
+        return made[0]
+    meshes = [each.to_mesh64() for each in made]
+    vertices = [np.array(each.vert_properties[:, :3], np.float64) for each in meshes]
+    starts = np.cumsum([0, *map(len, vertices[:-1])])
+    faces = [np.array(each.tri_verts, np.uint64) + start for each, start in zip(meshes, starts.tolist(), strict=True)]
+    return manifold3d.Manifold(manifold3d.Mesh64(np.concatenate(vertices), np.concatenate(faces)))
 
 
 def _lathe(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:

@@ -6,9 +6,10 @@ https://www.angusj.com/clipper2), by way of Manifold.
 
 from __future__ import annotations
 
+import cmath
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from manifold3d import CrossSection
 
     FloatArray = npt.NDArray[np.float64]
+    IntArray = npt.NDArray[np.int64]
 
 Contours = tuple["FloatArray", ...]
 Point2 = tuple[float, float]
@@ -183,6 +185,33 @@ def _overlaps(low: FloatArray, high: FloatArray) -> int:
     return int(np.sum(reached - np.arange(len(low)) - 1))
 
 
+_MAX_CUTS = 32  # one inside of the other; each takes the time of sorting
+
+
+def apart(contours: Sequence[FloatArray]) -> list[list[FloatArray]]:
+    """Return contours in groups that straight cuts along the axes separate, such as the letters of a text."""
+    kept = [each for each in contours if len(each)]
+    low = np.array([each.min(axis=0) for each in kept]).reshape(-1, 2)
+    high = np.array([each.max(axis=0) for each in kept]).reshape(-1, 2)
+    found: list[list[int]] = []
+    waiting = [(np.arange(len(kept)), 0)] if kept else []
+    while waiting:
+        group, depth = waiting.pop()
+        pieces = max((_separated(group, low[:, axis], high[:, axis]) for axis in (0, 1)), key=len)
+        if len(pieces) == 1 or depth == _MAX_CUTS:
+            found.append(sorted(group.tolist()))
+        else:
+            waiting += [(piece, depth + 1) for piece in pieces]
+    return [[kept[index] for index in group] for group in sorted(found)]
+
+
+def _separated(group: IntArray, low: FloatArray, high: FloatArray) -> list[IntArray]:
+    """Return a group of intervals in pieces with gaps between them."""
+    order = group[np.argsort(low[group], kind="stable")]
+    reached = np.maximum.accumulate(high[order])
+    return np.split(order, np.flatnonzero(low[order[1:]] > reached[:-1]) + 1)
+
+
 # --- curves of outlines ----------------------------------------------------------------------------------------------
 
 
@@ -322,8 +351,8 @@ _MAX_TEXT = 1_000_000  # characters of a path's data
 MAX_PIECES = 100_000  # points and control points of outlines
 
 
-def svg_outline(data: str) -> OutlinePen:
-    """Return the outlines of the data `d` of an SVG path, y upwards.
+def svg_outline(data: str, tolerance: float | None = None) -> OutlinePen:
+    """Return the outlines of the data `d` of an SVG path, y upwards, arcs within a quarter of ``tolerance``.
 
     Raises
     ------
@@ -339,7 +368,7 @@ def svg_outline(data: str) -> OutlinePen:
         raise SceneError("value", f"`svg-path` expects the data of an SVG path, got `{wrong[0]}` at {wrong.start()}")
     pen = OutlinePen(MAX_PIECES)
     try:
-        parse_path(re.sub(r"\s+", " ", data), _Upwards(pen))
+        parse_path(re.sub(r"\s+", " ", data), _Upwards(pen), arc_class=_arcs(tolerance))
         is_finite = math.isfinite(pen.size)
     except Unreadable as error:
         raise SceneError("value", f"`svg-path` cannot read `{data[:40]}`: {error}") from None
@@ -349,6 +378,45 @@ def svg_outline(data: str) -> OutlinePen:
     if not is_finite:
         raise SceneError("value", "`svg-path` expects finite numbers")
     return pen
+
+
+_QUARTER_ERROR = (
+    2.7253e-4  # of a cubic curve from a quarter of a unit circle; it falls with the sixth power of the angle
+)
+
+
+def _arcs(tolerance: float | None) -> Any:
+    """Return the class that draws elliptical arcs; fontTools' makes a curve of each quarter, however large it is."""
+    from fontTools.svgLib.path.arc import EllipticalArc
+
+    class Arc(EllipticalArc):  # type: ignore[misc, unused-ignore]
+        def draw(self, pen: Any) -> None:
+            if not self._parametrize():
+                if self.target_point != self.current_point:
+                    pen.lineTo((self.target_point.real, self.target_point.imag))
+                return
+            quarters = abs(self.theta_arc) / (math.pi / 2.0)
+            count = math.ceil(quarters - 1e-3)
+            if tolerance is not None:
+                ratio = min(max(self.rx, self.ry) / tolerance, 1e18)
+                steps = abs(self.theta_arc) * math.sqrt(ratio / 8.0)  # of the flattened arc, at most 250 for a curve
+                exact = quarters * (4.0 * _QUARTER_ERROR * ratio) ** (1.0 / 6.0)
+                count = max(count, math.ceil(exact), math.ceil(steps / 250.0))
+            for curve in _arc_curves(self.theta1, self.theta_arc, max(1, count)):
+                points = (self.center_point + point for point in curve)
+                placed = [complex(self.rx * p.real, self.ry * p.imag) * cmath.rect(1.0, self.angle) for p in points]
+                pen.curveTo(*((point.real, point.imag) for point in placed))
+
+    return Arc
+
+
+def _arc_curves(start: float, turn: float, count: int) -> Iterator[tuple[complex, complex, complex]]:
+    """Yield the control points after the first of cubic curves along an arc of the unit circle."""
+    step = turn / count
+    arm = 4.0 / 3.0 * math.tan(step / 4.0) * 1j
+    for number in range(count):
+        before, after = (cmath.rect(1.0, start + (number + part) * step) for part in (0, 1))
+        yield before * (1.0 + arm), after * (1.0 - arm), after
 
 
 class _Upwards:
