@@ -79,10 +79,11 @@ class Option:
         if self.choices and value not in self.choices:
             hint = suggest(str(value), self.choices)
             raise SceneError("value", f"`--{self.name}` is one of {', '.join(self.choices)}, not `{value}`", hint=hint)
-        if self.minimum is not None and not float(value) >= self.minimum:
-            raise SceneError("value", f"`--{self.name}` must be {self.minimum:,g} or more, not {value:,g}")
-        if self.maximum is not None and not float(value) <= self.maximum:
-            raise SceneError("value", f"`--{self.name}` must be {self.maximum:,g} or less, not {value:,g}")
+        given = f"{value:,}" if type(value) is int else f"{value:,.12g}" if type(value) is float else ""
+        if self.minimum is not None and not value >= self.minimum:
+            raise SceneError("value", f"`--{self.name}` must be {self.minimum:,.12g} or more, not {given}")
+        if self.maximum is not None and not value <= self.maximum:
+            raise SceneError("value", f"`--{self.name}` must be {self.maximum:,.12g} or less, not {given}")
         if self.check is not None:
             self.check(value)
         return value

@@ -376,6 +376,13 @@ def test_options(shell: Shell) -> None:
     assert shell("bounds", "random.scene") == shell("bounds", "random.scene", "--seed", "0")
 
 
+def test_numbers_of_options_are_shown_in_full(shell: Shell) -> None:
+    shell("export", "table.scene", "-o", "t.stl", "--segments", "99999999", code=2)
+    assert "must be 1,024 or less, not 99,999,999" in shell.err
+    shell("export", "table.scene", "-o", "t.stl", "--segments", f"1{'0' * 400}", code=2)
+    assert "must be 1,024 or less" in shell.err
+
+
 def test_quiet_verbose_and_colour(shell: Shell) -> None:
     shell.write(
         "warn.scene",

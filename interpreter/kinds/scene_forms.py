@@ -43,6 +43,7 @@ from scenelang.interpreter.kinds.kinds import (
     unquoted_number,
     wrap_fix,
 )
+from scenelang.interpreter.scene.parts import OF_ENTITIES
 from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, PHYSICS, Attribute, find
 
 if TYPE_CHECKING:
@@ -141,6 +142,8 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
                 short = len(text) <= MAX_SHOWN
                 hint = f"name the attribute: `:{only} {text}`" if short else f"write `:{only}` before it"
                 fixes = (Fix(f"Name it `:{only}`", (Edit(argument.span, f":{only} {text}"),), safe=True),)
+        if kind is ENTITY and type(node.word) is ast.Constant and node.word.value in OF_ENTITIES:
+            hint, fixes = f"`{node.word.value}` is a function: write `({node.word.value} ...)`", _called_fix(node)
         inference.report(
             "embedding",
             f"`call` expects embeddings and `:name value` attributes, but {owner} got {shown(argument, kind)}",
@@ -148,6 +151,15 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         )  # fmt: skip
         return False
     return True
+
+
+def _called_fix(node: ast.Call) -> tuple[Fix, ...]:
+    """Return the edit of ``(call "difference" ...)`` to ``(difference ...)``."""
+    word = node.word.span
+    if word.expansion is not None or not node.span.text.startswith("("):
+        return ()
+    text = node.word.value
+    return (Fix(f"Call `{text}`", (Edit(Span(word.source, node.span.start + 1, word.end), text),), safe=True),)
 
 
 def _spelled_attribute(inference: KindInference, node: ast.Call, argument: Any) -> bool | None:

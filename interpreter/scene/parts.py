@@ -197,10 +197,18 @@ def call_embeddings(
     return z, embeddings[1:], frozenset(attributes)
 
 
+# Functions that make entities of entities, by whose names `call` makes none.
+OF_ENTITIES = frozenset(
+    "cut-plane difference hull intersection minkowski offset-solid rounded shell split transform union union-solid".split()
+)
+
+
 def not_an_embedding(word: str, value: Any) -> SceneError:
     """Return the error for an argument of ``call`` that is neither an embedding nor an attribute."""
     message = f'`call` expects embeddings and `:name value` attributes, but "{word}" got {type_name(value)}'
     hint = f'to set an attribute, write its name: `(call "{word}" :name {show(value, 30)})`'
+    if isinstance(value, Entity) and word in OF_ENTITIES:
+        hint = f"`{word}` is a function: write `({word} ...)`"
     if isinstance(value, HandleList):
         hint = "to pass the first n embeddings of an infinite list, write `(list-head gamma n)`"
     return SceneError("embedding", message + f": {show(value, 60)}", hint=hint)

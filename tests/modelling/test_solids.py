@@ -600,6 +600,29 @@ def test_measures_of_what_is_too_large_are_refused(shape: str) -> None:
         sl.evaluate(f'(bind "main" (lambda () {shape}))').measure()
 
 
+@pytest.mark.parametrize(
+    ("parts", "volume", "moment"),
+    [
+        ('(call "cube")', 1.0, 1.0 / 6.0),
+        ('(call "sphere")', 4.0 * math.pi / 3.0, 8.0 * math.pi / 15.0),
+        ('(union (call "cube") (transform (call "cube") (translate [.5 0 0])))', 1.5, 0.25),
+    ],
+)
+def test_measures_of_what_is_far_away_are_those_of_what_is_near(parts: str, volume: float, moment: float) -> None:
+    for place in ("1e9",) if "union" in parts else ("1e9", "1e20", "1e40"):  # poses of parts are added
+        scene = sl.evaluate(f'(bind "it" (lambda () (transform {parts} (translate [{place} 0 (- {place})]))))')
+        found = scene.measure()
+        assert found.volume == pytest.approx(volume, rel=1e-9)
+        assert found.moments[0] == pytest.approx(moment, rel=5e-3)
+        assert found.centroid[0] == pytest.approx(float(place))
+
+
+def test_solids_that_lose_their_size_in_their_coordinates_are_refused() -> None:
+    far = '(union-solid (transform (call "cube") (translate [1e20 0 0])))'
+    with pytest.raises(sl.SceneError, match="what is .* large and 1e\\+20 away from its origin cannot be measured"):
+        sl.evaluate(f'(bind "it" (lambda () {far}))').measure()
+
+
 def test_measures_use_surfaces_that_are_known(monkeypatch: pytest.MonkeyPatch) -> None:
     from scenelang.interpreter.scene.modelling import computing
 

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 _LEAST = 1e-15  # of the cube of the largest side: a smaller volume is that of something flat
 _MOST = 1e50  # of coordinates: moments of inertia grow with their fifth power
+_FAR = 1e6  # of coordinates that lose digits which measures need
+_SPREAD = 1e10  # sizes of what its coordinates describe well enough
 _SIMILAR = 1e-9  # relative difference of the lengths of axes below which a pose keeps shapes similar
 
 
@@ -155,6 +157,21 @@ def _box(operand: Operand) -> tuple[float, ...]:
 
 
 def _measured_group(group: Sequence[Operand]) -> Measures:
+    """Return the measures of operands that may meet: of those far away about the place of the first, for precision."""
+    place = np.array(group[0].pose, np.float64)[3::4]
+    if not _FAR < float(np.abs(place).max()) < _MOST:
+        return _measured_near(group)
+    found = _measured_near([Operand(each.expression, _shifted_pose(each.pose, place), each.color) for each in group])
+    return Measures(found.volume, found.area, found.centroid + place, found.inertia)
+
+
+def _shifted_pose(pose: Sequence[float], place: FloatArray) -> tuple[float, ...]:
+    found = np.array(pose, np.float64)
+    found[3::4] -= place
+    return tuple(found.tolist())
+
+
+def _measured_near(group: Sequence[Operand]) -> Measures:
     whole = group[0].expression if len(group) == 1 else Expression("union-solid", operands=tuple(group))
     pose = np.array(group[0].pose if len(group) == 1 else np.eye(3, 4), np.float64).reshape(3, 4)
     surface = surface_of(whole)
@@ -164,10 +181,13 @@ def _measured_group(group: Sequence[Operand]) -> Measures:
     reach = float(np.abs(corners).max())
     if not reach < _MOST:
         raise SceneError("domain", f"only what is within {_MOST:g} of the origin can be measured, got {reach:.3g}")
+    size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+    if reach > _SPREAD * size:
+        raise SceneError("domain", f"what is {size:.3g} large and {reach:.3g} away from its origin cannot be measured")
     if np.linalg.det(pose[:, :3]) < 0.0:
         corners = corners[:, ::-1]
     volume, area = volume_of(corners), float(areas_of(corners).sum())
-    if volume <= _LEAST * float(np.ptp(corners.reshape(-1, 3), axis=0).max()) ** 3:  # flattened by its pose
+    if volume <= _LEAST * size**3:  # flattened by its pose
         return Measures(0.0, area, corners.reshape(-1, 3).mean(axis=0), np.zeros((3, 3)))
     centroid, inertia = _moments(corners)
     shape = whole.shape if whole.operation == PRIMITIVE else None
