@@ -79,14 +79,17 @@ class Option:
         if self.choices and value not in self.choices:
             hint = suggest(str(value), self.choices)
             raise SceneError("value", f"`--{self.name}` is one of {', '.join(self.choices)}, not `{value}`", hint=hint)
+        self._check_range(value)
+        if self.check is not None:
+            self.check(value)
+        return value
+
+    def _check_range(self, value: Any) -> None:
         given = f"{value:,}" if type(value) is int else f"{value:,.12g}" if type(value) is float else ""
         if self.minimum is not None and not value >= self.minimum:
             raise SceneError("value", f"`--{self.name}` must be {self.minimum:,.12g} or more, not {given}")
         if self.maximum is not None and not value <= self.maximum:
             raise SceneError("value", f"`--{self.name}` must be {self.maximum:,.12g} or less, not {given}")
-        if self.check is not None:
-            self.check(value)
-        return value
 
 
 _KINDS: dict[type, str] = {int: "a whole number", float: "a number", str: "a string", bool: "true or false"}

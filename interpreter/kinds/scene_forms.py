@@ -143,7 +143,8 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
                 hint = f"name the attribute: `:{only} {text}`" if short else f"write `:{only}` before it"
                 fixes = (Fix(f"Name it `:{only}`", (Edit(argument.span, f":{only} {text}"),), safe=True),)
         if kind is ENTITY and type(node.word) is ast.Constant and node.word.value in OF_ENTITIES:
-            hint, fixes = f"`{node.word.value}` is a function: write `({node.word.value} ...)`", _called_fix(node)
+            name = str(node.word.value)
+            hint, fixes = f"`{name}` is a function: write `({name} ...)`", _called_fix(node, name)
         inference.report(
             "embedding",
             f"`call` expects embeddings and `:name value` attributes, but {owner} got {shown(argument, kind)}",
@@ -153,13 +154,12 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
     return True
 
 
-def _called_fix(node: ast.Call) -> tuple[Fix, ...]:
+def _called_fix(node: ast.Call, name: str) -> tuple[Fix, ...]:
     """Return the edit of ``(call "difference" ...)`` to ``(difference ...)``."""
     word = node.word.span
     if word.expansion is not None or not node.span.text.startswith("("):
         return ()
-    text = node.word.value
-    return (Fix(f"Call `{text}`", (Edit(Span(word.source, node.span.start + 1, word.end), text),), safe=True),)
+    return (Fix(f"Call `{name}`", (Edit(Span(word.source, node.span.start + 1, word.end), name),), safe=True),)
 
 
 def _spelled_attribute(inference: KindInference, node: ast.Call, argument: Any) -> bool | None:

@@ -198,9 +198,10 @@ def call_embeddings(
 
 
 # Functions that make entities of entities, by whose names `call` makes none.
-OF_ENTITIES = frozenset(
-    "cut-plane difference hull intersection minkowski offset-solid rounded shell split transform union union-solid".split()
-)
+OF_ENTITIES = frozenset((
+    "cut-plane", "difference", "hull", "intersection", "minkowski", "offset-solid", "rounded", "shell", "split",
+    "transform", "union", "union-solid",
+))  # fmt: skip
 
 
 def not_an_embedding(word: str, value: Any) -> SceneError:

@@ -619,7 +619,7 @@ def test_measures_of_what_is_far_away_are_those_of_what_is_near(parts: str, volu
 
 def test_solids_that_lose_their_size_in_their_coordinates_are_refused() -> None:
     far = '(union-solid (transform (call "cube") (translate [1e20 0 0])))'
-    with pytest.raises(sl.SceneError, match="what is .* large and 1e\\+20 away from its origin cannot be measured"):
+    with pytest.raises(sl.SceneError, match=r"what is .* large and 1e\+20 away from its origin cannot be measured"):
         sl.evaluate(f'(bind "it" (lambda () {far}))').measure()
 
 
