@@ -137,6 +137,7 @@ class Snippet(NamedTuple):
     kind: SnippetKind
     number: float | None = None
     parts: tuple[Snippet, ...] | None = None  # of a vector that is written out
+    string: str | None = None  # that it is, if that is fixed
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -278,13 +279,13 @@ def look_of(c: Converter, color: Snippet, alpha: Snippet | None, span: Span) -> 
     if color.parts is not None and len(color.parts) in (3, 4):
         opacity = alpha or (color.parts[3] if len(color.parts) == 4 else None)
         text = call("rgb", *map(_component, color.parts[:3]))
-    elif color.kind == STR and color.text.startswith('"'):
-        name, own = _named_color(color.text[1:-1])
+    elif color.string is not None:
+        name, own = _named_color(color.string)
         if not name:
-            c.warn(span, f"the colour {color.text} is unknown, and left out")
+            c.warn(span, f"the colour {string_text(color.string)} is unknown, and left out")
             return ""
         opacity = alpha or own
-        text = call("color", f'"{name}"')
+        text = call("color", color.text if name == color.string else f'"{name}"')
     elif color.kind == STR:
         text = call("color", color.text)
     else:
@@ -355,10 +356,10 @@ class Expressions:
         found.scope, found.specials = NameScope(self.scope), dict(self.specials)
         return found
 
-    def bind(self, name: str, kind: SnippetKind, number: float | None = None) -> str:
+    def bind(self, name: str, kind: SnippetKind, number: float | None = None, string: str | None = None) -> str:
         """Declare a variable; returns its name."""
         found = self.scope.fresh(name, "value")
-        self.scope.variables[name] = Snippet(found, kind, number)
+        self.scope.variables[name] = Snippet(found, kind, number, None, string)
         if name.startswith("$"):
             self.specials[name] = Snippet(found, kind, number)
         return found
@@ -445,7 +446,7 @@ class Expressions:
             return Snippet("none", UNDEF)
         if isinstance(value, bool):
             return Snippet("#t" if value else "#f", BOOL)
-        return Snippet(string_text(value), STR) if isinstance(value, str) else constant(value)
+        return Snippet(string_text(value), STR, string=value) if isinstance(value, str) else constant(value)
 
     def _checked(self, expr: ScadCheck) -> Snippet:
         body = self.code(expr.body) if expr.body is not None else Snippet("none", UNDEF)

@@ -176,7 +176,7 @@ class Objects(Expressions):
         constants = []
         for name, assignment in assigned(statements).items():
             value = self.code(assignment.value)
-            found = self.bind(name, value.kind, value.number)
+            found = self.bind(name, value.kind, value.number, value.string)
             constants.append((assignment.comments, f"(define {found} {value.text})"))
         for each in functions:
             if isinstance(each.definition, FunctionDefinition) and self.scope.functions[each.definition.name] is each:

@@ -434,6 +434,16 @@ def test_colours_with_alpha_have_an_opacity(color: str, look: str) -> None:
     assert volume(text) == pytest.approx(1)
 
 
+def test_colours_of_variables_are_known_too() -> None:
+    text, warnings = converted(
+        'a = "#f008"; b = "red"; d = "nope"; color(a) cube(1); color(b) cube(1); color(d) cube(1);'
+    )
+    assert '(color "#f00") :opacity 0.5333' in text
+    assert "(color b)" in text
+    assert [each.message for each in warnings] == ['the colour "nope" is unknown, and left out']
+    assert volume(text) == pytest.approx(1)
+
+
 @pytest.mark.parametrize("color", ["nope", "#ff00zz", "#12345", "#1234567"])
 def test_unknown_colours_are_left_out(color: str) -> None:
     text, warnings = converted(f' color("{color}") color("red") cube(1);')
