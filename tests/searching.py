@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from hypothesis import settings
 
-SHARE = {"ci": 0.15, "nightly": 10.0}
-LEAST = 10
+SHARE = {"ci": 0.1, "nightly": 10.0}
+LEAST = 8
 
 
 def register() -> None:

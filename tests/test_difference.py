@@ -290,7 +290,7 @@ def test_large_scenes_take_seconds() -> None:
 
 
 @pytest.mark.parametrize("golden", sorted(CORPUS.glob("*.json")), ids=lambda path: path.stem)
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(6)
 def test_equality_agrees_with_the_corpus_tool(golden: Path, tmp_path: Path) -> None:
     data = json.loads(golden.read_text())
     random = np.random.default_rng(1)

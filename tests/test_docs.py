@@ -11,6 +11,8 @@ from pathlib import Path
 
 import copies
 import pytest
+from _pytest.mark.structures import ParameterSet
+from sampling import one_in
 
 from scenelang import Evaluated, Options, Session, Source
 from scenelang.grammar.diagnostics import render_text
@@ -66,7 +68,7 @@ def blocks(document: str, language: str) -> list[tuple[int, str]]:
     return [(text.count("\n", 0, match.start()) + 2, match[1]) for match in found]
 
 
-def block_parameters(language: str) -> list[object]:
+def block_parameters(language: str) -> list[ParameterSet]:
     return [
         pytest.param(text, id=f"{document}:{line}")
         for document in DOCUMENTS
@@ -120,7 +122,11 @@ def test_python_blocks_run(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "import scenelang" in text
 
 
-@pytest.mark.parametrize("text", block_parameters("sh"))
+SHELL = block_parameters("sh")
+README = [each for each in SHELL if each.id is not None and each.id.startswith("README")]
+
+
+@pytest.mark.parametrize("text", [*README, *one_in(3, [each for each in SHELL if each not in README])])
 def test_shell_blocks_run(text: str, tmp_path: Path) -> None:
     """The commands of a block, one after the other in one folder, with the examples at hand; `make` only by name."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")

@@ -17,6 +17,7 @@ from scenelang.cli.main import main
 from scenelang.doctor import Check, CheckState
 
 
+@pytest.mark.slow
 def test_it_tells_what_works_in_a_few_seconds(capsys: pytest.CaptureFixture[str]) -> None:
     started = time.monotonic()
     code = main(["doctor", "--json"])
@@ -66,6 +67,7 @@ def test_a_group_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 @pytest.mark.parametrize("name", doctor.tests())
+@pytest.mark.sampled(3)
 def test_every_trial_does_what_it_says(name: str, tmp_path: Path) -> None:
     for package, needs in (("av", name == "film .mp4"), ("pxr", name == "usd")):
         if needs:

@@ -96,7 +96,7 @@ def test_step_limit_has_the_same_place() -> None:
 
 
 @pytest.mark.parametrize("depth", [30, 200, 2_000])
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(3)
 def test_deep_code_stays_with_the_closures(depth: int) -> None:
     nested = "(if (> x 100) 0 (+ 1 " * depth + "x" + "))" * depth
     turns = min(depth, 500)

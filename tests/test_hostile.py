@@ -338,7 +338,7 @@ CHAIN = """
 @pytest.mark.parametrize(
     ("command", "levels"), [("run", 10000), ("count", 10000), ("bounds", 10000), ("flatten", 2000), ("tree", 10000)]
 )
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(5)
 def test_thousands_of_levels_of_entities(command: str, levels: int, tmp_path: Path) -> None:
     """Done, or refused: a chain this deep is no reason to crash."""
     file = tmp_path / "chain.scene"
@@ -469,7 +469,7 @@ _SLOW = {"counted", "counted, quoted", "doubling, nested", *(f"procedural, {name
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in _SLOW else n for n in MACROS])
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(5)
 def test_macros(name: str) -> None:
     started = time.monotonic()
     codes = codes_of(MACROS[name] + ROOT)
@@ -491,6 +491,7 @@ FLAGS = {
 
 
 @pytest.mark.parametrize("code", FLAGS)
+@pytest.mark.sampled(3)
 def test_every_limit_has_a_flag(code: str, tmp_path: Path) -> None:
     """In a process of its own: this one may have so much memory at hand that it takes none."""
     flags, program, ends = FLAGS[code]

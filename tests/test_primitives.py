@@ -232,7 +232,7 @@ def test_meshes_are_closed_and_their_normals_look_out(made: Made) -> None:
 
 
 @every_one
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(4)
 def test_rays_meet_what_they_meet_of_the_mesh(made: Made) -> None:
     shape, size = made.shape, made.shape.extent
     origins, directions = rays(shape, 400, 3)

@@ -55,7 +55,7 @@ def test_solids_are_solid_and_right_under_any_pose(make: Any) -> None:
 
 
 @pytest.mark.parametrize("flat", [0.0, 1e-4, 1e-3, 0.01, 0.1])
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(5)
 def test_flat_balls_are_disks(flat: float) -> None:
     """Mitsuba's own sphere dissolves when it is squeezed."""
     ball = f'(transform (call "sphere" :color [.05 .05 .05]) (scale [1 {flat} 1]))'

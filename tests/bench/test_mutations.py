@@ -79,6 +79,7 @@ STACK = """(bind "stack"
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.sampled(3)
 def test_every_kind_plants_a_mistake(kind: str) -> None:
     """The text differs where the mistake says, and the program fails, or makes another scene."""
     sound = STACK if kind == "sunken part" else ROOM

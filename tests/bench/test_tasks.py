@@ -20,7 +20,7 @@ TASKS = load_tasks()
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(8)
 def test_a_program_passes(task: BenchTask) -> None:
     scene = scene_of(task.passes)
     score = score_of(task, scene)
@@ -32,7 +32,7 @@ def test_a_program_passes(task: BenchTask) -> None:
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
-@pytest.mark.sampled(5)
+@pytest.mark.sampled(8)
 def test_near_misses_fail(task: BenchTask) -> None:
     for near in task.near:
         assert near.program != task.passes

@@ -59,6 +59,7 @@ def own_cosine(model: ClipModel, vectors: np.ndarray, picture: Image.Image) -> f
     return float(text[0] @ shown[0])
 
 
+@pytest.mark.slow
 def test_the_sentence_meets_the_picture(model: ClipModel) -> None:
     before = hashlib.sha256(b"".join(p.numpy().tobytes() for p in model.network.parameters())).digest()
     found = learn_picture_word(model, photo(), "thing")

@@ -22,6 +22,7 @@ def test_the_readme_shows_the_spec() -> None:
     assert len(text.splitlines()) == 10
 
 
+@pytest.mark.slow
 def test_every_spec_of_the_examples_makes_samples(tmp_path: Path) -> None:
     for path in sorted(SPEC.parent.glob("*.toml")):
         report = dataset(path, tmp_path / path.stem, jobs=0, count=2)

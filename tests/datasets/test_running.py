@@ -248,6 +248,7 @@ def test_parts_are_merged(made: Path, folder: Path, tmp_path: Path) -> None:
         merge_datasets([tmp_path / "0", tmp_path / "other"], tmp_path / "mixed")
 
 
+@pytest.mark.slow
 def test_a_dataset_grows(made: Path, copy: Path, folder: Path, tmp_path: Path) -> None:
     report = dataset(folder / "spec.toml", copy, jobs=0, resume=True, count=14)
     assert (report.samples, report.total) == (14, 14)
@@ -313,6 +314,7 @@ def _failing(tmp_path: Path, text: str, spec: str) -> Path:
     return tmp_path / "spec.toml"
 
 
+@pytest.mark.slow
 def test_failures_are_recorded_and_counted(tmp_path: Path) -> None:
     spec = _failing(tmp_path, SOME_FAIL, "[params]\nn = { integer = [1, 5] }\n[output]\nshard = 3")
     report = dataset(spec, tmp_path / "out", jobs=2)

@@ -45,6 +45,7 @@ CUBE = '(bind "a" (lambda () (call "cube")))'
 
 @pytest.mark.parametrize("resume", [False, True])
 @pytest.mark.parametrize("name", ["README.md", "coco/mine.json", "train-000000.tar", "shards/000000.json", ".hidden"])
+@pytest.mark.sampled(3)
 def test_a_folder_that_is_no_dataset_is_refused(folder: Path, tmp_path: Path, name: str, resume: bool) -> None:
     out = tmp_path / "out"
     (out / name).parent.mkdir(parents=True)

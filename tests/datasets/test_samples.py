@@ -48,6 +48,7 @@ def test_splits_by_scene_hold_equal_scenes_together(read: Read) -> None:
     assert {split for splits in where.values() for split in splits} == {"train", "test"}
 
 
+@pytest.mark.slow
 def test_splits_by_scene_ignore_what_changes_no_scene(tmp_path: Path) -> None:
     (tmp_path / "a.scene").write_text('(param n 1)\n(bind "a" (lambda () (call "cube" :scale n)))')
     (tmp_path / "b.scene").write_text('(param other 1)\n(bind "b" (lambda () (call "cube" :color [1 0 0])))')
@@ -141,6 +142,7 @@ def test_a_sample_alone_is_that_of_the_dataset(made: Path, folder: Path) -> None
         dataset_sample(folder / "spec.toml", "000000001-v009")
 
 
+@pytest.mark.slow
 def test_reused_scenes_change_no_byte(read: Read, folder: Path) -> None:
     spec = read("seeds = [1, 2]\n" + HEAD)
     warm = Maker(spec)

@@ -115,6 +115,7 @@ def test_a_model_of_pictures_with_a_control(tmp_path: Path) -> None:
         load_multiview("pictures", hub)
 
 
+@pytest.mark.slow
 def test_what_the_hub_has_given_before_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Models in the hub's cache, and no network."""
 
@@ -194,6 +195,7 @@ UNET_FILE, TEXT_FILE = "unet/diffusion_pytorch_model.safetensors", "text_encoder
         (TEXT_FILE, lambda t: t.update({min(t): t[min(t)][:5].clone()}), "shape"),
     ],
 )
+@pytest.mark.sampled(2)
 def test_folders_of_other_models(tmp_path: Path, folder: Path, file: str, change: Any, said: str) -> None:
     import shutil
 
@@ -221,6 +223,7 @@ def _setting(name: str, **settings: Any) -> Any:
         (_setting("unet/config.json", block_out_channels=[32, 10**9]), "cannot load the model"),
     ],
 )
+@pytest.mark.sampled(2)
 def test_broken_folders(tmp_path: Path, folder: Path, change: Any, said: str) -> None:
     import shutil
 

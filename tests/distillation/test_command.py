@@ -118,6 +118,7 @@ def test_a_budget_ends_in_time(words: list[str]) -> None:
     assert Path("run/scene.ply").exists()
 
 
+@pytest.mark.slow
 def test_frames_have_one_theta_and_their_own_poses(words: list[str]) -> None:
     Path("a.scene").write_text(MOVING, "utf-8")
     assert main([*words, "--steps", "9", "--film", "film.gif", "-q"]) == 0

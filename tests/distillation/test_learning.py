@@ -68,7 +68,7 @@ def steps(one: DistillationTrainer, count: int) -> DistillationTrainer:
 
 
 @pytest.mark.parametrize("scene", [False, True])
-@pytest.mark.sampled(2)
+@pytest.mark.slow
 def test_a_run_goes_on_as_it_would_have(models: Any, scene: bool, tmp_path: Path) -> None:
     whole = steps(learning(models, scene=scene), 10)
     first = steps(learning(models, scene=scene), 6)
@@ -151,6 +151,7 @@ def test_a_grey_thing_has_gradients_by_its_opacities(models: Any) -> None:
 
 
 @pytest.mark.parametrize("most", one_in(4, [700, 60, 90, 200]))
+@pytest.mark.sampled(2)
 def test_a_thing_grows_to_as_many_gaussians_as_are_asked_for(models: Any, most: int) -> None:
     one = steps(
         learning(models, '(bind "ball" (lambda () (call "sphere")))', max_gaussians=most, densify_interval=2), 12

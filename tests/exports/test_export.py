@@ -272,6 +272,7 @@ def test_an_interrupt_leaves_nothing(make: Any, tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_deep_scenes_need_no_recursion(make: Any, tmp_path: Path) -> None:
     entity = make.primitive("cube")
     for _ in range(5000):

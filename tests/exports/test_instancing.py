@@ -140,6 +140,7 @@ def test_usd_instancers_have_what_shear_allows(bolts: Scene, tmp_path: Path) -> 
     assert (high >= points.max(axis=0) - 1e-5).all()
 
 
+@pytest.mark.slow
 def test_usd_instances_very_many_copies_by_default(make: Any, tmp_path: Path) -> None:
     cube = make.primitive("cube")
     places = [(cube, pose.translation(2 * i, 0, 0)) for i in range(INSTANCER_COPIES)]
@@ -185,6 +186,7 @@ def test_segments_and_tolerance(instancing: int, make: Any, tmp_path: Path) -> N
                 assert np.allclose(np.linalg.norm(vertices - middle, axis=1).std(), 0.0, atol=0.02)
 
 
+@pytest.mark.slow
 def test_examples_keep_their_words(tmp_path: Path) -> None:
     scene = example("chessboard.scene")
     found = glb(scene, tmp_path / "a.glb", instancing=2)

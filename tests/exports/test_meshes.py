@@ -117,6 +117,7 @@ def test_obj_names_objects_by_path_and_paints_them(make: Any, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("name", ["strict.scene", "orrery.scene", "jenga.scene"])
+@pytest.mark.sampled(3)
 def test_obj_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
     import trimesh
 

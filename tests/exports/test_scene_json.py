@@ -31,6 +31,7 @@ def again(scene: Scene, path: Path) -> Scene:
 
 
 @pytest.mark.parametrize("name", ALL)
+@pytest.mark.sampled(3)
 def test_examples_come_back_the_same(name: str, tmp_path: Path) -> None:
     scene = example(name)
     back = again(scene, tmp_path / "a.json")

@@ -94,7 +94,7 @@ def test_films_are_looked_at_in_several_frames() -> None:
 @pytest.mark.parametrize(
     "path",
     [
-        pytest.param(path, marks=pytest.mark.slow) if path.stem == "fractal-tree" else path
+        pytest.param(path, marks=pytest.mark.slow) if path.stem in ("fractal-tree", "n16-newtons-cradle") else path
         for path in (*sorted(CORPUS.glob("*.scene")), *sorted(EXAMPLES.glob("*.scene")))
     ],
     ids=lambda p: p.stem,

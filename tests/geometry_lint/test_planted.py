@@ -55,6 +55,7 @@ def kinds(*parts: str) -> list[str]:
 
 
 @pytest.mark.parametrize("path", sorted((BENCHMARKS / "rooms").glob("*.scene")), ids=lambda path: path.stem)
+@pytest.mark.sampled(3)
 def test_sound_rooms_have_no_findings(path: Path) -> None:
     assert session.check_geometry(session.source(str(path))) == []
 

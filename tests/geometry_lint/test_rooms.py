@@ -97,6 +97,7 @@ def test_sound_rooms(changed: dict[str, str]) -> None:
         ("below-ground", "", {"chairs": at("chair", "[0 -.25 1]")}),
     ],
 )
+@pytest.mark.sampled(3)
 def test_faults(name: str, table: str, changed: dict[str, str]) -> None:
     names = found(table, **changed)
     assert names[:1] == [name]

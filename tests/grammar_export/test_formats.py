@@ -16,7 +16,7 @@ NAME = lambda path: str(path.relative_to(ROOT))
 
 @pytest.mark.parametrize("form", FORMATS)
 @pytest.mark.parametrize("path", GOOD, ids=NAME)
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(8)
 def test_every_example_is_accepted(form: str, path: Path) -> None:
     assert acceptor(form)(path.read_bytes())
 

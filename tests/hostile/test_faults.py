@@ -191,7 +191,7 @@ def read_only(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("name", JOBS)
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(4)
 def test_a_folder_that_may_only_be_read(name: str, tmp_path: Path) -> None:
     prepared(tmp_path)
     as_root = os.getuid() == 0

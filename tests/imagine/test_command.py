@@ -212,6 +212,7 @@ def test_more_than_thirty_things(place: Path, capsys: pytest.CaptureFixture[str]
         (["-o", "a.png", "--device", "tpu"], 1, "unknown device `tpu`"),
     ],
 )
+@pytest.mark.sampled(3)
 def test_mistakes(arguments: list[str], code: int, text: str, place: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["imagine", "beach.scene", *arguments]) == code
     error = capsys.readouterr().err

@@ -149,6 +149,7 @@ def regions(checkpoint: Checkpoint, count: int = 2) -> list[AttentionRegion]:
     ]
 
 
+@pytest.mark.slow
 def test_closed_gates_change_nothing(gated: Checkpoint) -> None:
     plain = generate_image(gated, words(gated), SAMPLING)
     assert np.array_equal(

@@ -55,7 +55,7 @@ def test_written_programs_keep_their_scene(path: Path) -> None:
 
 
 @pytest.mark.parametrize("case", [*CORPUS, *one_in(8, IMITATIONS)], ids=lambda case: case.name)
-@pytest.mark.sampled(5)
+@pytest.mark.sampled(8)
 def test_translated_programs_keep_their_scene(case: Case) -> None:
     literal = SESSION.transpile(Source(f"{case.name}.txt", case.text), literal=True).text
     found = check_lifted(literal)
@@ -252,7 +252,7 @@ def test_macros_and_imports_stay() -> None:
 @pytest.mark.parametrize(
     "make", [lambda n: "(" * n + ")" * n, lambda n: "(union " + "1 " * n + ")"], ids=["deep", "long"]
 )
-@pytest.mark.sampled(3)
+@pytest.mark.slow
 def test_large_programs_are_left_alone(make: Callable[[int], str]) -> None:
     text = make(100_000) + "\n"
     assert lifted(text) == text

@@ -148,6 +148,7 @@ def test_edits_of_text(agent: Any, room: str) -> None:
         ("search", {"query": "x" * 501}, "`query`"),
     ],
 )  # fmt: skip
+@pytest.mark.sampled(3)
 def test_calls_that_make_no_sense_are_one_line_with_a_code(
     agent: Any, room: str, tool: str, arguments: dict[str, Any], part: str
 ) -> None:
@@ -183,6 +184,7 @@ def test_sessions_that_do_not_exist(agent: Any, room: str) -> None:
     assert "expected one of" in agent.refused("run", session=room, program=ROOM)
 
 
+@pytest.mark.slow
 def test_there_are_limits_on_sessions(serve: Callable[..., Any]) -> None:
     with serve() as agent:
         for _ in range(16):
@@ -313,6 +315,7 @@ def test_python_becomes_a_session(agent: Any) -> None:
      "nowhere/a.scene", "link.scene", "linked/a.scene", "folder.scene", "pipe.scene", "hard.scene", "there.scene", "a\0.scene",
      "\x1b[31m.scene", "x" * 300 + ".scene", "there.scene/a.scene", "x" * 5_000],
 )  # fmt: skip
+@pytest.mark.sampled(3)
 def test_files_that_are_not_written(agent: Any, room: str, path: str) -> None:
     project, outside = agent.project, agent.project.parent
     (outside / "target").mkdir(exist_ok=True)
@@ -384,6 +387,7 @@ def test_resources_and_prompts(agent: Any, room: str) -> None:
         assert len({word.strip("`") for word in message.content.text.split() if word.strip("`,.;") in known}) >= 1
 
 
+@pytest.mark.slow
 def test_every_answer_is_short(agent: Any) -> None:
     many = '(bind "a" (lambda () (union-loop 120 (lambda (i) (transform (call (format "word-{}" i)) (translate [i 0 0]))))))'
     session = agent.told("open", program=many + "\n" * 200 + "; end")["session"]

@@ -100,6 +100,7 @@ def test_every_metric_of_what_it_is_for(said: Callable[..., Any], place: Path, m
     assert found["left_out"] == []
 
 
+@pytest.mark.slow
 def test_backends_side_by_side(said: Callable[..., Any], place: Path) -> None:
     found = said("moai.scene", "--metric", "clip", "--backend", "draft,splats", "--clip-views", "2")
     (table,) = found["tables"]
@@ -229,6 +230,7 @@ def test_a_wrong_program_stops_no_other(place: Path, capsys: pytest.CaptureFixtu
         (["cans.scene", "--environment", "mars"], 2, "mars"),
     ],
 )
+@pytest.mark.sampled(2)
 def test_mistakes(place: Path, capsys: pytest.CaptureFixture[str], words: list[str], code: int, text: str) -> None:
     assert main(["eval", *words, "--size", "32x32"]) == code
     assert text in capsys.readouterr().err
@@ -237,6 +239,7 @@ def test_mistakes(place: Path, capsys: pytest.CaptureFixture[str], words: list[s
 # --- the study -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_study_from_scenes_and_films(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
     entries = listed(
         place,

@@ -101,6 +101,7 @@ def test_nothing_in_a_file_of_weights_is_executed(tmp_path: Path) -> None:
     assert not (tmp_path / "sprung").exists()
 
 
+@pytest.mark.slow
 def test_weights_in_torchs_own_cache_are_found(models: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     torch = seeded()
     monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path))

@@ -56,6 +56,7 @@ def plain(ending: str, folder: Path) -> bytes:
 
 
 @BY_ENDING
+@pytest.mark.sampled(3)
 def test_every_truncation(ending: str, tmp_path: Path) -> None:
     data = plain(ending, tmp_path)
     path = tmp_path / f"a{ending}"

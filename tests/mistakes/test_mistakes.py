@@ -101,6 +101,7 @@ _OPEN = re.compile(r'"jenga|"number|"[a-z]+ [a-z ]+"|-> "#|"toys|"ball')
 
 
 @pytest.mark.parametrize("name", SOUND)
+@pytest.mark.sampled(2)
 def test_typos(name: str) -> None:
     counts: Counter[str] = Counter()
     missed: list[str] = []

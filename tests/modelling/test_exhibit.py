@@ -28,7 +28,7 @@ def reds(path: Path) -> int:
 
 
 @pytest.mark.parametrize(("program", "marked"), [(OPEN, True), (SEMANTIC, False), (BLOCK, False)])
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(3)
 def test_the_operand_is_shown(program: str, marked: bool, capsys: pytest.CaptureFixture[str]) -> None:
     Path("a.scene").write_text(program)
     assert main(["check", "--run", "--picture", "a.png", "a.scene"]) == 1

@@ -65,6 +65,7 @@ def random_parts(rng: np.random.Generator) -> str:
 
 
 @pytest.mark.parametrize("seed", range(8))
+@pytest.mark.sampled(2)
 def test_inclusion_and_exclusion(seed: int) -> None:
     rng = np.random.default_rng(seed)
     a, b = random_parts(rng), random_parts(rng)

@@ -170,7 +170,7 @@ def test_lists_of_the_corpus_round_trip(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", sorted(RESPONSES.glob("*.txt")), ids=lambda path: path.stem)
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(8)
 def test_programs_under_random_names_give_the_same_scene(path: Path) -> None:
     renamed = rename_python(code(path.stem), 3)
     assert renamed == rename_python(code(path.stem), 3)

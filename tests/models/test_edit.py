@@ -146,6 +146,7 @@ def test_imports_of_the_program_stay(place: Place) -> None:
     assert "moved table/leg" in done.out
 
 
+@pytest.mark.slow
 def test_films_and_blocks(place: Place) -> None:
     film = '(bind "f" (lambda () (frames (for/list ((i 3)) (transform (call "cube") (translate [i 0 0]))))))\n'
     (place.work / "film.scene").write_text(film)
@@ -230,6 +231,7 @@ def test_ablated_edits(place: Place, tower: Path, ablation: str) -> None:
 
 
 @pytest.mark.parametrize("path", [".env", "other.scene", "parts/../.env", "secret/notes.txt"])
+@pytest.mark.sampled(2)
 def test_an_edit_imports_nothing_new(place: Place, tower: Path, path: str) -> None:
     """What the answer imports would be quoted to the model."""
     (place.work / "secret").mkdir()

@@ -127,6 +127,7 @@ def test_a_picture_that_is_too_large_or_of_another_format_is_made_smaller(place:
         assert image.size == (1568, 392)
 
 
+@pytest.mark.slow
 def test_photos_come_upright_on_white_and_small(place: Place) -> None:
     photo = Image.new("RGB", (2000, 1000), "red")
     exif = Image.Exif()
@@ -180,6 +181,7 @@ def _png_that_claims(side: int) -> bytes:
 # --- kinds and notations -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_animate(place: Place) -> None:
     server = place.serve(answers(recorded("n13-carousel")))
     place.generate("a carousel", "--animate", "-o", "out.scene")
@@ -407,6 +409,7 @@ def test_errors_of_the_service(place: Place) -> None:
     assert not (place.work / "out.scene").exists()
 
 
+@pytest.mark.slow
 def test_parts_are_learned_from_the_pictures(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
     """`--invert`, once the program is written: with its scene and what the model saw, also when the run goes on."""
     data = save(place.work / "a.png", "PNG")

@@ -204,7 +204,7 @@ BOMBS = {
 
 
 @pytest.mark.parametrize(("notation", "bomb"), one_in(3, product(Notation, BOMBS)))
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(5)
 def test_large_and_nested_answers(folder: Path, bomb: str, notation: Notation) -> None:
     read(folder, BOMBS[bomb], notation)
 
@@ -263,6 +263,7 @@ WRONG_LISTS = {
 
 
 @pytest.mark.parametrize("name", WRONG_LISTS)
+@pytest.mark.sampled(3)
 def test_lists_that_are_none(folder: Path, name: str) -> None:
     verdict = read(folder, WRONG_LISTS[name], Notation.LIST)
     assert not verdict.is_usable
@@ -272,6 +273,7 @@ def test_lists_that_are_none(folder: Path, name: str) -> None:
 @pytest.mark.parametrize(
     "word", ['") (import "../secret.scene") ("', "\\", '"', "\x00", "\n; x", "../../etc/passwd", "a" * 10_000]
 )
+@pytest.mark.sampled(2)
 def test_words_of_lists_stay_words(folder: Path, word: str) -> None:
     item = json.loads(ITEM) | {"word": word, "text": word, "attributes": {"color": [1, 0, 0]}}
     verdict = read(folder, json.dumps([item]), Notation.LIST)

@@ -166,7 +166,7 @@ MODE = (TaskKind.FILM, Notation.LANGUAGE)
 @pytest.mark.parametrize("kind", TaskKind)
 @pytest.mark.parametrize("notation", [Notation.PYTHON, Notation.LANGUAGE])
 @pytest.mark.parametrize("ablation", [Ablation.NONE, Ablation.W])
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(6)
 def test_examples_are_right(kind: TaskKind, notation: Notation, ablation: Ablation) -> None:
     chosen = brief(task(kind, notation, ablation))
     programs = re.findall(r"```\w+\n.*?```", chosen.example, re.DOTALL)
@@ -332,6 +332,7 @@ def parameters(helper: str) -> list[str]:
 
 
 @pytest.mark.parametrize("helper", HELPERS)
+@pytest.mark.sampled(2)
 def test_all_parameters_by_position_and_by_name(helper: str) -> None:
     names = parameters(helper)
     positions = [VALUES[name] for name in names]
@@ -345,12 +346,14 @@ def test_all_parameters_by_position_and_by_name(helper: str) -> None:
 
 # Decorators take whatever they are given: nothing of the scene depends on it.
 @pytest.mark.parametrize("helper", [name for name in HELPERS if name not in ("concat_shapes", *DECORATORS)])
+@pytest.mark.sampled(3)
 def test_one_parameter_too_many(helper: str) -> None:
     verdict = verdict_on(helper, [*(VALUES[name] for name in parameters(helper)), "7"])
     assert not verdict.is_usable
 
 
 @pytest.mark.parametrize("helper", [name for name in HELPERS if name not in ("primitive_call", *DECORATORS)])
+@pytest.mark.sampled(3)
 def test_an_unknown_parameter(helper: str) -> None:
     positions = ["part"] if helper == "concat_shapes" else [VALUES[name] for name in parameters(helper)]
     verdict = verdict_on(helper, [*positions, "sice=7"])
@@ -360,6 +363,7 @@ def test_an_unknown_parameter(helper: str) -> None:
 @pytest.mark.parametrize(
     "helper", [name for name in HELPERS if name not in ("concat_shapes", "identity_matrix", *DECORATORS)]
 )
+@pytest.mark.sampled(3)
 def test_a_parameter_that_is_missing(helper: str) -> None:
     assert not verdict_on(helper, []).is_usable
 

@@ -223,6 +223,7 @@ DAMAGED = {
 
 
 @pytest.mark.parametrize("damage", DAMAGED)
+@pytest.mark.sampled(3)
 def test_a_damaged_run_is_told(finished: tuple[Place, Path], damage: str) -> None:
     place, run = finished
     path = run / "run.json"

@@ -185,6 +185,7 @@ def test_a_broken_answer_costs_what_was_set_aside(monkeypatch: pytest.MonkeyPatc
     assert answer.cost == asking.budget.spent == pytest.approx(HIGHEST)
 
 
+@pytest.mark.slow
 def test_requests_side_by_side_share_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     """Twenty at once, each of which could cost $0.045 and costs $0.02005, with $0.2 in all."""
     usage = {"input_tokens": 10_000, "output_tokens": 5}

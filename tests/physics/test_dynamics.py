@@ -109,6 +109,7 @@ def test_courses_with_small_gaps_rest() -> None:
     assert "falls" in {body.kind for body in sl.evaluate(text.format(0.6)).physics().bodies}
 
 
+@pytest.mark.slow
 def test_runs_are_equal() -> None:
     scene = sl.load(EXAMPLES / "jenga.scene")
     first, second = (simulate(bodies_of(scene.root), 0.5) for _ in range(2))

@@ -203,6 +203,7 @@ def test_the_missing_extra_is_named(file: Path, monkeypatch: pytest.MonkeyPatch,
 
 
 @pytest.mark.parametrize("name", ["mixed", "chessboard"])
+@pytest.mark.sampled(2)
 def test_mjcf_loads_with_the_masses_and_the_bounds_of_the_scene(name: str, tmp_path: Path) -> None:
     scene = sl.evaluate(MIXED) if name == "mixed" else sl.load(EXAMPLES / "chessboard.scene")
     bodies = bodies_of(scene.root, 1.0)

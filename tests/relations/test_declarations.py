@@ -147,7 +147,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("parts", "declaration", "holds"), CASES)
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(4)
 def test_what_holds(parts: str, declaration: str, holds: bool) -> None:
     assert (scene_of(parts).violations(declaration) == []) is holds
 
@@ -178,7 +178,7 @@ def movable(parts: str, declaration: str, holds: bool) -> bool:
 
 
 @pytest.mark.parametrize(("parts", "declaration"), [case[:2] for case in CASES if movable(*case)])
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(4)
 def test_a_move_makes_it_hold(parts: str, declaration: str) -> None:
     """The translation that is told, in the scene's frame, makes a declaration hold."""
     (violation,) = scene_of(parts).violations(declaration)

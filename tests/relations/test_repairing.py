@@ -72,7 +72,7 @@ FAULTS = [
 
 
 @pytest.mark.parametrize(("things", "stated", "text"), FAULTS)
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(5)
 def test_a_declaration_is_made_to_hold(things: str, stated: str, text: str) -> None:
     found = repair(things, stated)
     assert len(found.before) > 0
@@ -205,6 +205,7 @@ def test_a_painting_reaches_its_wall() -> None:
     assert float(edit.new) == pytest.approx(-3.885)
 
 
+@pytest.mark.slow
 def test_a_tilted_thing_is_turned_and_put_down() -> None:
     chair = '(transform (call "chair") (@ (translate [0 .15 2]) (rotate .2 [1 0 0])))'
     found = repair(FLOOR + TABLE + chair, geometry=True)
@@ -212,6 +213,7 @@ def test_a_tilted_thing_is_turned_and_put_down() -> None:
     assert "(@ (translate [0 0 2]) (rotate 0 [1 0 0]))" in found.text
 
 
+@pytest.mark.slow
 def test_facing_changes_the_angle_that_is_there() -> None:
     chair = '(transform (call "chair") (@ (translate [0 0 1.5]) (rotate .5 [0 1 0])))'
     found = repair(TABLE + chair, '(facing "chair" "table")')

@@ -197,6 +197,7 @@ COMMANDS = [
 
 
 @pytest.mark.parametrize(("text", "expected"), COMMANDS, ids=[c[0].split("\n")[0] for c in COMMANDS])
+@pytest.mark.sampled(2)
 def test_commands(program: Path, text: str, expected: str) -> None:
     found = "\n".join(lines(text, str(program)))
     position = 0

@@ -101,11 +101,13 @@ def test_an_unfinished_form_goes_on_indented(terminal: Terminal) -> None:
     terminal.enter(",source f", "(define (f x)\n  (+ x\n     100))")
 
 
+@pytest.mark.slow
 def test_pasted_lines_are_one_input(terminal: Terminal) -> None:
     terminal.type("\x1b[200~(define (f x)\n  (* x 2))\n(f 21)\x1b[201~")
     terminal.enter("", "42")
 
 
+@pytest.mark.slow
 def test_completion_of_names_words_attributes_and_commands(terminal: Terminal) -> None:
     terminal.enter('(bind "chess-board" (lambda ((:squares 8)) (call "cube" :scale squares)))')
     terminal.type('(call "chess' + TAB)
@@ -273,7 +275,7 @@ def test_the_prompt_outlives_a_killed_evaluation_of_a_watched_file(tmp_path: Pat
 def test_ctrl_c_interrupts_the_evaluation_of_a_watched_file(tmp_path: Path) -> None:
     program = tmp_path / "a.scene"
     program.write_text('(bind "a" (lambda () (call "cube")))')
-    terminal = Terminal(tmp_path, "a.scene")
+    terminal = Terminal(tmp_path, "a.scene", "--max-steps", "100G")  # which no machine reaches in a second
     terminal.enter(",watch", "watching a.scene")
     program.write_text("(print 1)\n(let loop () (loop))")
     time.sleep(1.0)

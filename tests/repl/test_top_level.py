@@ -280,7 +280,7 @@ _CHANGES = (
 
 
 @pytest.mark.parametrize("seed", range(40))
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(8)
 def test_sharing_changes_no_value(seed: int) -> None:
     sharing, plain = repl(), repl()
     plain.top.rt._memoise = False

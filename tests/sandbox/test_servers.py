@@ -109,6 +109,7 @@ def state(address: str) -> dict[str, Any]:
         return found
 
 
+@pytest.mark.slow
 def test_the_viewer_shows_why_and_goes_on(viewer: tuple[str, Path]) -> None:
     address, path = viewer
     assert [d["code"] for d in state(address)["diagnostics"]] == ["E507"]

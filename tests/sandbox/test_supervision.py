@@ -42,7 +42,7 @@ ENDINGS = {
 
 
 @pytest.mark.parametrize("name", ENDINGS)
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(4)
 def test_every_ending_is_one_diagnostic_with_the_place(name: str, tmp_path: Path) -> None:
     what, options, sent, code, status = ENDINGS[name]
     (tmp_path / "prog.scene").write_text(BODY.format(what))
@@ -182,6 +182,7 @@ def test_evaluation_may_only_read_the_project(tmp_path: Path) -> None:
     assert done.returncode == 0
 
 
+@pytest.mark.slow
 def test_what_follows_an_evaluation_may_write(tmp_path: Path) -> None:
     (tmp_path / "prog.scene").write_text(BODY.format("write"))
     done = run("render", "prog.scene", "-o", "a.png", "--size", "32x32", cwd=tmp_path)
@@ -221,7 +222,7 @@ def watched(seconds: str) -> list[str]:
 
 
 @pytest.mark.parametrize("what", ["hold", "crash"])
-@pytest.mark.sampled(2)
+@pytest.mark.slow
 def test_a_repl_keeps_its_session_when_a_watched_file_is_killed(tmp_path: Path, what: str) -> None:
     program = tmp_path / "prog.scene"
     program.write_text('(define x 5)\n(bind "a" (lambda () (call "cube")))\n')

@@ -376,6 +376,7 @@ def test_parts() -> None:
     assert check("(py-in m (union c m))") is True
 
 
+@pytest.mark.slow
 def test_deep_data_does_not_recurse(rt: Runtime) -> None:
     def deep() -> Any:
         nested: Any = 1

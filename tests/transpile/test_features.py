@@ -18,7 +18,7 @@ NEWER = {"type parameters"} if sys.version_info < (3, 12) else set[str]()  # whi
 
 
 @pytest.mark.parametrize("name", [name for name in FEATURES if name not in NEWER])
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(5)
 def test_the_geometry_is_that_of_cpython(name: str) -> None:
     code = FEATURES[name]
     translation = SESSION.transpile(Source("feature.py", code))

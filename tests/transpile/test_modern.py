@@ -20,7 +20,7 @@ SESSION = Session()
 
 
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.stem)
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(8)
 def test_the_geometry_of_cpython(path: Path) -> None:
     code = path.read_text("utf-8")
     translation = SESSION.transpile(Source(str(path), code))

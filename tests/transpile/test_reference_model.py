@@ -24,7 +24,7 @@ def test_response_gives_its_golden(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", PROGRAMS, ids=lambda p: p.stem)
-@pytest.mark.sampled(3)
+@pytest.mark.sampled(6)
 def test_program_gives_its_golden(path: Path) -> None:
     golden = load_golden(HERE / "golden_programs", path.stem)
     scene = flatten(extract(path.read_text()))

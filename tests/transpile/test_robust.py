@@ -72,7 +72,7 @@ def _about_program(translation: Translation, literal: bool) -> str | None:
 
 @pytest.mark.search
 @pytest.mark.parametrize("case", [*CORPUS, *one_in(3, IMITATIONS)], ids=lambda case: case.name)
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(8)
 def test_spoilt_programs(case: Case) -> None:
     for code in _mutants(case, PER_PROGRAM):
         complaint = _complaint(code)
@@ -144,6 +144,7 @@ FOUND = {
 
 
 @pytest.mark.parametrize("name", FOUND)
+@pytest.mark.sampled(2)
 def test_small_programs(name: str) -> None:
     complaint = _complaint(FOUND[name])
     assert complaint is None, f"{complaint}\n--- the Python:\n{FOUND[name][:500]}"

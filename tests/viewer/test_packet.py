@@ -181,6 +181,7 @@ EDITS = {
 
 
 @pytest.mark.parametrize("edit", EDITS)
+@pytest.mark.sampled(3)
 def test_changes_make_the_new_packet(edit: str) -> None:
     texts = (STREET, STREET.replace(*EDITS[edit]))
     old, new = (packet_of(found.scene) for found in map(evaluate, texts) if found.scene is not None)
