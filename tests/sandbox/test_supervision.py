@@ -42,7 +42,7 @@ ENDINGS = {
 
 
 @pytest.mark.parametrize("name", ENDINGS)
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(2)
 def test_every_ending_is_one_diagnostic_with_the_place(name: str, tmp_path: Path) -> None:
     what, options, sent, code, status = ENDINGS[name]
     (tmp_path / "prog.scene").write_text(BODY.format(what))

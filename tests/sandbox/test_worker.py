@@ -131,7 +131,6 @@ def test_a_worker_that_is_killed_comes_back(worker: Worker) -> None:
     assert worker.ask("value", 2) == 2
 
 
-@pytest.mark.slow
 def test_a_trial_says_why_it_was_ended() -> None:
     assert trial(lambda: None) is None
     problem = trial(lambda: serve("hold"))

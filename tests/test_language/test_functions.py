@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from scenelang import Session, Source
+
 from .conftest import error, log, refused, shown, warned
 
 CALLS = {
@@ -152,3 +154,16 @@ def test_apply_entity_function() -> None:
     assert shown("(apply-entity-function (lambda (:n) n) z zs)", define) == "4"
     assert refused(f"{define} (apply-entity-function (lambda (a b c) 1) z zs)") == "arity"
     assert refused(f"{define} (apply-entity-function 5 z zs)") in ("type", "not-a-procedure")
+
+
+@pytest.mark.parametrize(
+    ("program", "message"),
+    [
+        ('(bind "leg" (lambda ((:height 1)) (call "cube" :scale height))) (call (string-append "l" "eg") :hieght 2)',
+         '"leg" has no parameter `:hieght`'),
+        ('(define (leg (:height 1)) height) ((car (list leg)) :hieght 2)', "`leg` has no parameter `:hieght`"),
+    ],
+)  # fmt: skip
+def test_an_unknown_keyword_of_a_callee_that_is_computed(program: str, message: str) -> None:
+    found = Session().evaluate(Source("a.scene", f'{program} (bind "a" (lambda () (call "cube")))')).diagnostics
+    assert message in [d.message for d in found]
