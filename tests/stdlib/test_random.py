@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from scenelang import Options, Session, Source
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.values import Keyword, Vector
+from scenelang.interpreter.scene.flatten import flatten_entity
 
 from .conftest import Caller, new_runtime, python, scheme
 
@@ -174,3 +176,15 @@ def test_draws_that_cannot_be(call: Caller) -> None:
     call.refuses("type", "choice", 5.5)
     assert "py-random" in call.refuses("type", "random", *option(stream=call("py-random-stream")))
     assert "`random`" in call.refuses("type", "py-random", *option(stream=call("default-rng")))
+
+
+@pytest.mark.parametrize(("draw", "first"), [("(py-random)", random.Random(5).random()), ("(random)", None)])
+def test_the_root_draws_anew_whatever_was_drawn_before(draw: str, first: float | None) -> None:
+    root = f'(bind "a" (lambda () (transform (call "cube") (translate [{draw} 0 0]))))'
+    places = []
+    for before in ("", f"(define x {draw}) (define y {draw})\n"):
+        result = Session(Options(seed=5)).evaluate(Source("a.scene", before + root))
+        assert result.scene is not None
+        places.append(float(flatten_entity(result.scene.root).matrices[0, 0, 3]))
+    assert places[0] == places[1]
+    assert first is None or places[0] == pytest.approx(first)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from scenelang import Session, Source
+from scenelang.grammar.diagnostics import render_text
 
 from .conftest import error, log, refused, shown, warned
 
@@ -167,3 +168,10 @@ def test_apply_entity_function() -> None:
 def test_an_unknown_keyword_of_a_callee_that_is_computed(program: str, message: str) -> None:
     found = Session().evaluate(Source("a.scene", f'{program} (bind "a" (lambda () (call "cube")))')).diagnostics
     assert message in [d.message for d in found]
+
+
+def test_a_function_that_is_called_twice_in_a_row_is_one_line_of_the_chain() -> None:
+    program = """(define (f n) (if (= n 0) (ref (list 1) 9) (+ 1 (f (- n 1)))))
+(bind "a" (lambda () (call "cube" :scale (f 1))))"""
+    (found,) = (d for d in Session().evaluate(Source("a.scene", program)).diagnostics if d.is_error)
+    assert 'in `f`, called at a.scene:1:49 (and 1 more)\n   in "a"' in render_text(found)
