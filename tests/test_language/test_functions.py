@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from scenelang import Session, Source
+from scenelang import Options, Session, Source
 from scenelang.grammar.diagnostics import render_text
+from scenelang.interpreter.runtime.limits import Limits
 
 from .conftest import error, log, refused, shown, warned
 
@@ -175,3 +176,11 @@ def test_a_function_that_is_called_twice_in_a_row_is_one_line_of_the_chain() -> 
 (bind "a" (lambda () (call "cube" :scale (f 1))))"""
     (found,) = (d for d in Session().evaluate(Source("a.scene", program)).diagnostics if d.is_error)
     assert 'in `f`, called at a.scene:1:49 (and 1 more)\n   in "a"' in render_text(found)
+
+
+@pytest.mark.parametrize("times", [120, 20_000])  # by closures, and by generated code
+def test_apply_in_tail_position_is_no_deeper_call(times: int) -> None:
+    program = f"""(define (down n) (if (= n 0) .5 (apply down (list (- n 1)))))
+(bind "a" (lambda () (call "cube" :scale (down {times}))))"""
+    result = Session(Options(limits=Limits(depth=40))).evaluate(Source("a.scene", program))
+    assert result.scene is not None, result.diagnostics
