@@ -89,6 +89,7 @@ def test_the_references_json(folder: Path) -> None:
     found = json.loads((folder / "out.json").read_text("utf-8"))
     assert (found["width"], found["height"], found["depth"]) == (4, 1, 1)
     assert [frame[0]["start"] for frame in found["frames"]] == [[0, 0, 0], [1, 0, 0], [2, 0, 0]]
+    assert {(cuboid["fill"], tuple(cuboid["stack"])) for frame in found["frames"] for cuboid in frame} == {(True, ())}
 
 
 def test_frames_are_files(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
