@@ -158,7 +158,6 @@ def _of_type(program: _Program, diagnostic: Diagnostic) -> Iterator[Fix]:
     """A string for a symbol, a point of three components, arguments in another order, or one more that is used
     nowhere."""
     yield from _strings(program, diagnostic)
-    yield from _without_signs(program, diagnostic)
     yield from _points(program, "three" in diagnostic.message)
     for form in program.at(diagnostic):
         yield from _other_arguments(program, form)
@@ -172,14 +171,6 @@ def _strings(program: _Program, diagnostic: Diagnostic) -> Iterator[Fix]:
     if "got a symbol" in diagnostic.message:
         for found in _QUOTED.finditer(program.source.text):
             yield Fix("Write double quotes", (Edit(program.span(*found.span()), f'"{found[1]}"'),))
-
-
-def _without_signs(program: _Program, diagnostic: Diagnostic) -> Iterator[Fix]:
-    """Keywords of the call without the equals sign of other languages: ``:width=2``."""
-    for item in (item for form in program.at(diagnostic) for item in form.items):
-        if isinstance(item, Atom) and type(item.value) is Keyword and "=" in item.value:
-            name, _, value = item.span.text.partition("=")
-            yield _fix(item.span, f"{name} {value}".rstrip())
 
 
 def _points(program: _Program, is_about_three: bool) -> Iterator[Fix]:
@@ -423,8 +414,6 @@ def _uses(text: str, name: str) -> int:
 
 _CANDIDATES: dict[str, Callable[[_Program, Diagnostic], Iterator[Fix]]] = {
     "type": _of_type,
-    "embedding": _of_type,
-    "keyword": _of_type,
     "value": _of_type,
     "parts": _of_type,
     "pose": _of_type,

@@ -266,20 +266,15 @@ _WORDS = frozenset((
 _OPERATORS = frozenset(("&&", "||", "==", "===", "**", "^"))
 
 
-_DEFINERS = r"\((?:define|param|setq|setf|def|defun|defn|defparameter|defvar|const|let|var|function)\s+\(?"
-
-
-def _is_defined(name: str, text: str) -> bool:
-    """Return whether a text seems to define a name: by a form of any language, or at top level by a misspelled one."""
-    written = re.escape(name) + r"(?=[\s)])"
-    return re.search(rf"{_DEFINERS}{written}|^\(def\w*\s+\(?{written}", text, re.M) is not None
+# What stands before a name that is defined, in the forms of any language; "def" may go on misspelled.
+_DEFINERS = r"\((?:def\w*|param|setq|setf|const|let|var|function)\s+\(?"
 
 
 def _named(source: Source, tree: Tree) -> Iterator[Habit]:
     name = NAMES.get(tree.text)
     if tree.text in _WORDS and source.text[tree.start - 1 : tree.start] != "(":
         return
-    if name is not None and _is_defined(tree.text, source.text):
+    if name is not None and re.search(rf"{_DEFINERS}{re.escape(tree.text)}(?=[\s)])", source.text):
         return  # the program calls something else so, in whatever way it defines it
     if tree.text in _OPERATORS and source.text[tree.start - 1 : tree.start] != "(":
         name = Term(NAMES[tree.text].language, hint=f"the operator comes first: `({NAMES[tree.text].instead} a b)`")
