@@ -80,18 +80,18 @@ def add(tally: Tally, program: Program, fault: Fault, sound: Repair, found: Repa
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--most", type=int, default=10_000, help="number of programs")
-    parser.add_argument("--seconds", type=float, default=20.0, help="for one repair")
+    parser.add_argument("--effort", type=float, default=20.0, help="of one repair, about a second each")
     parser.add_argument("--write", action="store_true", help="write the table into docs/relations.md")
     arguments = parser.parse_args()
     session, tally = Session(), Tally()
     chosen = [program for program in programs(session) if half_of(program.name) == 1 and program.candidates]
     for program in chosen[: arguments.most]:
-        sound = repaired(session, Source(program.path, program.text), seconds=arguments.seconds)
+        sound = repaired(session, Source(program.path, program.text), effort=arguments.effort)
         tally.sound += 1
         if sound.changed and not sound.before:
             tally.changed.append(program.name)
         for fault in Planter(program, seed=1).faults(most=dict.fromkeys(KINDS, 1)):
-            found = repaired(session, Source(program.path, fault.text), seconds=arguments.seconds)
+            found = repaired(session, Source(program.path, fault.text), effort=arguments.effort)
             print(f"{program.name}: {fault.kind}: {add(tally, program, fault, sound, found)}", flush=True)
     print(tally.table())
     if arguments.write:

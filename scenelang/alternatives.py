@@ -10,11 +10,11 @@ stands beside the call, or what all other calls of the function pass.
 from __future__ import annotations
 
 import re
-import time
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
+from scenelang.effort import Effort
 from scenelang.grammar.datum import (
     ArrayDatum,
     Atom,
@@ -32,34 +32,40 @@ from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.grammar.reader import read_pieces
 from scenelang.interpreter.lint.idioms import NAMES
 
-MAX_TRIALS = 40  # of a program, so that a machine's speed decides nothing
-_SECONDS = 10.0
+if TYPE_CHECKING:
+    from scenelang.session import Evaluated
+
+MAX_TRIALS = 40  # of a program
+_EFFORT = 10.0  # of all trials: about 10 s
 _MAX_ERRORS = 3
 _MAX_TEXT = 100_000  # characters of a program
 
 _BRACKETS = ("unclosed", "extra-close")  # hide all other errors, so that nothing can be tested
 _CONSEQUENCES = ("unused", "unreachable-word", "ambiguous-root")  # of an error that ends
 
-Check: TypeAlias = Callable[[Source], Sequence[Diagnostic]]
+Evaluate: TypeAlias = "Callable[[Source], Evaluated]"
 
 
-def with_tested(source: Source, found: Sequence[Diagnostic], check: Check) -> list[Diagnostic]:
-    """Return findings where errors without a fix get the first candidate that resolves them; ``check`` returns the
-    errors of another text."""
+def with_tested(source: Source, found: Sequence[Diagnostic], evaluate: Evaluate) -> list[Diagnostic]:
+    """Return findings where errors without a fix get the first candidate that resolves them; ``evaluate`` evaluates
+    another text."""
     errors = [d for d in found if d.is_error]
     open_ = [d for d in errors if not d.fixes and d.name in _CANDIDATES and _place(d, source) is not None]
     if not open_ or len(source.text) > _MAX_TEXT or any(d.name in _BRACKETS for d in errors):
         return list(found)
-    end, left = time.monotonic() + _SECONDS, MAX_TRIALS
+    effort, left = Effort(_EFFORT), MAX_TRIALS
     fixed: dict[int, Diagnostic] = {}
     program = _Program(source)
     for d in open_[:_MAX_ERRORS]:
         others = Counter(_key(other) for other in found if other is not d)
         for fix in _CANDIDATES[d.name](program, d):
-            if left == 0 or time.monotonic() > end:
+            if left == 0 or effort.is_spent:
                 break
             left -= 1
-            if Counter(_key(each) for each in check(_edited(source, fix)) if each.name not in _CONSEQUENCES) <= others:
+            edited = _edited(source, fix)
+            result = evaluate(edited)
+            effort.spend_evaluation(edited.text, result)
+            if Counter(_key(each) for each in result.diagnostics if each.name not in _CONSEQUENCES) <= others:
                 fixed[id(d)] = replace(d, fixes=(fix,))
                 break
     added = {edit.text.strip() for d in fixed.values() for fix in d.fixes for edit in fix.edits}

@@ -200,7 +200,7 @@ def format(text: str) -> str:
 
 
 @typed
-def repair(text: str, *declarations: str, name: str = "<text>", geometry: bool = True, seconds: float = 30.0) -> Repair:
+def repair(text: str, *declarations: str, name: str = "<text>", geometry: bool = True, effort: float = 30.0) -> Repair:
     """Edit a program so that findings of the geometry lint and failed declarations are resolved, without a model.
 
     Parameters
@@ -213,8 +213,8 @@ def repair(text: str, *declarations: str, name: str = "<text>", geometry: bool =
         File name for diagnostics.
     geometry : bool
         Whether to resolve the findings of the lint too, and not only declarations.
-    seconds : float
-        Time after which no further edit is searched.
+    effort : float
+        How much is searched, about a second for each unit; the result does not depend on the machine.
 
     Returns
     -------
@@ -238,7 +238,7 @@ def repair(text: str, *declarations: str, name: str = "<text>", geometry: bool =
 
     session = Session()
     stated = [each for declaration in declarations for each in declarations_of(session, declaration)]
-    return repaired(session, Source(name, text), stated, seconds=seconds, geometry=geometry)
+    return repaired(session, Source(name, text), stated, effort=effort, geometry=geometry)
 
 
 @typed

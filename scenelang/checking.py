@@ -83,7 +83,7 @@ class Examination:
             if self.complete and not is_python(source):
                 from scenelang.alternatives import with_tested
 
-                found = with_tested(source, found, lambda changed: self.session.evaluate(changed).diagnostics)
+                found = with_tested(source, found, self.session.evaluate)
             return Examined(found, None, result.subject)
         try:
             if result.scene is not None:

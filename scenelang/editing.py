@@ -10,7 +10,7 @@ from scenelang.grammar.datum import Source, Span, dataclass, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.lint.lint import confirmed, without_suppressed
 from scenelang.interpreter.program.program import Program, prelude_of
-from scenelang.sandbox.supervision import limited
+from scenelang.sandbox.supervision import limited, spent_seconds
 from scenelang.session import (
     EXPANSION_DEPTH,
     IMPORT_FORM,
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from scenelang.interpreter.program.interactive import Version, Versions
     from scenelang.interpreter.runtime.evaluate import IncrementalRun
 
-_MACRO_LIMITS = replace(MACRO_LIMITS, seconds=2.0, memory=1_000_000_000)  # interactive
-_TRIAL_LIMITS = replace(_MACRO_LIMITS, seconds=4.0)  # includes the rest of the check
+_MACRO_LIMITS = replace(MACRO_LIMITS, memory=1_000_000_000)
+_TRIAL_LIMITS = replace(_MACRO_LIMITS, seconds=_MACRO_LIMITS.seconds + 2.0)  # includes the rest of the check
 _PROCEDURAL = "define-macro"
 
 
@@ -77,7 +77,7 @@ class Editing:
         """Evaluate the next version as ``Session.evaluate`` does, but only what the edit reaches."""
         if is_scene_file(source) or is_python(source) or self.session.options.z_entries:
             return self.session.evaluate(source)
-        with limited(self.session.options.limits) as started:
+        with limited(self.session.options.limits):
             analysis = self.check(source)
             version = analysis.version
             if version is None or not (version.program.ok and may_run(version.program, analysis.diagnostics)):
@@ -87,9 +87,9 @@ class Editing:
                 word, _ = self.session.root_of(version.program)
             except SceneError:
                 return self.session.evaluate(source)
-            return self._evaluate(version, word, analysis.diagnostics, started)
+            return self._evaluate(version, word, analysis.diagnostics)
 
-    def _evaluate(self, version: Version, word: str, found: Sequence[Diagnostic], started: float) -> Evaluated:
+    def _evaluate(self, version: Version, word: str, found: Sequence[Diagnostic]) -> Evaluated:
         from scenelang.interpreter.runtime.evaluate import IncrementalRun
 
         session, program, source = self.session, version.program, version.source
@@ -97,7 +97,7 @@ class Editing:
             self._run, self._name = IncrementalRun(session.library, lambda: session.runtime_of(source)), source.name
         run, scene, problem = self._run, None, None
         try:
-            work = lambda: run.run(program, word, session.options.seed, version.place, started)
+            work = lambda: run.run(program, word, session.options.seed, version.place, spent_seconds())
             cancel = lambda: run.rt.meter.cancel()
             with rare_collection():
                 scene = run_with_room(work, session.options.limits.depth, cancel, session.folders(source))

@@ -7,7 +7,6 @@ definition of a word that occurs elsewhere makes more than one instance, so its 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenelang.backends.geometry.solids import FloatArray
+from scenelang.effort import Effort
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.reader import read
@@ -27,7 +27,7 @@ from scenelang.interpreter.scene.instance_paths import Located, Locator, outermo
 if TYPE_CHECKING:
     from scenelang.session import Session
 
-SECONDS = 20.0
+_EFFORT = 20.0  # of all trials: about 20 s
 _MAX_TESTS = 60  # forms that are tried
 _MAX_PRIMITIVES = 200_000
 _CLOSE = 1e-9  # of the scene's size: less is rounding
@@ -91,7 +91,7 @@ class EditedText:
     instances: int
 
 
-def edited(session: Session, source: Source, edit: InstanceEdit, seconds: float = SECONDS) -> EditedText:
+def edited(session: Session, source: Source, edit: InstanceEdit) -> EditedText:
     """Edit a program so that only the instances of a path change.
 
     Raises
@@ -100,9 +100,9 @@ def edited(session: Session, source: Source, edit: InstanceEdit, seconds: float 
         If the program is wrong, there is no such instance, or no form makes these instances only; the hint names the
         form that comes nearest.
     """
-    search = _Search(session, source, edit, time.monotonic() + seconds)
+    search = _Search(session, source, edit)
     for trial in _trials(source, edit, search.before):
-        if search.tested >= _MAX_TESTS or time.monotonic() > search.deadline:
+        if search.tested >= _MAX_TESTS or search.effort.is_spent:
             break
         if search.succeeds(trial):
             return search.result(trial)
@@ -117,8 +117,9 @@ def edited(session: Session, source: Source, edit: InstanceEdit, seconds: float 
 class _Search:
     """What was found out about the forms of a program."""
 
-    def __init__(self, session: Session, source: Source, edit: InstanceEdit, deadline: float) -> None:
-        self.session, self.source, self.edit, self.deadline = session, source, edit, deadline
+    def __init__(self, session: Session, source: Source, edit: InstanceEdit) -> None:
+        self.session, self.source, self.edit = session, source, edit
+        self.effort = Effort(_EFFORT)
         self.before = _Layout(session.evaluate(source).require(), edit.path)
         self.tested = 0
         self.moved: FloatArray | None = None  # how the last trial moved the chosen instances, if only them
@@ -129,7 +130,9 @@ class _Search:
     def succeeds(self, trial: _Trial) -> bool:
         """Evaluate a trial, and return whether it does what the edit asks and nothing else."""
         self.tested += 1
-        result = self.session.evaluate(Source(self.source.name, self._text(trial)))
+        text = self._text(trial)
+        result = self.session.evaluate(Source(self.source.name, text))
+        self.effort.spend_evaluation(text, result)
         if result.scene is None:
             problem = next((each.message for each in result.diagnostics if each.is_error), None)
             if trial.is_direct and self._failure is None:

@@ -14,7 +14,6 @@ from __future__ import annotations
 import difflib
 import math
 import re
-import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -24,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenelang.alternatives import loop_counts
+from scenelang.effort import Effort
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums, walk
 from scenelang.grammar.diagnostics import ABOUT_SCENES, Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.entity import Entity, Scene
     from scenelang.session import Evaluated, Session
 
-SECONDS = 30.0
+EFFORT = 30.0  # of a repair: about 30 s
 MAX_EDITS = 20
 _MAX_LITERALS = 400
 _MAX_PARTS = 60
@@ -146,7 +146,7 @@ def repaired(
     source: Source,
     extra: Sequence[Declaration] = (),
     *,
-    seconds: float = SECONDS,
+    effort: float = EFFORT,
     geometry: bool = True,
     progress: Progress | None = None,
 ) -> Repair:
@@ -156,8 +156,8 @@ def repaired(
     ----------
     extra
         Declarations about the scene, besides those of the program.
-    seconds
-        Time after which no further edit is searched.
+    effort
+        Units of work (``Effort``) after which no further edit is searched.
     geometry
         Whether to resolve the findings of the geometry lint too.
     progress
@@ -168,13 +168,13 @@ def repaired(
     SceneError
         If the program is wrong, or a declaration cannot be tested.
     """
-    search = _Search(session, source.name, tuple(extra), geometry, time.monotonic() + seconds)
+    search = _Search(session, source.name, tuple(extra), geometry, Effort(effort))
     start = search.version(source.text)
     if start is None:
         raise SceneError("value", "the program has no scene")
     now, edits = start, list[ProgramEdit]()
     hopeless: set[tuple[str, ...]] = set()
-    while len(edits) < MAX_EDITS and search.has_time():
+    while len(edits) < MAX_EDITS and search.can_go_on():
         goal = next((goal for goal in now.goals if goal.key not in hopeless), None)
         if goal is None:
             break
@@ -198,14 +198,12 @@ def with_repairs(
 ) -> list[Diagnostic]:  # fmt: skip
     """Return findings about a scene with fixes: the edit of the program by which each would be gone.
 
-    The first three are tried, with at most 300 evaluations, in ten seconds. Nothing is tried for a program with other
-    errors.
+    The first three are tried, with the work of about ten seconds. Nothing is tried for a program with other errors.
     """
     about = [d for d in found if d.name in ABOUT_SCENES]
     if not about or any(d.is_error and d.name not in ABOUT_SCENES for d in found):
         return list(found)
-    search = _Search(session, source.name, tuple(extra), geometry, time.monotonic() + _FIX_SECONDS)
-    search.evaluations = _FIX_EVALUATIONS
+    search = _Search(session, source.name, tuple(extra), geometry, Effort(_FIX_EFFORT))
     try:
         start = search.version(source.text)
     except SceneError:
@@ -213,7 +211,7 @@ def with_repairs(
     fixes: dict[int, Fix] = {}
     left: list[Goal] = [] if start is None else list(start.goals)
     for _ in range(_MAX_FIXED):
-        goal = next((each for each in left if search.has_time()), None)
+        goal = next((each for each in left if search.can_go_on()), None)
         if goal is None or start is None:
             break
         better = search.step(start, goal)
@@ -224,8 +222,7 @@ def with_repairs(
     return [replace(d, fixes=(fixes[id(d)],)) if id(d) in fixes else d for d in found]
 
 
-_FIX_SECONDS = 10.0
-_FIX_EVALUATIONS = 300  # so that a machine's speed decides nothing
+_FIX_EFFORT = 10.0
 _MAX_FIXED = 3
 
 
@@ -363,9 +360,8 @@ class _Search:
     name: str
     extra: tuple[Declaration, ...]
     geometry: bool
-    deadline: float
+    effort: Effort
     motions: dict[str, list[FloatArray | None]] = field(default_factory=dict)
-    evaluations: float = math.inf  # that are left
     lowered: set[str] = field(default_factory=set)
 
     @cached_property
@@ -375,12 +371,18 @@ class _Search:
 
         return Editing(self.session)
 
-    def has_time(self) -> bool:
-        return self.evaluations > 0 and time.monotonic() < self.deadline
+    def can_go_on(self) -> bool:
+        return not self.effort.is_spent
 
     def evaluated(self, text: str) -> Evaluated:
-        self.evaluations -= 1
-        return self.editing.evaluate(Source(self.name, text))
+        result = self.editing.evaluate(Source(self.name, text))
+        self.effort.spend_evaluation(text, result)
+        return result
+
+    def corners(self, scene: Scene) -> FloatArray:
+        corners = _layout(scene)
+        self.effort.spend_boxes(len(corners) // 2)
+        return corners
 
     def version(self, text: str, edits: tuple[ProgramEdit, ...] = ()) -> _Version | None:
         """Evaluate a version; None if it is wrong or has no geometry."""
@@ -390,7 +392,7 @@ class _Search:
                 result.require()
             return None
         try:
-            return _Version(text, result.scene, _layout(result.scene), self.goals, edits)
+            return _Version(text, result.scene, self.corners(result.scene), self.goals, edits)
         except SceneError:
             if not edits:
                 raise
@@ -400,7 +402,7 @@ class _Search:
         """Return the corners of a version, None if it is wrong or one of its solids cannot be computed."""
         scene = self.evaluated(text).scene
         try:
-            return None if scene is None else _layout(scene)
+            return None if scene is None else self.corners(scene)
         except SceneError:
             return None
 
@@ -409,6 +411,7 @@ class _Search:
         from scenelang.backends.geometry.relations import violations
 
         scene, offsets = version.scene, _offsets(version.scene)
+        self.effort.spend_examination(len(version.corners) // 2)
         found = []
         for violation in violations(scene, self.extra):
             if violation.frame not in offsets:
@@ -443,13 +446,13 @@ class _Search:
     def _distinct(
         self, candidates: Iterator[_Candidate], tried: set[frozenset[tuple[int, str]]]
     ) -> Iterator[_Candidate]:
-        """Yield the candidates to test while there is time, the cheapest first, without those that make equal texts."""
+        """Yield the candidates to test while effort is left, the cheapest first, without those of equal texts."""
         count = 0
         for candidate in sorted(candidates, key=lambda each: each.cost):
             changes = frozenset((s.start, new) for s, new in candidate.changes if not _is_same_number(s.text, new))
             if changes in tried:
                 continue
-            if count == _MAX_TESTS or not self.has_time():
+            if count == _MAX_TESTS or not self.can_go_on():
                 return
             tried.add(changes)
             count += 1
@@ -522,7 +525,7 @@ class _Search:
         return self.motions[now.text]
 
     def _motion(self, now: _Version, literal: _Literal) -> FloatArray | None:
-        if not self.has_time():
+        if not self.can_go_on():
             return None
         step = _STEP * max(1.0, abs(literal.value))
         text = _replaced(now.text, literal.span, _number(literal.value + step, 12))
@@ -599,7 +602,7 @@ class _Search:
 
     def _roots(self, now: _Version, goal: Goal, literals: Sequence[_Literal]) -> Iterator[_Candidate]:
         for literal in literals:
-            if not self.has_time():
+            if not self.can_go_on():
                 return
             found = self._root_of(now, goal, literal)
             if found is not None:
@@ -637,7 +640,7 @@ class _Search:
                     yield _Candidate(((angle.span, _number(value, places)),), _TIDY * now.size + 1e-9 * places)
         for group in unions_of(Source(self.name, now.text)):
             for part in group:
-                if _head(part) != "transform" or len(part.items) != 3 or not self.has_time():
+                if _head(part) != "transform" or len(part.items) != 3 or not self.can_go_on():
                     continue
                 moved = self._moved_by(now, part)
                 if moved is None or not len(goal.rows):
@@ -654,7 +657,7 @@ class _Search:
     def _amount(self, now: _Version, goal: Goal, literal: _Literal, value: float) -> float | None:
         """Return how far the goal's declaration is from holding with another value of a literal; 0 if it holds."""
         text = _replaced(now.text, literal.span, _number(value, 12))
-        found = self.editing.evaluate(Source(self.name, text)).scene
+        found = self.evaluated(text).scene
         if found is None:
             return None
         from scenelang.backends.geometry.relations import violations
@@ -681,7 +684,7 @@ class _Search:
         if goal.key[0] == "twin":
             return
         for part in parts:
-            moved = self._moved_by(now, part) if goal.aims and self.has_time() else None
+            moved = self._moved_by(now, part) if goal.aims and self.can_go_on() else None
             for aim in goal.aims if moved is not None else ():
                 assert moved is not None
                 yield from self._placed(now, goal, aim, part, moved)
@@ -705,7 +708,7 @@ class _Search:
         changes = [(form.span, form.items[1].span.text) for form in poses_of(source)]
         changes += [(angle.span, "0") for angle in angles_of(source)]
         for change in changes[: 2 * _MAX_PARTS]:
-            if not self.has_time():
+            if not self.can_go_on():
                 return
             found = self._applied(now, _Candidate((change,), 0.0))
             if found is None or found.corners.shape != now.corners.shape:

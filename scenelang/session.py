@@ -10,7 +10,6 @@ import os
 import re
 import sys
 import threading
-import time
 from codecs import BOM_UTF8
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -49,7 +48,7 @@ from scenelang.interpreter.lint.lint import (
 from scenelang.interpreter.program.program import Program, load_program
 from scenelang.interpreter.runtime.limits import Limits, fork_safe_lock, recursion_room
 from scenelang.interpreter.runtime.types import STD, Library
-from scenelang.sandbox.supervision import limited, link
+from scenelang.sandbox.supervision import limited, link, spent_seconds
 from scenelang.stdlib.library import build_library
 
 if TYPE_CHECKING:
@@ -433,7 +432,7 @@ class Session:
         """Return the error that ends a short run of a translated program, at its place in the Python."""
         limits = replace(self.options.limits, steps=min(self.options.limits.steps, _TRIAL_STEPS))
         trial = Session(replace(self.options, limits=limits))
-        found = trial._evaluate_checked(source, checked, time.monotonic())
+        found = trial._evaluate_checked(source, checked)
         problem = _mistake_of(found)
         place = _place_in(source, problem) if problem is not None else None
         return [replace(problem, span=place)] if problem is not None and place is not None else []
@@ -568,15 +567,14 @@ class Session:
 
     def evaluate(self, source: Source) -> Evaluated:
         """Check and run a program, or read a JSON scene; errors are returned as diagnostics and never raised."""
-        with limited(self.options.limits) as started:
-            return self._evaluate(source, started)
+        with limited(self.options.limits):
+            return self._evaluate(source)
 
-    def _evaluate(self, source: Source, started: float) -> Evaluated:
-        """Evaluate; ``started`` is the time at which the time limit began."""
+    def _evaluate(self, source: Source) -> Evaluated:
         if is_scene_file(source):
             return self._read_scene(source)
         checked = self.check(source)
-        found = self._evaluate_checked(source, checked, started)
+        found = self._evaluate_checked(source, checked)
         if found.scene is not None or not is_python(source) or found.program is None:
             return found
         if not (checked.ok or may_run(found.program, checked.diagnostics)):
@@ -584,11 +582,11 @@ class Session:
         problem = _mistake_of(found)
         if problem is None:
             return found
-        return self._evaluate_python(source, problem, started) or replace(
+        return self._evaluate_python(source, problem) or replace(
             found, diagnostics=tuple(_in_python(d) if d.is_error else d for d in found.diagnostics)
         )
 
-    def _evaluate_python(self, source: Source, problem: Diagnostic, started: float) -> Evaluated | None:
+    def _evaluate_python(self, source: Source, problem: Diagnostic) -> Evaluated | None:
         """Evaluate a program again whose translation has ended with an error, with the part evaluated in which it is.
 
         Returns the scene, or the exception in Python's words; None if there is neither.
@@ -609,15 +607,15 @@ class Session:
         if not translation.ok:
             return None
         again = run_with_room(lambda: self._check(source, translation), EXPANSION_DEPTH, folders=self.folders(source))
-        found = self._evaluate_checked(source, again, started)
+        found = self._evaluate_checked(source, again)
         return found if found.scene is not None else None
 
-    def _evaluate_checked(self, source: Source, checked: Checked, started: float) -> Evaluated:
+    def _evaluate_checked(self, source: Source, checked: Checked) -> Evaluated:
         program = checked.program
         if program is None or not (checked.ok or may_run(program, checked.diagnostics)):
             return Evaluated(program, None, checked.diagnostics)
         runtime = self.runtime_of(source)
-        runtime.meter.reset(started)
+        runtime.meter.reset(spent_seconds())
         run = lambda: self._run(program, runtime)
         try:
             scene = run_with_room(run, self.options.limits.depth, runtime.meter.cancel, self.folders(source))
@@ -661,7 +659,7 @@ class Session:
     @property
     def _macro_limits(self) -> Limits:
         """Limits for running macro expanders: the macro limits, capped by the program's memory and by slightly more
-        than its time, so that the program's own time limit is reported first."""
+        than its CPU time, so that the program's own limit is reported first."""
         program_limits = self.options.limits
         return replace(
             MACRO_LIMITS,

@@ -10,6 +10,7 @@ from scenelang import Session, Source
 from scenelang.alternatives import with_tested
 from scenelang.checking import Examination
 from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.session import Evaluated
 
 SESSION = Session()
 
@@ -118,7 +119,7 @@ def test_nothing_is_tested_while_brackets_are_wrong() -> None:
     text = scene(box("(side 2)"), "(define depth 3) (define (side width depth) [width 1 depth])")
     assert fixed(text) != text
     found = with_tested(Source("a.scene", text + "("), SESSION.evaluate(Source("a.scene", text + "(")).diagnostics,
-                        lambda source: [])  # fmt: skip
+                        lambda source: Evaluated(None, None, ()))  # fmt: skip
     assert not any(d.fixes for d in found if d.name == "arity")
 
 
@@ -178,13 +179,16 @@ def test_a_candidate_with_another_error_is_no_fix() -> None:
     other = Diagnostic("type", "another error", found[0].span)
     tried: list[str] = []
 
-    def check(changed: Source) -> list[Diagnostic]:
+    def evaluate(changed: Source) -> Evaluated:
         tried.append(changed.text)
-        return [other]
+        return Evaluated(None, None, (other,))
 
-    assert with_tested(source, found, check) == found
+    assert with_tested(source, found, evaluate) == found
     assert source.text.replace("i 4", "i 3") in tried
-    assert [len(d.fixes) for d in with_tested(source, [*found, other], check)] == [1, 0]  # the other was there before
+    assert [len(d.fixes) for d in with_tested(source, [*found, other], evaluate)] == [
+        1,
+        0,
+    ]  # the other was there before
 
 
 def test_only_the_output_for_programs_tries() -> None:

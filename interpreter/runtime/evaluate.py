@@ -311,9 +311,7 @@ class IncrementalRun:
         self._place = self.rt.place
         self.evaluated = 0  # top-level forms that the last run evaluated
 
-    def run(
-        self, program: Program, word: str, seed: int, place: Callable[[Span], Span], started: float | None = None
-    ) -> Scene:
+    def run(self, program: Program, word: str, seed: int, place: Callable[[Span], Span], spent: float = 0.0) -> Scene:
         """Run the next version of the program, and return its scene. Raises like a run from scratch.
 
         ``place`` returns where a span of the program is in the text.
@@ -325,16 +323,16 @@ class IncrementalRun:
         try:
             if run is None or self.rt.kept > _MAX_KEPT:
                 raise _Restart
-            return self._continue(run, program, reaches, previous, word, seed, started)
+            return self._continue(run, program, reaches, previous, word, seed, spent)
         except _Restart:
-            return self._from_scratch(program, reaches, word, seed, started)
+            return self._from_scratch(program, reaches, word, seed, spent)
 
     def _from_scratch(
-        self, program: Program, reaches: Sequence[FormReach], word: str, seed: int, started: float | None
+        self, program: Program, reaches: Sequence[FormReach], word: str, seed: int, spent: float
     ) -> Scene:
         self.rt = self._new_runtime()
         self.rt.place = self._place
-        self.rt.restart(seed, started)
+        self.rt.restart(seed, spent)
         run = ProgramRun(self._library, self.rt)
         for form in program.forms:
             run.run_form(form)
@@ -349,14 +347,14 @@ class IncrementalRun:
         previous: Mapping[int, FormReach],
         word: str,
         seed: int,
-        started: float | None,
+        spent: float,
     ) -> Scene:
         rt = self.rt
         again = self._changed(run, reaches, previous)
         kept = {id(reach.form) for reach in reaches if reach.is_static} - again
         if uses_what_follows(reaches, kept):
             raise _Restart
-        values = self._clean(run, reaches, kept, seed, started)
+        values = self._clean(run, reaches, kept, seed, spent)
         rt.keep_calls(self._functions, self._bindings)  # until the words of other forms are bound again
         before, binds = rt.clock, rt.binds
         for reach in reaches:
@@ -399,11 +397,11 @@ class IncrementalRun:
         return with_dependents(reaches, forms, words, variables)
 
     def _clean(
-        self, run: ProgramRun, reaches: Sequence[FormReach], kept: set[int], seed: int, started: float | None
+        self, run: ProgramRun, reaches: Sequence[FormReach], kept: set[int], seed: int, spent: float
     ) -> dict[Variable, Any]:
         """Undo what the last run did, apart from the functions that are kept; return the values of the variables."""
         rt = self.rt
-        rt.restart(seed, started)
+        rt.restart(seed, spent)
         bound = {each for reach in reaches if id(reach.form) in kept for each in reach.words}
         for each in list(rt.words):
             if each not in bound:

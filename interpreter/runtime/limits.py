@@ -49,7 +49,8 @@ class Limits:
     memory
         Bytes of memory in addition to those used at the start.
     seconds
-        Wall-clock time.
+        CPU time of the evaluating thread. It is a guard and not a verdict: steps, which do not depend on the machine,
+        are meant to end a program first.
     log
         Characters of output.
     """
@@ -62,24 +63,14 @@ class Limits:
         10_000_000, "maximum number of items of a list or array, or characters of a string", "--max-size"
     )
     memory: int = _limit(4_000_000_000, "maximum memory in bytes (suffixes k, M, G)", "--max-memory")
-    seconds: float = _limit(60.0, "maximum wall-clock time in seconds", "--max-seconds")
+    seconds: float = _limit(60.0, "maximum CPU time in seconds", "--max-seconds")
     log: int = 100_000
-
-    of_processor = False  # whether `seconds` are the processor's, of the thread that evaluates
 
     def __post_init__(self) -> None:
         for each in fields(self):
             name, value = each.name, getattr(self, each.name)
             if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
                 raise SceneError("value", f"`{name}`: expected a limit of at least 0, got {value!r}")
-
-
-@dataclass(frozen=True, slots=True)
-class ProcessorLimits(Limits):
-    """Limits whose ``seconds`` are those that a processor spends on the evaluation, so that other work on the machine
-    decides less what exceeds them."""
-
-    of_processor = True
 
 
 def resident_bytes() -> int:
@@ -104,8 +95,30 @@ def _peak_bytes() -> int:
 
 
 def time_error(seconds: float) -> LimitError:
-    """Return the error for exceeding the time limit."""
-    return LimitError("time", f"time limit of {seconds:g} seconds exceeded", hint="raise the limit with --max-seconds")
+    """Return the error for exceeding the limit of CPU time."""
+    return LimitError(
+        "time", f"limit of {seconds:g} seconds of CPU time exceeded", hint="raise the limit with --max-seconds"
+    )
+
+
+def wall_guard(seconds: float) -> float:
+    """Return the wall-clock time, in seconds, after which an evaluation is ended that sleeps or is blocked.
+
+    It is ten times the limit of CPU time, since the guard must not end an evaluation that is only slowed down: four
+    busy processes on two cores slow it down by a factor of three. The minute allows for small limits on machines that
+    swap or start cold.
+    """
+    return 10.0 * seconds + 60.0
+
+
+def blocked_error(seconds: float, used: float) -> LimitError:
+    """Return the error for exceeding the wall-clock guard of a limit of ``seconds``, with ``used`` CPU seconds."""
+    return LimitError(
+        "time",
+        f"no result after {wall_guard(seconds):g} seconds, in which {used:.1f} seconds of CPU time were used: the "
+        "evaluation sleeps or is blocked, or the machine is overloaded",
+        hint="the guard is 10 times --max-seconds, plus 60 seconds",
+    )
 
 
 def memory_error(limit: int) -> LimitError:
@@ -134,19 +147,17 @@ class Meter:
         self.ticks = chain.from_iterable(self._refill())  # generated code counts a step by ``next(ticks)``
         self.tick: Callable[[], Any] = self.ticks.__next__
 
-    def reset(self, started: float | None = None) -> None:
+    def reset(self, spent: float = 0.0) -> None:
         """Reset all counters to the full limits; ``tick`` remains valid, also after an error.
 
-        ``started`` is the start of the time limit (``time.monotonic()``), if some of it has been spent already.
+        ``spent`` is the CPU time, in seconds, that the check of the program has used already.
         """
         self.steps = length_hint(self._block) - _CHUNK_STEPS  # minus the steps already used in the current chunk
         self.cancelled = False
         self._uncounted = 0
         self._chunks = 0
-        self._clock = time.thread_time if self.limits.of_processor else time.monotonic
+        self._spent = spent
         self._deadline: float | None = None
-        if not self.limits.of_processor:
-            self._deadline = (time.monotonic() if started is None else started) + self.limits.seconds
         self._memory = resident_bytes() + self.limits.memory
 
     def _refill(self) -> Iterator[Iterator[None]]:
@@ -188,9 +199,10 @@ class Meter:
                 f"limit of {limits.steps:,} steps exceeded",
                 hint="check for an infinite loop or recursion, or raise the limit with --max-steps",
             )
-        if self._deadline is None:  # only the thread that evaluates knows its time
-            self._deadline = self._clock() + limits.seconds
-        if self._clock() > self._deadline:
+        now = time.thread_time()
+        if self._deadline is None:  # another thread may have reset the meter, whose clock is another
+            self._deadline = now + limits.seconds - self._spent
+        if now > self._deadline:
             raise time_error(limits.seconds)
         self._chunks += 1
         if self._chunks % self._memory_interval == 0 or steps > 100_000:

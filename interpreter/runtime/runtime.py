@@ -261,10 +261,10 @@ class Runtime:
         self._snapshot_at = snapshots
         self.snapshots: dict[int, Any] = {}
 
-    def reset(self, started: float | None = None) -> None:
-        """Prepare another evaluation in the same run: reset limits, log and warnings (``started``: see
+    def reset(self, spent: float = 0.0) -> None:
+        """Prepare another evaluation in the same run: reset limits, log and warnings (``spent``: see
         ``Meter.reset``)."""
-        self.meter.reset(started)
+        self.meter.reset(spent)
         self.entities = 0
         self.log.clear()
         self._log_size = 0
@@ -275,9 +275,9 @@ class Runtime:
         self.epoch += 1
         self._memo.clear()
 
-    def restart(self, seed: int, started: float | None = None) -> None:
+    def restart(self, seed: int, spent: float = 0.0) -> None:
         """Prepare a run of the next version of the program, which may use memoised calls of the versions before."""
-        self.reset(started)
+        self.reset(spent)
         self.declarations.clear()
         self.version += 1
         self.streams.seed(seed)

@@ -116,15 +116,17 @@ def _with_evaluated_parts(
     finish: Finish | None,
     ways: Sequence[str] = ("loops", "unrolled", "drawn"),
 ) -> Translation:
+    from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
     from scenelang.interpreter.transpile.evaluation.folding import fold
 
+    budget = StepBudget()
     root = analysed.root.name if analysed.root is not None else None
     errors = [d for d in found if d.is_error]
     for _ in range(_MAX_ROUNDS):  # what remains may have errors in other parts
         more: list[Diagnostic] = []
         best: Translation | None = None
         for way in ways:
-            remaining = fold(text, root, errors, way)
+            remaining = fold(text, root, errors, way, budget)
             folded = remaining.text
             if isinstance(folded, Diagnostic) and way == ways[0]:
                 return _refused(folded, found, translation)

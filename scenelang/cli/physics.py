@@ -10,10 +10,10 @@ from typing import Any
 from scenelang.backends.files import output_path, rewrite, write_text
 from scenelang.cli.options import (
     add_camera,
-    bounded,
     check_folder,
     compute_solids,
     done,
+    limits_of,
     opened,
     print_result,
     progress,
@@ -22,10 +22,13 @@ from scenelang.cli.options import (
     scene_of,
     usage_errors,
 )
+from scenelang.grammar.datum import replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError
 from scenelang.grammar.settings import amount, frame_rate, metres
 from scenelang.reports import say, table
+from scenelang.sandbox.supervision import limited
 
+_GUARD = 4.0  # CPU seconds for each unit of effort, which takes about one
 _FILMS = (".mp4", ".gif", ".apng", ".webp")
 
 
@@ -78,7 +81,7 @@ def run_simulate(arguments: argparse.Namespace) -> int:
         camera = parse_viewpoint(arguments.camera) if arguments.camera else None
     check_folder(output)
     scene = scene_of(arguments)
-    with bounded(arguments):
+    with limited(limits_of(arguments)):
         moved = scene.simulate(
             seconds=arguments.seconds or 2.0, fps=arguments.fps, metres_per_unit=arguments.metres_per_unit,
             velocities=dict(arguments.velocity), progress=progress(arguments, "simulating"),
@@ -121,7 +124,7 @@ def run_settle(arguments: argparse.Namespace) -> int:
     if is_python(source) and not writes_scene:
         source = translated(session, source)
     scene, scale = result.scene, checked_scale(arguments.metres_per_unit)
-    with bounded(arguments):
+    with limited(limits_of(arguments)):
         compute_solids(arguments, scene.frames)
         found = settled(scene, arguments.seconds or SETTLE_SECONDS, scale, progress(arguments, "simulating"))
         edited = EditedProgram(source.text, ())
@@ -168,7 +171,11 @@ def add_repair(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--only-declarations", action="store_true", help="leave findings of the geometry lint alone")
     parser.add_argument(
-        "--seconds", type=reader(amount), metavar="S", default=30.0, help="time for the search (default 30)"
+        "--effort",
+        type=reader(amount),
+        metavar="N",
+        default=30.0,
+        help="how much is searched, about a second each (default 30); the result does not depend on the machine",
     )
 
 
@@ -185,10 +192,11 @@ def run_repair(arguments: argparse.Namespace) -> int:
     if output is not None:
         _check_program(output)
     stated = [each for text in arguments.that or () for each in declarations_of(session, text)]
-    with bounded(arguments):
-        compute_solids(arguments, result.scene.frames)
+    limits = limits_of(arguments)
+    compute_solids(arguments, result.scene.frames)
+    with limited(replace(limits, seconds=limits.seconds + _GUARD * arguments.effort)):
         found = repaired(
-            session, source, stated, seconds=arguments.seconds, geometry=not arguments.only_declarations,
+            session, source, stated, effort=arguments.effort, geometry=not arguments.only_declarations,
             progress=progress(arguments, "repairing"),
         )  # fmt: skip
     written = output is not None and (found.changed or not _is_same_file(output, arguments.file))

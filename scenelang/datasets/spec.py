@@ -24,7 +24,7 @@ from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.reader import read
 from scenelang.interpreter.loading import entry_points_of
-from scenelang.interpreter.runtime.limits import Limits, ProcessorLimits
+from scenelang.interpreter.runtime.limits import Limits
 from scenelang.scene_relations import declaration_problem
 from scenelang.session import IMPORT_FORM
 from scenelang.toml_places import TomlTable, parsed, shown
@@ -780,7 +780,7 @@ def _output(table: TomlTable) -> OutputPlan:
 
 def _limits(table: TomlTable) -> Limits:
     default = Limits()
-    found = ProcessorLimits(
+    found = Limits(
         steps=table.number("steps", default.steps, 1, 10**15),
         depth=table.number("depth", default.depth, 1, 10**9),
         entities=table.number("entities", default.entities, 1, 10**12),

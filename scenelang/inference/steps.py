@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 _FENCE = re.compile(r"^[ \t]*+(?:```|~~~)[ \t]*+([\w+-]*+)[^\n]*+\n(.*?)(?:^[ \t]*(?:```|~~~)[ \t]*$|\Z)", re.M | re.S)
 _MAX_COMPARED = 200_000  # primitives; larger films are not checked for motion
 _MAX_REPORTED = 12  # diagnostics sent to the model
-_REPAIR_SECONDS = 5.0
+_REPAIR_EFFORT = 5.0  # of a repair without the model: about 5 s
 _PATCH = re.compile(r"^<{5,9} SEARCH *\n(.*?)\n={5,9} *\n(.*?)\n?>{5,9} REPLACE", re.DOTALL | re.MULTILINE)
 _PYTHON_START = re.compile(r"^(?:from \w|import \w|def \w|@register)", re.MULTILINE)
 _LANGUAGE_START = re.compile(r"\s*(?:;[^\n]*\n\s*)*\((?:bind|define|param|scene|import|assert-that)\b")
@@ -145,7 +145,7 @@ class AnswerReader:
         session = Session(self.options)
         try:
             with EVALUATING:
-                found = repaired(session, Source(self.name, verdict.program), seconds=_REPAIR_SECONDS)
+                found = repaired(session, Source(self.name, verdict.program), effort=_REPAIR_EFFORT)
         except SceneError:
             return verdict
         if not found.changed:

@@ -45,7 +45,7 @@ _WRITES = ToolAnnotations(read_only_hint=False, destructive_hint=True, idempoten
 _MAX_ARGUMENT_LENGTH = 4_000  # characters, for arguments other than programs
 _PROGRAMS = ("program", "program_a", "program_b", "text", "old", "new")
 _MAX_DECLARATIONS = 50
-_MAX_REPAIR = 60.0  # seconds
+_MAX_REPAIR = 60.0  # effort
 
 Result = Callable[..., Awaitable[CallToolResult]]  # (tool, arguments after the project)
 Ask = Callable[..., Awaitable[Any]]
@@ -510,20 +510,19 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         draft = bench.sessions[session]
         offset = None if move is None else (move[0], move[1], move[2])
         change = InstanceEdit(path, offset, (attribute, value) if attribute else None, form or None, remove)
-        seconds = min(20.0, bench.project.limits.seconds)
-        return await bench.rewrite(draft, workbench.edit_part, change, seconds)
+        return await bench.rewrite(draft, workbench.edit_part, change)
 
     @server.tool(annotations=_EDITS)
     async def repair(
         session: Name,
         that: Declarations = None,
         geometry: Annotated[bool, Field(description="also resolve overlaps and gaps")] = True,
-        seconds: Annotated[float, Field(gt=0, le=_MAX_REPAIR, description="time to search")] = 20.0,
+        effort: Annotated[float, Field(gt=0, le=_MAX_REPAIR, description="search effort, about a second each")] = 20.0,
     ) -> CallToolResult:
         """Edit numbers of a session so that failed declarations and findings of the geometry are resolved; one line for
         each edit. Undoable."""
         draft = bench.sessions[session]
-        return await bench.rewrite(draft, workbench.repair, tuple(that or ()), geometry, seconds)
+        return await bench.rewrite(draft, workbench.repair, tuple(that or ()), geometry, effort)
 
     @server.tool(annotations=_EDITS)
     async def undo(

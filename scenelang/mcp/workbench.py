@@ -384,14 +384,12 @@ def brief_check(project: Project, program: ProjectProgram) -> tuple[int, list[Di
     return sum(each.is_error for each in found), sorted(found, key=lambda each: not each.is_error)
 
 
-def repair(
-    project: Project, program: ProjectProgram, that: Sequence[str], geometry: bool, seconds: float
-) -> ToolAnswer:
+def repair(project: Project, program: ProjectProgram, that: Sequence[str], geometry: bool, effort: float) -> ToolAnswer:
     """Repair a program without a model; one line for each edit."""
     try:
         session, source = project.opened(program)
         stated = [each for text in that for each in session.declarations(declaration_source(text))]
-        found = repaired(session, source, stated, seconds=seconds, geometry=geometry)
+        found = repaired(session, source, stated, effort=effort, geometry=geometry)
     except SceneError as error:
         return refused([error.diagnostic])
     lines = [
@@ -408,11 +406,11 @@ def _line(text: str) -> str:
     return line if len(line) <= 160 else line[:157] + "..."
 
 
-def edit_part(project: Project, program: ProjectProgram, edit: InstanceEdit, seconds: float) -> ToolAnswer:
+def edit_part(project: Project, program: ProjectProgram, edit: InstanceEdit) -> ToolAnswer:
     """Edit the form that makes the instances of a path."""
     try:
         session, source = project.opened(program)
-        found = edited(session, source, edit, seconds)
+        found = edited(session, source, edit)
     except SceneError as error:
         return refused([error.diagnostic])
     many = f"{found.instances:,} instance{'s' * (found.instances != 1)}"

@@ -19,10 +19,10 @@ from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.types import STD
 
 _SIZE = 1 << 16
-_PHASE = struct.Struct("=QddQQQQ")  # number (0: none), start, seconds, maximum resident bytes, limit, pid, successor
+_PHASE = struct.Struct("=QdddQQQQ")  # number (0: none), start, CPU start, seconds, max. bytes, limit, pid, successor
 _PLACE = struct.Struct("=II")  # sequence (odd during a write), length
-_WATCHED_AT = 56  # pid of the supervised process
-_PLACE_AT = 64
+_WATCHED_AT = 64  # pid of the supervised process
+_PLACE_AT = 72
 _REASON_AT = 1 << 15
 _MAX_LINE_LENGTH = 2_000
 _MAX_CHAIN_LENGTH = 12
@@ -33,11 +33,12 @@ Chain = tuple[tuple[str, Span | None], ...]
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """A limited phase of work: start, time limit, maximum resident bytes, process. ``memory`` is the limit as given by
-    the user."""
+    """A limited phase of work: start by ``time.monotonic`` and in CPU seconds of the process, limit of CPU time,
+    maximum resident bytes, process. ``memory`` is the limit as given by the user."""
 
     number: int
     start: float
+    cpu_start: float
     seconds: float
     ceiling: int
     memory: int
@@ -54,7 +55,8 @@ class Status:
     # --- the phase ---------------------------------------------------------------------------------------------
 
     def begin(self, phase: Phase) -> None:
-        values = (phase.start, phase.seconds, phase.ceiling, phase.memory, phase.pid, self.successor)
+        times = (phase.start, phase.cpu_start, phase.seconds)
+        values = (*times, phase.ceiling, phase.memory, phase.pid, self.successor)
         self._write_record(_PLACE_AT, None)
         _PHASE.pack_into(self._page, 0, 0, *values)
         struct.pack_into("=Q", self._page, 0, phase.number)  # written last, since the monitor may read concurrently
@@ -65,13 +67,13 @@ class Status:
     @property
     def phase(self) -> Phase | None:
         """The running phase, or None."""
-        number, start, seconds, ceiling, memory, pid, _ = _PHASE.unpack_from(self._page, 0)
-        return Phase(number, start, seconds, ceiling, memory, pid) if number else None
+        number, *values, _ = _PHASE.unpack_from(self._page, 0)
+        return Phase(number, *values) if number else None
 
     @property
     def successor(self) -> int:
         """Pid of the process that continues if this one is killed; 0 for none."""
-        pid: int = _PHASE.unpack_from(self._page, 0)[6]
+        pid: int = _PHASE.unpack_from(self._page, 0)[-1]
         return pid
 
     @successor.setter
@@ -175,7 +177,21 @@ def resident_bytes_of(pid: int) -> int:
         return 0
 
 
+def cpu_seconds_of(pid: int) -> float:
+    """Return the CPU time of a process and of its children that have ended, or 0 if it has ended itself.
+
+    The kernel counts in ticks of 10 ms, as ``os.times`` does, so that both can be compared.
+    """
+    try:
+        with open(f"/proc/{pid}/stat", "rb") as stat:
+            fields = stat.read().rpartition(b")")[2].split()  # the name before may contain anything
+    except OSError:
+        return 0.0
+    return sum(map(int, fields[11:15])) / _TICKS  # utime, stime, cutime, cstime of proc(5)
+
+
 _PAGE = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096
+_TICKS = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
 
 
 # Position of an evaluating thread in the program, read from its Python frames.

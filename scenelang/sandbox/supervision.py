@@ -1,7 +1,8 @@
 """Run work in a child process under a monitor, which enforces limits of time and memory and handles Ctrl-C and crashes.
 
-The child reports the start and the end of each limited phase (``Link``). The monitor samples its clock and resident
+The child reports the start and the end of each limited phase (``Link``). The monitor samples its CPU time and resident
 memory, and kills it if it exceeds a limit that the evaluator's own meter failed to enforce, such as inside a builtin.
+Wall-clock time ends only a child that makes no progress (``wall_guard``), so that a busy machine changes no verdict.
 Resident memory is measured, not address space: the stack for deep recursion reserves half a gigabyte and touches
 little.
 """
@@ -19,18 +20,25 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from types import FrameType
 from typing import Any, NoReturn
 
 from scenelang.grammar.datum import Span, dataclass
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.interpreter.runtime.limits import Limits, memory_error, resident_bytes, time_error
+from scenelang.interpreter.runtime.limits import (
+    Limits,
+    blocked_error,
+    memory_error,
+    resident_bytes,
+    time_error,
+    wall_guard,
+)
 from scenelang.interpreter.runtime.types import STD
 from scenelang.sandbox.confinement import confine
-from scenelang.sandbox.status import Chain, Phase, Sampler, Status, resident_bytes_of
+from scenelang.sandbox.status import Chain, Phase, Sampler, Status, cpu_seconds_of, resident_bytes_of
 
-GRACE = 0.5  # seconds beyond the limit, to let the evaluator's own check report first
+GRACE = 0.5  # CPU seconds beyond the limit, to let the evaluator's own check report first
 _INTERRUPT_GRACE = 1.0
 _MEMORY_SLACK = 1.03
 _POLL_INTERVAL, _FAST_POLL_INTERVAL, _IDLE_POLL_INTERVAL = 0.005, 0.001, 0.02  # sampling intervals, in seconds
@@ -85,33 +93,39 @@ class Link:
         self._confined = confined
         self._phases = 0
         self._depth = 0
-        self._start = 0.0
+        self._cpu_start = 0.0
         self._noted = 0.0
 
     @contextmanager
-    def phase(self, limits: Limits) -> Iterator[float]:
-        """Start a limited phase and yield its start time; nested phases are part of the outer one."""
+    def phase(self, limits: Limits) -> Iterator[None]:
+        """Start a limited phase; nested phases are part of the outer one."""
         if self._depth:
             self._depth += 1
             try:
-                yield self._start
+                yield
             finally:
                 self._depth -= 1
             return
-        self._start = time.monotonic()
+        self._cpu_start = _own_cpu_seconds()
         self._phases += 1
         self._depth = 1
         self._noted = 0.0
         resident = resident_bytes()
         ceiling = resident + int(limits.memory * _MEMORY_SLACK)
         _die_with_parent(signal.SIGKILL)
-        self._status.begin(Phase(self._phases, self._start, limits.seconds, ceiling, limits.memory, os.getpid()))
+        times = (time.monotonic(), self._cpu_start, limits.seconds)
+        self._status.begin(Phase(self._phases, *times, ceiling, limits.memory, os.getpid()))
         try:
-            yield self._start
+            yield
         finally:
             self._depth = 0
             self._status.end()
             _die_with_parent(signal.SIGTERM)
+
+    @property
+    def spent(self) -> float:
+        """CPU seconds of the running phase so far; 0 outside of phases."""
+        return _own_cpu_seconds() - self._cpu_start if self._depth else 0.0
 
     @contextmanager
     def evaluating(self, folders: tuple[str, ...]) -> Iterator[None]:
@@ -155,14 +169,22 @@ def noting() -> Callable[[Span], None] | None:
 
 
 @contextmanager
-def limited(limits: Limits) -> Iterator[float]:
-    """Run a phase under the monitor, if there is one; yields its start time."""
+def limited(limits: Limits) -> Iterator[None]:
+    """Run a phase under the monitor, if there is one."""
     watched = link()
-    if watched is None:
-        yield time.monotonic()
-        return
-    with watched.phase(limits) as start:
-        yield start
+    with watched.phase(limits) if watched is not None else nullcontext():
+        yield
+
+
+def spent_seconds() -> float:
+    """Return the CPU seconds that the running phase has used; 0 in a process without a monitor, whose other threads
+    may do anything."""
+    watched = link()
+    return watched.spent if watched is not None else 0.0
+
+
+def _own_cpu_seconds() -> float:
+    return sum(os.times()[:4])  # with ended children, as in `cpu_seconds_of`
 
 
 def become_child(status: Status, confined: bool = True) -> None:
@@ -364,7 +386,6 @@ class Monitor:
 
     def _excess(self, phase: Phase | None) -> Diagnostic | None:
         """Return the diagnostic of the limit that the child exceeds in a phase, or None."""
-        now = time.monotonic()
         if self._listens:
             self._listen()
         if self._is_unwanted():
@@ -372,12 +393,15 @@ class Monitor:
         if phase is None:
             return None
         if self._interrupted is not None and self._interrupted[0] == phase.number:
-            if now > self._interrupted[1] + _INTERRUPT_GRACE:
+            if time.monotonic() > self._interrupted[1] + _INTERRUPT_GRACE:
                 return self._interruption()
         if resident_bytes_of(self._pid) > phase.ceiling:
             return excess_of_memory(phase.memory, self._status.place())
-        if now > phase.start + phase.seconds + GRACE:
+        used = cpu_seconds_of(self._pid) - phase.cpu_start
+        if used > phase.seconds + GRACE:
             return excess_of_time(phase.seconds, self._status.place())
+        if time.monotonic() > phase.start + wall_guard(phase.seconds):
+            return _placed(blocked_error(phase.seconds, used).diagnostic, self._status.place())
         return None
 
     def _interruption(self) -> Diagnostic:
@@ -466,23 +490,29 @@ def is_bounded(paths: Sequence[str]) -> bool:
 
 @contextmanager
 def alarmed(seconds: float, report: Callable[[Diagnostic], None]) -> Iterator[None]:
-    """End the process after some seconds, or at Ctrl-C, without a monitor: a thread that works cannot be stopped."""
+    """End the process after some seconds of CPU time, at the wall-clock guard, or at Ctrl-C, without a monitor: a
+    thread that works cannot be stopped."""
 
     def end(number: int, _: FrameType | None) -> None:
-        if number == signal.SIGALRM:
+        if number == signal.SIGPROF:
             report(excess_of_time(seconds, ()))
+        elif number == signal.SIGALRM:
+            report(blocked_error(seconds, time.process_time()).diagnostic)
         else:
             print("interrupted", file=sys.stderr)
         sys.stdout.flush()
         sys.stderr.flush()
-        os._exit(1 if number == signal.SIGALRM else INTERRUPTED)
+        os._exit(INTERRUPTED if number == signal.SIGINT else 1)
 
-    before = {number: signal.signal(number, end) for number in (signal.SIGALRM, signal.SIGINT)}
-    signal.setitimer(signal.ITIMER_REAL, seconds + GRACE)
+    before = {number: signal.signal(number, end) for number in (signal.SIGPROF, signal.SIGALRM, signal.SIGINT)}
+    timers = {signal.ITIMER_PROF: seconds + GRACE, signal.ITIMER_REAL: wall_guard(seconds)}
+    for timer, value in timers.items():
+        signal.setitimer(timer, value)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
+        for timer in timers:
+            signal.setitimer(timer, 0)
         for number, handler in before.items():
             signal.signal(number, handler)
 

@@ -282,20 +282,6 @@ def test_a_worker_that_is_killed_again_and_again_fails_for_this_run(tmp_path: Pa
     assert report.of_machine == 1
 
 
-def test_time_limits_count_the_time_of_the_processor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import time
-
-    from scenelang.interpreter.runtime.limits import Limits, Meter, ProcessorLimits
-
-    now, passed = time.monotonic(), [0.0]
-    monkeypatch.setattr(time, "monotonic", lambda: now + passed[0])
-    late = Meter(ProcessorLimits(seconds=1.0)), Meter(Limits(seconds=1.0))
-    passed[0] = 1000.0
-    late[0].spend(1)
-    with pytest.raises(SceneError, match="time limit of 1 seconds exceeded"):
-        late[1].spend(1)
-
-
 # --- usage -----------------------------------------------------------------------------------------------------------
 
 

@@ -144,7 +144,7 @@ def test_edits_of_text(agent: Any, room: str) -> None:
         ("measure", {"that": ["(on"] * 51}, "`that`"),
         ("compare", {"reference": "nothing.png"}, "no file"),
         ("compare", {"reference": "/etc/passwd"}, "outside the project folder"),
-        ("repair", {"seconds": 1e9}, "`seconds`"),
+        ("repair", {"effort": 1e9}, "`effort`"),
         ("search", {"query": "x" * 501}, "`query`"),
     ],
 )  # fmt: skip
@@ -394,7 +394,7 @@ def test_every_answer_is_short(agent: Any) -> None:
     calls: list[tuple[str, dict[str, Any]]] = [
         ("help", {}), ("help", {"name": "for"}), ("help", {"name": "cube"}), ("search", {"query": "color", "limit": 20}),
         ("read", {}), ("query", {}), ("measure", {"a": "*"}), ("count", {}), ("run", {}), ("relations", {}), ("sessions", {}),
-        ("check", {"geometry": True}), ("views", {"overlay": "instance", "side": 64}), ("repair", {"seconds": 1}),
+        ("check", {"geometry": True}), ("views", {"overlay": "instance", "side": 64}), ("repair", {"effort": 1}),
     ]  # fmt: skip
     for tool, arguments in calls:
         own = {} if tool in ("help", "search", "sessions") else {"session": session}

@@ -32,11 +32,11 @@ ROOM = """
 TABLE = '(call "table")'
 
 
-def repair(things: str, *stated: str, geometry: bool = False, seconds: float = 60.0) -> Repair:
+def repair(things: str, *stated: str, geometry: bool = False, effort: float = 60.0) -> Repair:
     session = Session()
     extra = [each for text in stated for each in declarations_of(session, text)]
     source = Source("room.scene", ROOM.replace("THINGS", things))
-    return repaired(session, source, extra, geometry=geometry, seconds=seconds)
+    return repaired(session, source, extra, geometry=geometry, effort=effort)
 
 
 FAULTS = [
@@ -115,7 +115,7 @@ def test_sound_programs_stay() -> None:
 
 def test_what_cannot_be_repaired_is_told() -> None:
     both = ('(on "cup" "table")', '(not (on "cup" "table"))')
-    found = repair(TABLE + '(transform (call "cup") (translate [.3 1.5 0]))', *both, seconds=1.5)
+    found = repair(TABLE + '(transform (call "cup") (translate [.3 1.5 0]))', *both, effort=1.5)
     assert found.left
     assert not found.changed  # nothing gets better by breaking the other
 
@@ -171,7 +171,7 @@ PLACES = [
 @pytest.mark.sampled(3)
 def test_edits_are_those_that_a_person_would_make(words: str, things: str, edits: list[tuple[str, str | None]]) -> None:
     text = words + ROOM.replace("THINGS", FLOOR + things)
-    found = repaired(Session(), Source("room.scene", text), seconds=60.0)
+    found = repaired(Session(), Source("room.scene", text), effort=60.0)
     assert found.left == ()
     assert [edit.old for edit in found.edits] == [old for old, _ in edits]
     for edit, (_, new) in zip(found.edits, edits, strict=True):

@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,11 @@ def grow() -> None:
     held = [bytearray(b"x") * 50_000_000 for _ in range(200)]
     sum(range(10**11))
     del held
+
+
+def sleep() -> None:
+    """Do nothing, without the lock."""
+    time.sleep(3600)
 
 
 def crash() -> None:
@@ -73,7 +79,7 @@ ATTEMPTS = {
 def rogue(rt: Any, what: str) -> str:
     if what in ATTEMPTS:
         return attempt(ATTEMPTS[what])
-    {"hold": hold, "grow": grow, "crash": crash}[what]()
+    {"hold": hold, "grow": grow, "sleep": sleep, "crash": crash}[what]()
     return "done"
 
 

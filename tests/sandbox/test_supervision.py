@@ -111,23 +111,52 @@ def test_only_programs_without_procedural_macros_are_checked_without_a_monitor(
     assert len(forked) == (1 if expected else 2)
 
 
-@pytest.mark.parametrize("ending", ["time", "Ctrl-C"])
+ALONE = {  # what the check does, the limits of the clocks, and what is said
+    "CPU time": ("while True: pass", {"GRACE": -59.5}, "E507", "limit of 60 seconds of CPU time", 1),
+    "wall clock": ("time.sleep(3600)", {"wall_guard": "lambda seconds: .5"}, "E507", "sleeps or is blocked", 1),
+    "Ctrl-C": ("print('checking', flush=True); time.sleep(3600)", {}, "interrupted", "interrupted", 130),
+}
+
+
+@pytest.mark.parametrize("ending", ALONE)
 def test_a_check_without_a_monitor_ends(tmp_path: Path, ending: str) -> None:
     (tmp_path / "prog.scene").write_text("(define b 1)")
+    body, clocks, code, message, status = ALONE[ending]
     program = (
-        "import time, sys, scenelang.session as s; from scenelang.interpreter.runtime import limits\n"
-        "import scenelang.cli.main as m\n"
-        "s.Session.check = lambda *_: time.sleep(60)\n"
-        "m.alarmed.__wrapped__.__globals__['GRACE'] = -59.5\n"
-        "sys.exit(m.main(['check', 'prog.scene'], supervised=True))"
+        "import time, sys, scenelang.session, scenelang.cli.main as m, scenelang.sandbox.supervision as supervision\n"
+        f"def check(*_):\n    {body}\n"
+        "scenelang.session.Session.check = check\n"
+        + "".join(f"supervision.{name} = {value}\n" for name, value in clocks.items())
+        + "sys.exit(m.main(['check', 'prog.scene'], supervised=True))"
     )
     with interruptible([sys.executable, "-c", program], tmp_path) as running:
         if ending == "Ctrl-C":
-            time.sleep(0.3)
+            assert running.stdout is not None
+            assert running.stdout.readline() == b"checking\n"
             running.send_signal(signal.SIGINT)
-        _, err = running.communicate(timeout=20)
-    assert running.returncode == (1 if ending == "time" else 130), err
-    assert ("E507" if ending == "time" else "interrupted") in err.decode()
+        _, err = running.communicate()
+    assert running.returncode == status, err
+    assert code in err.decode()
+    assert message in err.decode()
+
+
+def test_what_sleeps_is_ended_by_the_wall_clock(tmp_path: Path) -> None:
+    """The limit of CPU time alone would let it sleep for ever."""
+    (tmp_path / "prog.scene").write_text(BODY.format("sleep"))
+    program = (
+        "import sys, runpy, scenelang.sandbox.supervision as supervision\n"
+        "supervision.wall_guard = lambda seconds: .5\n"
+        f"sys.argv = [{ROGUE!r}, 'run', 'prog.scene', '--json']\n"
+        f"runpy.run_path({ROGUE!r}, run_name='__main__')"
+    )
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", program], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1, done.stderr
+    (problem,) = json.loads(done.stderr)
+    assert problem["code"] == "E507"
+    assert "sleeps or is blocked" in problem["message"]
+    assert problem["place"]["line"] in (1, 2)
 
 
 def test_the_use_of_a_macro_is_in_the_chain(tmp_path: Path) -> None:

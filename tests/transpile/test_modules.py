@@ -45,7 +45,3 @@ def test_classes_have_few_ancestors() -> None:
 
     assert len(bases) > 50
     assert {name: found for name in bases if len(found := ancestors(name)) > DEEPEST} == {}
-
-
-def test_files_are_short() -> None:
-    assert {name for name, path in FILES.items() if len(path.read_text().splitlines()) > LONGEST} == set()

@@ -13,7 +13,6 @@ import contextlib
 import copy
 import keyword
 import random
-import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -25,7 +24,7 @@ from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.transpile.evaluation import METHODS, NeedsPrimitives, UnsupportedPython, words
 from scenelang.interpreter.transpile.evaluation.classes import limited_draw
-from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
+from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator, StepBudget
 from scenelang.interpreter.transpile.evaluation.library import PythonLibrary
 from scenelang.interpreter.transpile.evaluation.loops import MOST_RESTARTS, Loops, UnrollPlan
 from scenelang.interpreter.transpile.evaluation.objects import (
@@ -182,7 +181,7 @@ class Remaining:
     has_loops: bool = False
 
 
-def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: str = "loops") -> Remaining:
+def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: str, budget: StepBudget) -> Remaining:
     """Evaluate the parts of a program that have errors.
 
     Parameters
@@ -195,6 +194,8 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: 
         Errors of its translation.
     way
         What remains: "loops", where they can; "unrolled" loops; or "drawn", with the random numbers of the seed 0.
+    budget
+        Steps that are left for the evaluations of the program.
     """
     items = items_of(text.tree)
     wrong = {number for number, item in enumerate(items) if any(map(_inside(text, item), errors))}
@@ -207,33 +208,40 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: 
         return Remaining(_rewritten(text, items, reached - evaluated, {}))
     plan = UnrollPlan(is_off=way == "unrolled")
     if way != "drawn":
-        folding = _evaluated(text, items, evaluated, str(root), plan)
+        folding = _evaluated(text, items, evaluated, str(root), plan, budget)
         if folding.error is None:
             rewritten = _rewritten(text, items, reached - evaluated, folding.found, folding.printed)
             return Remaining(rewritten, folding.loops.is_used)
         if not folding.draws:
             return Remaining(_problem(text, folding, folding.error))
-    folding = _evaluated(text, items, reached, str(root), plan, True)
+    folding = _evaluated(text, items, reached, str(root), plan, budget, True)
     if folding.error is not None:
         return Remaining(_problem(text, folding, folding.error))
     return Remaining(_with_fixed_draws(text, items, reached, folding, str(root)), folding.loops.is_used)
 
 
 def _evaluated(
-    text: PythonText, items: Sequence[Item], evaluated: set[int], root: str, plan: UnrollPlan, *fixed: bool
+    text: PythonText,
+    items: Sequence[Item],
+    evaluated: set[int],
+    root: str,
+    plan: UnrollPlan,
+    budget: StepBudget,
+    *fixed: bool,
 ) -> Folding:
     """Evaluate a program; lists contain primitives in place of shapes only if that makes a difference."""
     is_exact = False
     while True:
-        folding = Folding(text, items, evaluated, plan, *fixed)
+        folding = Folding(text, items, evaluated, plan, budget, *fixed)
         folding.evaluator.is_exact = is_exact
-        started = time.monotonic()
         try:
             folding.evaluate(root)
         except Unroll as failure:
             assert not plan.is_off or plan.restarts <= MOST_RESTARTS + 1, "an evaluation without loops needs none"
-            plan.learn(failure, time.monotonic() - started)
+            plan.learn(failure, folding.evaluator.steps)
             continue
+        finally:
+            budget.left -= folding.evaluator.steps
         if isinstance(folding.error, NeedsPrimitives) and not is_exact:
             is_exact = True
         elif folding.error is not None and folding.loops.is_used and not plan.is_off:
@@ -366,11 +374,13 @@ class Folding:
         items: Sequence[Item],
         evaluated: set[int],
         plan: UnrollPlan,
+        budget: StepBudget,
         has_fixed_draws: bool = False,
     ) -> None:
         self._items = items
         self._evaluated = {name for number in evaluated for name in items[number].names}
-        self.evaluator = PythonEvaluator({}, {})
+        self.evaluator = PythonEvaluator({}, {}, budget)
+        self.tick = self.evaluator.tick
         self.loops = Loops(plan, self.evaluator, self, text.tree)
         library = PythonLibrary(self.evaluator)
         self.evaluator.modules = library.modules

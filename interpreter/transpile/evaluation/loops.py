@@ -59,7 +59,8 @@ from scenelang.interpreter.transpile.evaluation.residue import (
 
 _FEWEST, _MOST = 2, 5_000  # turns of a loop that remains
 _MOST_WALKED, _MOST_WALKED_IN_ALL = 30_000, 1_500_000  # values that a loop might change
-MOST_RESTARTS, _MOST_SECONDS = 50, 0.7
+MOST_RESTARTS = 50
+_MOST_STEPS = 200_000  # of evaluations that were given up; about .7 s, after which all loops are unrolled
 _DEEPEST = 5  # objects in objects whose fields become columns
 _CONSTANTS = (int, float, str, bool, type(None))
 
@@ -86,12 +87,12 @@ class UnrollPlan:
     levels: dict[ast.AST, int] = field(default_factory=dict)
     is_off: bool = False
     restarts: int = 0
-    seconds: float = 0.0
+    steps: int = 0
 
-    def learn(self, failure: Unroll, seconds: float) -> None:
-        """Remember why an evaluation of some seconds failed; what is inside of it may succeed the next time."""
+    def learn(self, failure: Unroll, steps: int) -> None:
+        """Remember why an evaluation of some steps failed; what is inside of it may succeed the next time."""
         self.restarts += 1
-        self.seconds += seconds
+        self.steps += steps
         if failure.place is not None:
             self.refused = {k: around for k, around in self.refused.items() if failure.place not in around}
             level = self.levels.get(failure.place, 0) + 1
@@ -99,7 +100,7 @@ class UnrollPlan:
                 self.levels[failure.place] = level
             else:
                 self.refused[failure.place] = failure.around
-        if self.restarts > MOST_RESTARTS or self.seconds > _MOST_SECONDS:
+        if self.restarts > MOST_RESTARTS or self.steps > _MOST_STEPS:
             self.is_off = True
 
 

@@ -26,6 +26,10 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     type_name,
 )
 
+# Steps for each residual value, whose expression is walked, held, named and written. With 16, programs that make much
+# residual code take 3 to 15 microseconds a step; with none, up to 60, where plain loops take 1.3.
+_STEPS_OF_RESIDUAL = 16
+
 
 class Holder(Protocol):
     """What residual values need of the function that is being written."""
@@ -34,6 +38,10 @@ class Holder(Protocol):
 
     def hold(self, value: Residual) -> Residual:
         """Return a residual value that is computed once."""
+        ...
+
+    def tick(self, count: int) -> None:
+        """Count steps of the evaluation."""
         ...
 
 
@@ -96,6 +104,9 @@ class Residual:
     primitives: Callable[[], list[Residual]] | None = None
     known: Known | None = None
     python_name: ClassVar[str] = "list"
+
+    def __post_init__(self) -> None:
+        self.holder.tick(_STEPS_OF_RESIDUAL)
 
     def __bool__(self) -> bool:
         if self.kind == "shape":
