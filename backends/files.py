@@ -27,9 +27,11 @@ def reason_of(error: Exception) -> str:
 
 def check_folder(output: Path) -> None:
     """Check before the work starts that ``output`` can be a file; raises SceneError("file")."""
-    if not output.parent.is_dir():
-        raise SceneError("file", f"cannot write {output}: the folder {output.parent} does not exist")
-    if output.is_dir():
+    if not os.path.isdir(output.parent):  # unlike Path.is_dir, false for a name that is too long
+        is_file = os.path.exists(output.parent)
+        reason = f"{output.parent} is not a folder" if is_file else f"the folder {output.parent} does not exist"
+        raise SceneError("file", f"cannot write {output}: {reason}")
+    if os.path.isdir(output):
         raise SceneError("file", f"cannot write {output}: it is a directory")
 
 
@@ -57,6 +59,21 @@ def make_folder(path: Path) -> Path:
     except OSError as error:
         raise SceneError("file", f"cannot create the folder `{path}`: {error.strerror or error}") from error
     return path
+
+
+@contextmanager
+def new_folder(path: Path) -> Iterator[Path]:
+    """Create a folder if necessary, and remove it afterwards if nothing was written to it.
+
+    Raises SceneError("file").
+    """
+    created = [each for each in (path, *path.parents) if not os.path.lexists(each)]
+    try:
+        yield make_folder(path)
+    finally:
+        with suppress(OSError):  # of the first that is not empty
+            for each in created:
+                each.rmdir()
 
 
 def read_regular(path: Path | str, max_bytes: int | None = None) -> bytes:
@@ -98,18 +115,19 @@ def lock_folder(folder: Path) -> Iterator[None]:
 def atomic_write(path: Path | str, mode: int | None = None) -> Iterator[Path]:
     """Write ``path`` atomically: yield a temporary path in the same directory and rename it to ``path`` on success.
 
-    On any error, Ctrl-C included, the temporary file is removed and ``path`` is unchanged. ``mode`` is the permissions
+    On any error, Ctrl-C included, the temporary file is removed and ``path`` is unchanged. What a symbolic link leads
+    to is written, and the link stays. ``mode`` is the permissions
     of the file, by default those of any new file. Raises SceneError("file") if the directory or the file cannot be
     written.
     """
-    target = Path(path)
+    target = Path(os.path.realpath(path))  # a link stays
     try:
         _sweep(target.parent)
         import tempfile
 
-        handle, name = tempfile.mkstemp(suffix=target.suffix, prefix=_temporary_prefix(), dir=target.parent)
+        handle, name = tempfile.mkstemp(suffix=Path(path).suffix, prefix=_temporary_prefix(), dir=target.parent)
     except OSError as error:
-        raise SceneError("file", f"cannot write `{target}`: {error.strerror or error}") from error
+        raise _not_written(path, error) from error
     os.close(handle)
     temporary = Path(name)
     try:
@@ -120,9 +138,13 @@ def atomic_write(path: Path | str, mode: int | None = None) -> Iterator[Path]:
             temporary.chmod(mode)
         os.replace(temporary, target)
     except OSError as error:
-        raise SceneError("file", f"cannot write `{target}`: {error.strerror or error}") from error
+        raise _not_written(path, error) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _not_written(path: Path | str, error: OSError) -> SceneError:
+    return SceneError("file", f"cannot write `{path}`: {reason_of(error)}")
 
 
 def _temporary_prefix() -> str:
@@ -199,13 +221,14 @@ def _apply_default_mode(path: Path) -> None:
 
 
 @contextmanager
-def atomic_write_all(folder: Path) -> Iterator[Path]:
+def atomic_write_all(folder: Path, main: Path | None = None) -> Iterator[Path]:
     """Write several files atomically: yield a temporary directory whose files are moved to ``folder`` on success.
 
-    On any error, Ctrl-C included, ``folder`` is unchanged: files that were already replaced are restored. Raises
+    On any error, Ctrl-C included, ``folder`` is unchanged: files that were already replaced are restored. ``main`` is
+    the file that errors name if nothing can be written to ``folder``. Raises
     SceneError("file") if the directory or a file cannot be written.
     """
-    with _temporary_folder(folder) as (made, replaced):
+    with _temporary_folder(folder, main) as (made, replaced):
         yield made
         _move_all(made, folder, replaced)
 
@@ -217,7 +240,7 @@ def replaced_folder(path: Path) -> Iterator[Path]:
     On any error, Ctrl-C included, ``path`` is unchanged. Raises SceneError("file") if it cannot be written.
     """
     make_folder(path.parent)
-    with _temporary_folder(path.parent) as (made, replaced):
+    with _temporary_folder(path.parent, path) as (made, replaced):
         yield made
         try:
             if path.exists():
@@ -232,7 +255,7 @@ def replaced_folder(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def _temporary_folder(folder: Path) -> Iterator[tuple[Path, Path]]:
+def _temporary_folder(folder: Path, main: Path | None = None) -> Iterator[tuple[Path, Path]]:
     """Yield an empty folder in ``folder``, and a path beside it for what it replaces; both are removed afterwards."""
     import shutil
     import tempfile
@@ -241,43 +264,53 @@ def _temporary_folder(folder: Path) -> Iterator[tuple[Path, Path]]:
         _sweep(folder)
         temporary = Path(tempfile.mkdtemp(prefix=_temporary_prefix(), dir=folder))
     except OSError as error:
-        raise SceneError("file", f"cannot write to `{folder}`: {error.strerror or error}") from error
+        raise _not_written(main or folder, error) from error
     try:
         made = temporary / "made"
         made.mkdir()
         yield made, temporary / "replaced"
     except OSError as error:
-        name = Path(error.filename).name if error.filename else folder
-        raise SceneError("file", f"cannot write `{name}`: {error.strerror or error}") from error
+        raise _not_written(_meant(error, made, folder), error) from error
+    except SceneError as error:
+        error.message = error.message.replace(str(made), str(folder))
+        raise
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
 
 
+def _meant(error: OSError, made: Path, folder: Path) -> Path:
+    """Return the path in ``folder`` of the file in ``made`` that could not be written: the last, unless it is named."""
+    written = sorted((path for path in made.rglob("*") if path.is_file()), key=lambda each: each.stat().st_mtime_ns)
+    path = Path(error.filename) if error.filename else [made, *written][-1]
+    return folder / path.relative_to(made) if path.is_relative_to(made) else path
+
+
 def _move_all(made: Path, folder: Path, backup: Path) -> None:
     """Move every file to ``folder``; if one fails, restore the files that were replaced."""
+    import shutil
+
     files = sorted(made.iterdir())
-    for file in files:
-        target = folder / file.name
+    targets = {file: Path(os.path.realpath(folder / file.name)) for file in files}  # links stay
+    for target in targets.values():
         if target.is_dir():
             raise IsADirectoryError(21, "it is a directory", str(target))
     if len(files) == 1:
-        os.replace(files[0], folder / files[0].name)
+        shutil.move(files[0], targets[files[0]])
         return
     backup.mkdir()
     moved: list[Path] = []
     try:
         for file in files:
-            target = folder / file.name
-            if target.exists():
-                _back_up(target, backup / file.name)
-            os.replace(file, target)
-            moved.append(target)
+            if targets[file].exists():
+                _back_up(targets[file], backup / file.name)
+            shutil.move(file, targets[file])
+            moved.append(file)
     except BaseException:
-        for target in moved:
-            if (backup / target.name).exists():
-                os.replace(backup / target.name, target)
+        for file in moved:
+            if (backup / file.name).exists():
+                shutil.move(backup / file.name, targets[file])
             else:
-                target.unlink(missing_ok=True)
+                targets[file].unlink(missing_ok=True)
         raise
 
 

@@ -8,7 +8,7 @@ from `'x`, and text that must not change (`; fmt: off`, `; fmt: skip`, comments 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import NamedTuple
@@ -71,7 +71,12 @@ def essence(text: str) -> list[tuple[str, str]]:
 
     Trailing blanks of line comments are ignored.
     """
-    return [(t.kind, t.text.rstrip() if t.kind == LINE_COMMENT else t.text) for t in tokens(text)]
+    return essence_of(tokens(text))
+
+
+def essence_of(tokens: Iterable[Token]) -> list[tuple[str, str]]:
+    """Return ``essence`` of the tokens of a text."""
+    return [(t.kind, t.text.rstrip() if t.kind == LINE_COMMENT else t.text) for t in tokens]
 
 
 # Gaps between two datums: comments on separate lines, at the end of a line or beside a datum, and empty lines.
@@ -213,6 +218,8 @@ class Concrete:
         Comments after the last form.
     places
         Start and end offset of each form including its comments, followed by those of the comments after the last form.
+    replaced
+        Datums in verbatim text, kept so that no later datum has the id of one of them, and with it its spelling.
     """
 
     forms: tuple[Datum, ...]
@@ -221,11 +228,12 @@ class Concrete:
     written: AuthorLayout
     end: tuple[Row, ...]
     places: tuple[tuple[int, int], ...]
+    replaced: tuple[Datum, ...] = ()
 
 
-def concrete(source: Source) -> Concrete:
-    """Build the concrete syntax tree of a text, which must be valid."""
-    return _Builder(source).build()
+def concrete(source: Source, known: Iterable[Token] | None = None) -> Concrete:
+    """Build the concrete syntax tree of a text, which must be valid; ``known`` are its tokens, if they are at hand."""
+    return _Builder(source).build(tokens(source.text) if known is None else known)
 
 
 @dataclass(slots=True)
@@ -287,8 +295,8 @@ class _Builder:
         self.replaced: list[Datum] = []  # keeps replaced datums alive, so that their ids are not reused
         self.stack = [_Frame(_TOP, 0, 0, "", [])]
 
-    def build(self) -> Concrete:
-        for token in tokens(self.text):
+    def build(self, tokens: Iterable[Token]) -> Concrete:
+        for token in tokens:
             self._take(token)
         (top,) = self.stack
         comments = top.comments
@@ -300,7 +308,13 @@ class _Builder:
         if rest:
             places.append((rest[0].start, rest[-1].end))
         return Concrete(
-            forms, self.trivia, self.spelling, AuthorLayout(self.breaks, self.plain, self.raw), end, tuple(places)
+            forms,
+            self.trivia,
+            self.spelling,
+            AuthorLayout(self.breaks, self.plain, self.raw),
+            end,
+            tuple(places),
+            tuple(self.replaced),
         )
 
     def _take(self, token: Token) -> None:

@@ -167,6 +167,7 @@ CODES: dict[str, DiagnosticCode] = {
     ),
     "endless-recursion": DiagnosticCode("W406", "A function calls itself whenever it is called, so it never returns."),
     "elementwise-poses": DiagnosticCode("W407", "Two matrices are multiplied item by item instead of composed."),
+    "unused-value": DiagnosticCode("W408", "A value of `format` fills no field of its template."),
     "turned-after-moved": DiagnosticCode(
         "W609", "A part is rotated about the origin after it was translated, so it swings to another place."
     ),
@@ -210,6 +211,15 @@ CODES: dict[str, DiagnosticCode] = {
         "W624", "Blocks are not aligned to the block grid, and rounding changes the distances between them."
     ),
     "no-block": DiagnosticCode("W617", "A part of the scene has no blocks, so it is missing from the build."),
+    "crossing-profile": DiagnosticCode("W627", "A contour of a profile crosses itself."),
+    "single-precision": DiagnosticCode(
+        "W641",
+        "The file format stores single-precision numbers, which change the volume of a body far from the origin.",
+    ),
+    "crowded-edge": DiagnosticCode(
+        "W642", "Bodies touch along an edge, which has four faces for readers that join points at one place."
+    ),
+    "large-file": DiagnosticCode("W643", "The exported file will be larger than 200 MB."),
     "too-new": DiagnosticCode("W620", "The block does not exist in the target version of Minecraft."),
     "lost-contents": DiagnosticCode(
         "W618", "A Minecraft build file contains data other than blocks, which is dropped."
@@ -766,6 +776,7 @@ _WARNINGS = {
     "out-of-range": "Use the unit and range of the hint: radians for angles, 0 to 1 for colours and shares.",
     "dropped-value": "Put everything that belongs to the scene into one `(union ...)`, which the body returns.",
     "unreachable-code": "Remove the code, or move it before the call that never returns.",
+    "unused-value": "Write a field `{}` for each value, as in Python.",
     "elementwise-poses": "Compose poses with `(@ a b)`: the last one is applied first.",
     "plain-parameter": "Make it a keyword parameter of the word's function: `(lambda (:height) ...)`.",
     "endless-recursion": "Put the call into a branch, such as `(if (> n 0) (f (- n 1)) ...)`.",
@@ -804,6 +815,10 @@ _WARNINGS = {
     "default.",
     "off-cells": "Translate blocks by whole numbers, including the distances and gaps passed to combinators.",
     "no-block": "Create blocks with `set-cuboid`, or voxelize the scene with `export --voxelize`.",
+    "single-precision": "Move the scene to the origin, or write a format with offsets or double precision.",
+    "crossing-profile": "Give the corners in order, or say what is inside with `:fill :nonzero` or `:fill :even-odd`.",
+    "crowded-edge": "Let the bodies overlap a little, or leave a gap between them; repairs of such edges differ.",
+    "large-file": "Write a format that shares repeated parts, such as .glb, or use fewer :segments.",
     "too-new": "Set a newer version with `--mc-version`, or use a block that the older version has.",
     "lost-contents": "No action is required; fill chests and write signs in the game.",
     "plain-look": "Pass the complete assets of the game with `--textures`; a resource pack may contain only some of "

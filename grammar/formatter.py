@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from itertools import takewhile
 from typing import NamedTuple
 
-from scenelang.grammar.concrete import Concrete, concrete, essence
-from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Symbol, print_datum, walk
+from scenelang.grammar.concrete import Concrete, concrete, essence_of, tokens
+from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Symbol, rare_collection, walk
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.layout import NOTE, Row, Trivia, hidden_datums, layout_lines
 from scenelang.grammar.layout_styles import head_of
@@ -170,14 +170,8 @@ def _unused(text: str) -> str:
 
 
 def _formatted(source: Source, indents: Mapping[str, int | None], width: int) -> str:
-    forms = read_forms(source)
-    expected = essence(source.text)
-    text = _settled(source, learnt_indents(forms, indents), width, expected)
-    if text != source.text:
-        again = read(Source(source.name, text))
-        if again.diagnostics or [print_datum(form) for form in again.forms] != [print_datum(form) for form in forms]:
-            raise FormatFault(f"formatting {source.name} would change its meaning")
-    return text
+    with rare_collection():
+        return _settled(source, learnt_indents(read_forms(source), indents), width, is_checked=True)
 
 
 def settled(text: str, indents: Mapping[str, int | None]) -> str:
@@ -185,20 +179,24 @@ def settled(text: str, indents: Mapping[str, int | None]) -> str:
     return _settled(Source("<text>", text), indents, WIDTH)
 
 
-def _settled(
-    source: Source, indents: Mapping[str, int | None], width: int, expected: list[tuple[str, str]] | None = None
-) -> str:
-    """Repeat the layout until it is a fixed point; raise ``FormatFault`` if tokens or comments differ from
-    ``expected``."""
-    tree, text = concrete(source), source.text
+def _settled(source: Source, indents: Mapping[str, int | None], width: int, is_checked: bool = False) -> str:
+    """Repeat the layout until it is a fixed point; raise ``FormatFault`` if it changes tokens or comments.
+
+    Datums depend on nothing but the tokens, so that equal tokens are the same program.
+    """
+    text = source.text
+    known = list(tokens(text))
+    expected = essence_of(known) if is_checked else None
+    tree = concrete(source, known)
     line_end = _line_end(text, tree)
     for _ in range(_MAX_PASSES):
         before, text = text, _laid_out(tree, indents, width, line_end)
         if text == before:
             break
-        if expected is not None and essence(text) != expected:
+        known = list(tokens(text))
+        if expected is not None and essence_of(known) != expected:
             raise FormatFault(f"formatting {source.name} would change more than white space")
-        tree = concrete(Source(source.name, text))
+        tree = concrete(Source(source.name, text), known)
     return text
 
 
@@ -231,6 +229,8 @@ def read_forms(source: Source) -> tuple[Datum, ...]:
 
 def _line_end(text: str, tree: Concrete) -> str:
     """Return the prevailing line ending, outside strings, comments and other verbatim text."""
+    if "\r\n" not in text:
+        return "\n"
     pairs, ends = text.count("\r\n"), text.count("\n")
     for piece in _fixed(tree):
         pairs, ends = pairs - piece.count("\r\n"), ends - piece.count("\n")

@@ -336,7 +336,8 @@ def layout_lines(
             blank = is_long or was_long
         else:
             blank = around.blank or ((is_weighty or was_weighty) and None not in around.before)
-        if blank and position:
+        is_after_raw = position and id(forms[position - 1]) in work.written.raw  # an empty line would be part of it
+        if blank and position and not is_after_raw:
             lines.append("")
         lines += _with_trivia(work, block, around)
         was_long, was_weighty = is_long, is_weighty

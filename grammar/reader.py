@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import sys
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from enum import Enum
 from functools import cache, cached_property
@@ -78,8 +79,14 @@ class _Scan:
         """Offsets where a new top-level form seems to begin: opening brackets in the first column."""
         return [match.start() for match in _FIRST_COLUMN.finditer(self.text)]
 
+    @cached_property
+    def unclosed(self) -> set[int]:
+        """Offsets of opening brackets that are known to be never closed."""
+        return set()
+
     def next_resumption(self, after: int) -> int:
-        return next((start for start in self.resumptions if start > after), len(self.text))
+        place = bisect_right(self.resumptions, after)
+        return self.resumptions[place] if place < len(self.resumptions) else len(self.text)
 
 
 def split(text: str) -> tuple[Chunk, ...]:
@@ -117,7 +124,7 @@ def _next_piece(scan: _Scan, position: int) -> tuple[Chunk, int] | None:
     begin = _skip_blank(text, position)
     if begin is None:
         return None
-    closed = _piece_end(text, begin)
+    closed = _piece_end(text, begin, scan.unclosed)
     end = scan.next_resumption(begin) if closed is None else closed.end
     matched = closed is not None and closed.matched
     return Chunk(begin, text[begin:end].rstrip(), begin - _line_start(text, begin), matched), end
@@ -213,24 +220,36 @@ class _End(NamedTuple):
     matched: bool
 
 
-def _piece_end(text: str, position: int) -> _End | None:
+def _piece_end(text: str, position: int, unclosed: set[int] | None = None) -> _End | None:
     """Return the end of the chunk at ``position``, or None if it is never closed.
 
-    Adjacent data without white space between them form one chunk.
+    Adjacent data without white space between them form one chunk. The places of brackets that are never closed are
+    added to ``unclosed``, so that none is followed to the end of the text twice.
     """
-    open_brackets: list[str] = []
+    if unclosed is not None and position in unclosed:
+        return None
+    open_brackets: list[tuple[str, int]] = []
+    end = _followed(text, position, open_brackets)
+    if end is None and unclosed is not None:
+        unclosed.update(place for _, place in open_brackets)
+    return end
+
+
+def _followed(text: str, position: int, open_brackets: list[tuple[str, int]]) -> _End | None:
+    """Return the end of the chunk at ``position``, or None, when ``open_brackets`` are those that are not closed."""
     pending = False  # whether a prefix still lacks its datum
     while (match := _TOKEN.match(text, position)) is not None:
         kind, start = match.lastgroup, position
         position = match.end()
         if kind == "open":
-            open_brackets.append(match[0])
+            open_brackets.append((match[0], start))
             pending = False
         elif kind == "close":
             if not open_brackets:
                 return _End(position, False)
-            if open_brackets.pop() != _OPENING[match[0]]:
+            if open_brackets[-1][0] != _OPENING[match[0]]:
                 return None
+            open_brackets.pop()
             pending = False
         elif kind == "prefix" or kind == "hide":
             pending = True

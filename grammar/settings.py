@@ -183,8 +183,9 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 def typed(function: _Function) -> _Function:
     """Decorate a public function so that it checks its arguments by their annotations before it does anything.
 
-    Numbers, texts, paths, sizes, literals and classes are checked; other annotations are not. The decorated function
-    raises SceneError("value") for an argument of another type, so that a mistake is reported in the caller's terms.
+    The decorated function raises SceneError("value") for an argument of another type, so that a mistake is reported in
+    the caller's terms, and SceneError("file") in place of OSError. Classes are compared by name, because importing them
+    would take long.
     """
     found: list[tuple[inspect.Signature, dict[str, str], set[str]]] = []
 
@@ -196,7 +197,8 @@ def typed(function: _Function) -> _Function:
             signature = inspect.signature(function)
             every = signature.parameters.values()
             several = {p.name for p in every if p.kind is inspect.Parameter.VAR_POSITIONAL}
-            found.append((signature, {p.name: str(p.annotation) for p in every}, several))
+            stated = {p.name: "Any" if p.annotation is p.empty else str(p.annotation) for p in every}
+            found.append((signature, stated, several))
         signature, annotations, several = found[0]
         try:
             bound = signature.bind(*arguments, **named)
@@ -206,57 +208,117 @@ def typed(function: _Function) -> _Function:
             for value in given if name in several else (given,):
                 if fits(value, annotations[name]):
                     continue
-                kind = annotations[name].removesuffix(" | None")
-                expected = _EXPECTED.get(kind) or kind.removeprefix("Literal[").rstrip("]").replace("', '", "' or '")
-                raise SceneError("value", f"`{name}`: expected {expected}, got {_shown(value)}")
-        return function(*arguments, **named)
+                raise SceneError("value", f"`{name}`: expected {_expected(annotations[name])}, got {_shown(value)}")
+        try:
+            return function(*arguments, **named)
+        except BrokenPipeError:
+            raise
+        except OSError as error:  # as of a name that is too long, wherever it is looked for
+            raise SceneError("file", f"{error.strerror or error}: {error.filename or 'output'}") from error
 
     return cast(_Function, checked)
 
 
 _EXPECTED = {
-    "int": "a whole number", "float": "a finite number", "str": "a string", "bool": "True or False",
+    "int": "a whole number", "float": "a finite number", "str": "a string", "bool": "True or False", "bytes": "bytes",
     "str | Path": "a path", "Size": "a size (width, height) in pixels, such as (640, 480)",
-    "str | Sequence[str]": "a name or several", "Mapping[str, Any]": "a mapping from names to values",
-    "View": "a camera, such as `Camera(azimuth=40)`", "Progress": "a function of one number", "Scene": "a Scene",
-    "Limits": "Limits(...)", "Options": "Options(...)",
+    "str | Sequence[str]": "a name or several", "Sequence[str]": "several strings",
+    "Sequence[float]": "several numbers",
+    "View": "a camera, such as `Camera(azimuth=40)`", "Progress": "a function of one number", "Warn": "a function",
+    "str | Path | Sequence[str | Path]": "a path or several", "Sequence[str | Path]": "several paths",
 }  # fmt: skip
 
 
-def fits(value: Any, annotation: str) -> bool:
-    """Return whether a value fits an annotation, as far as it is one of those that are checked."""
-    if annotation.endswith(" | None"):
-        return value is None or fits(value, annotation.removesuffix(" | None"))
-    match annotation:
-        case "int":
-            return hasattr(type(value), "__index__") and not isinstance(value, bool)
-        case "float":
-            return isinstance(value, numbers.Real) and not isinstance(value, bool) and math.isfinite(value)
-        case "str":
-            return isinstance(value, str)
-        case "bool":
-            return isinstance(value, bool) or type(value).__name__ == "bool_"
-        case "str | Path":
-            return isinstance(value, str | os.PathLike)
-        case "Size":
-            parts = tuple(value) if isinstance(value, Sequence) and not isinstance(value, str) else ()
-            return len(parts) == 2 and all(fits(side, "int") and 0 < side <= _MAX_SIDE for side in parts)
-        case "str | Sequence[str]":
-            several = isinstance(value, Sequence) and len(value) > 0 and all(isinstance(each, str) for each in value)
-            return isinstance(value, str) or several
-        case "Mapping[str, Any]":
-            return isinstance(value, Mapping) and all(isinstance(name, str) for name in value)
-        case "Progress":
-            return callable(value)
-        case "View":
-            return bool({"Viewpoint", "Camera", "PlacedCamera"} & _classes(value))
-        case "Scene" | "Limits" | "Options":
-            return annotation in _classes(value)
-    if annotation.startswith("Literal["):
-        import ast
+def _expected(annotation: str) -> str:
+    """Return what an annotation asks for, in words."""
+    kind = annotation.removesuffix(" | None")
+    if kind in _EXPECTED:
+        return _EXPECTED[kind]
+    if kind.startswith("Literal["):
+        return kind.removeprefix("Literal[").rstrip("]").replace("', '", "' or '")
+    if kind.startswith("Mapping["):
+        return "a mapping from names to values"
+    if kind.startswith("Callable["):
+        return "a function"
+    return f"{kind}(...)" if kind.isidentifier() and kind not in ("Scene", "Entity") else f"a {kind}"
 
-        return value in ast.literal_eval(annotation.removeprefix("Literal"))
-    return True
+
+def fits(value: Any, annotation: str) -> bool:
+    """Return whether a value fits an annotation; a name that is no builtin one is that of a class."""
+    kinds = _parts(annotation, "|")
+    if len(kinds) > 1:
+        return any(fits(value, kind) for kind in kinds)
+    name, _, inner = annotation.partition("[")
+    if inner:
+        return _FORMS[name](value, inner.removesuffix("]")) if name in _FORMS else True
+    if name in _KINDS:
+        return _KINDS[name](value)
+    return name.rpartition(".")[2] in _classes(value)
+
+
+def _parts(annotation: str, separator: str) -> list[str]:
+    """Split an annotation where a separator is outside of brackets."""
+    parts, depth = [""], 0
+    for letter in annotation:
+        depth += (letter == "[") - (letter == "]")
+        if letter == separator and not depth:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return [part.strip() for part in parts]
+
+
+def _is_several(value: Any) -> bool:
+    return hasattr(value, "__array__") or (isinstance(value, Sequence) and not isinstance(value, str | bytes))
+
+
+def _is_size(value: Any) -> bool:
+    return _is_several(value) and len(value) == 2 and all(fits(side, "int") and 0 < side <= _MAX_SIDE for side in value)
+
+
+def _is_tuple(value: Any, inner: str) -> bool:
+    kinds = _parts(inner, ",")
+    if not _is_several(value) or (kinds[-1] != "..." and len(value) != len(kinds)):
+        return False
+    return all(fits(each, kind) for each, kind in zip(value, kinds * len(value) if kinds[-1] == "..." else kinds))
+
+
+def _is_mapping(value: Any, inner: str) -> bool:
+    keys, values = _parts(inner, ",")
+    return isinstance(value, Mapping) and all(fits(k, keys) and fits(v, values) for k, v in value.items())
+
+
+def _is_literal(value: Any, inner: str) -> bool:
+    import ast
+
+    return isinstance(value, str | int) and value in ast.literal_eval(f"[{inner}]")
+
+
+_KINDS: Mapping[str, Callable[[Any], bool]] = {
+    "Any": lambda value: True,
+    "None": lambda value: value is None,
+    "int": lambda value: hasattr(type(value), "__index__") and not isinstance(value, bool),
+    "float": lambda value: isinstance(value, numbers.Real) and not isinstance(value, bool) and math.isfinite(value),
+    "str": lambda value: isinstance(value, str),
+    "bytes": lambda value: isinstance(value, bytes),
+    "bool": lambda value: isinstance(value, bool) or type(value).__name__ == "bool_",
+    "Path": lambda value: isinstance(value, str | os.PathLike),
+    "Size": _is_size,
+    "Progress": callable,
+    "Warn": callable,
+    "Describe": callable,
+    "View": lambda value: bool({"Viewpoint", "Camera", "PlacedCamera"} & _classes(value)),
+    "TextIO": lambda value: hasattr(value, "write"),
+    "PictureSource": lambda value: True,
+    "npt.ArrayLike": lambda value: _is_several(value) or isinstance(value, numbers.Real),
+}
+_FORMS: Mapping[str, Callable[[Any, str], bool]] = {
+    "Literal": _is_literal,
+    "Sequence": lambda value, inner: _is_several(value) and all(fits(each, inner) for each in value),
+    "Mapping": _is_mapping,
+    "tuple": _is_tuple,
+    "Callable": lambda value, inner: callable(value),
+}
 
 
 def _classes(value: Any) -> set[str]:

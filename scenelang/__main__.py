@@ -5,22 +5,32 @@ Importing the commands takes a while and may be interrupted by Ctrl-C; standard 
 
 from __future__ import annotations
 
-import atexit
-import gc
 import os
 import sys
-import threading
-import warnings
-from signal import SIG_IGN, SIGINT, default_int_handler, getsignal, signal
-from typing import NoReturn
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import NoReturn
 
 
 def entry() -> NoReturn:
     """Run the command line, and exit the process with its status."""
+    # importing `signal`, which is this module in Python, takes a while
+    from _signal import SIGINT, default_int_handler, getsignal, signal  # type: ignore[import-not-found]
+
     handles_sigint = getsignal(SIGINT) is default_int_handler  # SIGINT is ignored in background jobs of a script
     if handles_sigint:
         signal(SIGINT, _leave)
+    _run(handles_sigint)
+
+
+def _run(handles_sigint: bool) -> NoReturn:
+    import gc
+    import warnings
+    from signal import SIG_IGN, SIGINT, default_int_handler, signal
+
     _open_streams()
+    _set_encodings()
     gc.set_threshold(50_000, 20, 50)  # what is imported stays
     if "_ARGCOMPLETE" in os.environ:  # called by the shell's completion
         from scenelang.cli.main import build_parser
@@ -30,10 +40,10 @@ def entry() -> NoReturn:
     if not sys.warnoptions:  # library warnings are for developers
         warnings.simplefilter("ignore")
     from scenelang.cli.main import main
-    from scenelang.sandbox.supervision import INTERRUPTED
+    from scenelang.sandbox.supervision import INTERRUPTED, after_imports
 
     if handles_sigint:
-        signal(SIGINT, default_int_handler)
+        signal(SIGINT, after_imports(default_int_handler))
     try:
         status = main(supervised=True)
     except KeyboardInterrupt:  # outside the handlers of the command itself
@@ -45,14 +55,19 @@ def entry() -> NoReturn:
 def _end(status: int, waits: bool) -> NoReturn:
     """Exit the process without freeing its memory object by object: that takes a second after deep recursion, and
     the interpreter's finalization can crash while threads of native libraries still run."""
+    import atexit
+    import threading
+
     if waits:
         threading._shutdown()  # type: ignore[attr-defined]  # joins threads, as normal finalization does first
     atexit._run_exitfuncs()
+    from scenelang.sandbox.supervision import CLOSED
+
     try:
         sys.stdout.flush()
         sys.stderr.flush()
-    except OSError:
-        status = status or 1
+    except OSError as error:
+        status = status or (CLOSED if isinstance(error, BrokenPipeError) else 1)
     os._exit(status)
 
 
@@ -70,6 +85,31 @@ def _open_streams() -> None:
             except OSError:
                 os.dup2(os.open(os.devnull, os.O_RDWR), number)
             setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115
+
+
+def _set_encodings() -> None:
+    """Write UTF-8 to files and pipes, as programs are, whatever the locale; escape what a terminal cannot show.
+
+    An encoding in PYTHONIOENCODING is kept. The escapes are those of strings in the language, ``\\x6728;``.
+    """
+    from codecs import register_error
+    from io import TextIOWrapper
+
+    register_error("scenelang", _escaped)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            keeps = stream.isatty() or bool(os.environ.get("PYTHONIOENCODING"))
+            stream.reconfigure(encoding=stream.encoding if keeps else "utf-8", errors="scenelang")
+
+
+_PLAIN = {"├": "|", "└": "`", "│": "|", "─": "-", "…": "...", "→": "->", "×": "x", "°": " degrees"}
+
+
+def _escaped(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    letters = error.object[error.start : error.end]
+    return "".join(_PLAIN.get(letter) or f"\\x{ord(letter):x};" for letter in letters), error.end
 
 
 if __name__ == "__main__":

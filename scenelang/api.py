@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -181,8 +182,10 @@ def lift(text: str, name: str = "<program>.scene") -> str:
 
 
 @typed
-def format(text: str) -> str:
+def format(text: str, lines: tuple[int, int] | None = None) -> str:
     """Format a program in the uniform style of the language; only white space changes.
+
+    ``lines`` are the first and the last line, from 1, of a range whose forms alone are formatted.
 
     Raises
     ------
@@ -194,9 +197,10 @@ def format(text: str) -> str:
     >>> format('(union   (call "cube") )')
     '(union (call "cube"))\\n'
     """
-    from scenelang.formatting import formatted
+    from scenelang.grammar.formatter import format_range, format_text
+    from scenelang.interpreter.expand.forms import INDENTS
 
-    return formatted(text)
+    return format_text(text, INDENTS) if lines is None else format_range(text, *lines, INDENTS)
 
 
 @typed
@@ -464,4 +468,4 @@ def _entries(path: Path, embeddings: str | Path | None) -> Mapping[str, ZEntry]:
     if embeddings != "auto":
         return zfile.read_entries(Path(embeddings))
     own = zfile.beside(str(path))
-    return zfile.read_entries(own) if own.exists() else {}
+    return zfile.read_entries(own) if os.path.exists(own) else {}  # unlike Path.exists, false for a name too long

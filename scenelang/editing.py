@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenelang.grammar.datum import Source, Span, dataclass, replace
+from scenelang.grammar.datum import Source, Span, dataclass, rare_collection, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.lint.lint import confirmed, without_suppressed
 from scenelang.interpreter.program.program import Program, prelude_of
@@ -21,7 +21,6 @@ from scenelang.session import (
     is_scene_file,
     macro_runner,
     may_run,
-    rare_collection,
     run_with_room,
     settled,
     value_datum,

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -21,6 +22,7 @@ from scenelang.backends.neural.wording import Wording, prompt_for
 from scenelang.grammar.datum import Handle, Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.reader import read
+from scenelang.grammar.settings import typed
 from scenelang.interpreter.expand.macros import quoted_value
 from scenelang.interpreter.runtime.runtime import ZEntry
 from scenelang.interpreter.runtime.show import show
@@ -186,12 +188,14 @@ class Embeddings:
     # --- files -------------------------------------------------------------------------------------------------------
 
     @staticmethod
+    @typed
     def open(path: str | Path) -> Embeddings:
         """Open an existing file; raises SceneError("file") if it is missing, "z-file" if it is malformed."""
         zfile.read_entries(Path(path))
         return Embeddings(path)
 
     @staticmethod
+    @typed
     def beside(program: str | Path) -> Embeddings:
         """Return the file beside a program, which may not exist yet: ``beach.z.safetensors`` for ``beach.scene``.
 
@@ -204,6 +208,7 @@ class Embeddings:
         return Embeddings(zfile.beside(str(program)))
 
     @staticmethod
+    @typed
     def of(scene: Scene, given: Embeddings | str | Path | None = "auto") -> Embeddings:
         """Return the embeddings of a scene: "auto" selects the file beside its program if any, None disables them."""
         if isinstance(given, Embeddings):
@@ -217,7 +222,7 @@ class Embeddings:
     @property
     def exists(self) -> bool:
         """Whether the file exists."""
-        return self.path is not None and self.path.exists()
+        return self.path is not None and os.path.exists(self.path)
 
     def place(self) -> Path:
         """Return the path to write to; raises SceneError("file") if there is none."""
@@ -252,6 +257,7 @@ class Embeddings:
         """Result of ``describe``, or None."""
         return zfile.read_wording(self.path) if self.path is not None and self.exists else None
 
+    @typed
     def table(self, scene: Scene, limit: int = MAX_ROWS) -> tuple[EmbeddingRow, ...]:
         """Return the embeddings of a scene, each handle once, at most ``limit`` rows.
 
@@ -272,6 +278,7 @@ class Embeddings:
                 break
         return tuple(rows.values())
 
+    @typed
     def prompt_context(self, template: str | None = None) -> tuple[PromptContext, Mapping[str, Any]]:
         """Return the texts of the file, for prompts by ``template``, and its learned vectors by handle."""
         from scenelang.backends.neural.prompts import PromptContext
@@ -291,6 +298,7 @@ class Embeddings:
 
     # --- changes -----------------------------------------------------------------------------------------------------
 
+    @typed
     def set(
         self,
         handle: str,
@@ -355,6 +363,7 @@ class Embeddings:
             )
         return word
 
+    @typed
     def remove(self, handle: str) -> None:
         """Remove text, attributes and vectors of a handle; raises SceneError if there are none."""
         name = handle_name(handle)
@@ -362,6 +371,7 @@ class Embeddings:
             raise SceneError("value", f"nothing to remove: <{name}> has no entry")
         zfile.set_entry(self.path, name, None, {}, clear=True)
 
+    @typed
     def swap(self, one: str, other: str) -> None:
         """Swap the entries of two handles; encodings of the old prompts are removed.
 
@@ -382,6 +392,7 @@ class Embeddings:
 
     # --- descriptions ------------------------------------------------------------------------------------------------
 
+    @typed
     def words_of(
         self,
         scene: Scene,
@@ -424,6 +435,7 @@ class Embeddings:
         )
         return SceneWording(new) if old is None else SceneWording(*merge(old, new))
 
+    @typed
     def describe(
         self,
         scene: Scene,
@@ -446,6 +458,7 @@ class Embeddings:
 
     # --- encodings ---------------------------------------------------------------------------------------------------
 
+    @typed
     def encode(
         self,
         scene: Scene,
@@ -500,6 +513,7 @@ class Embeddings:
         zfile.write_encodings(path, found)
         return found
 
+    @typed
     def similar(
         self, query: str | Path, number: int = 10, *, models: Models | None = None
     ) -> tuple[SimilarEmbedding, ...]:
@@ -519,6 +533,7 @@ class Embeddings:
         rows = ((cosine, kept.rows[i]) for i, cosine in best)
         return tuple(SimilarEmbedding(cosine, row.word, row.prompt, row.handles) for cosine, row in rows)
 
+    @typed
     def export(self, output: str | Path) -> Path:
         """Export the learned vectors and the encodings as .npz, .safetensors or .json.
 

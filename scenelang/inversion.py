@@ -16,7 +16,7 @@ from scenelang.backends.neural.weights import INSTALL, Models
 from scenelang.embeddings import Embeddings
 from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.grammar.settings import setting
+from scenelang.grammar.settings import setting, typed
 from scenelang.scene import Scene
 
 if TYPE_CHECKING:
@@ -129,6 +129,7 @@ class PictureSubject:
             if word is not None and not word.strip():
                 raise SceneError("value", f"expected a word for `--{option}`, got an empty text")
 
+    @typed
     def check_single(self, entities: Sequence[str]) -> None:
         """Check that options about a single entity are used with exactly one; raises SceneError("value")."""
         options = {"text": self.text, "mask": self.mask, "class-word": self.class_word, "no-segment": self.whole}
@@ -251,6 +252,7 @@ class Inversion:
 # --- invert, learn_style ---------------------------------------------------------------------------------------------
 
 
+@typed
 def invert(
     scene: Scene,
     pictures: PictureSource,
@@ -335,6 +337,7 @@ def invert(
     )
 
 
+@typed
 def learn_style(
     scene: Scene,
     picture: PictureSource,
@@ -619,14 +622,13 @@ def _learn(
     """Optimize the embeddings of ``parts`` and their common style. At the end, store each part's embedding for the
     handles of its target, and the style for the handles ``styles``. With ``style_only``, the prompt uses the plain
     class word instead of a learned embedding."""
-    from scenelang.backends.files import make_folder
+    from scenelang.backends.files import new_folder
     from scenelang.backends.neural.diffusion import translate_out_of_memory
     from scenelang.backends.neural.diffusion_loading import MULTIVIEW_MODEL, load_any
     from scenelang.backends.neural.inversion import STYLE, InversionTrainer, initial_vector, run_config
     from scenelang.backends.neural.inversion import run as run_steps
 
-    make_folder(work.folder)
-    with translate_out_of_memory():
+    with new_folder(work.folder), translate_out_of_memory():
         model = load_any(work.networks.model or MULTIVIEW_MODEL, work.models.hub(), work.models.resolve_device())
         words = {} if style_only else {p.target.name: work.subject.class_word or p.target.text for p in parts}
         words[STYLE] = work.subject.style_word

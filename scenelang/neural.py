@@ -22,7 +22,7 @@ from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.embeddings import Embeddings, tensors_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.grammar.settings import setting, whole
+from scenelang.grammar.settings import setting, typed, whole
 from scenelang.inversion import RunFolder
 from scenelang.scene import Film, Scene, Size, View
 
@@ -270,6 +270,7 @@ class ImaginedPictures:
 # --- imagine ---------------------------------------------------------------------------------------------------------
 
 
+@typed
 def imagine(
     scene: Scene,
     camera: View | None = None,
@@ -354,6 +355,7 @@ def imagine(
     return ImaginedPictures(seeds, notes, checkpoint, shot_layout, request, sampling, progress)
 
 
+@typed
 def imagine_layout(
     scene: Scene,
     camera: View | None = None,
@@ -580,6 +582,7 @@ class Distillation:
         return f"<Distillation in {self.folder}: {self.start.things:,} objects, {state}>"
 
 
+@typed
 def distill(
     scene: Scene,
     run: RunFolder,
@@ -633,7 +636,7 @@ def distill(
     >>> distill(scene, RunFolder("run"), models=Models("weights", device="cuda"))  # doctest: +SKIP
     <Distillation in run: 3 objects, finished>
     """
-    from scenelang.backends.files import make_folder
+    from scenelang.backends.files import new_folder
     from scenelang.backends.neural.diffusion import translate_out_of_memory
     from scenelang.backends.neural.distillation.run import load_checkpoint, run_config, write_outcome
     from scenelang.backends.neural.distillation.run import run as run_steps
@@ -648,12 +651,11 @@ def distill(
     folder = run.path(scene, ".distillation")
     before, device = _before(run, folder), models.resolve_device()
     resolved_prompt = scene_prompt(scene, prompt)
-    with translate_out_of_memory():
+    with new_folder(folder), translate_out_of_memory():
         teachers = _teachers(networks or DistillationModels(), models, resolved_prompt, tensors_of(vectors, device))
         names = [teachers.multiview.name, *([teachers.scene.name] if teachers.scene is not None else [])]
         config = run_config(settings, names, resolved_prompt)
         trainer = _trainer(run, scene_groups, teachers, settings, device, before, config)
-        make_folder(folder)
         start = _start(scene_groups, trainer, folder)
         if on_start is not None:
             on_start(start)

@@ -27,6 +27,7 @@ from scenelang.effort import Effort
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums, walk
 from scenelang.grammar.diagnostics import ABOUT_SCENES, Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read
+from scenelang.grammar.settings import typed
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
@@ -124,6 +125,7 @@ class Repair:
     def changed(self) -> bool:
         return self.text != self.original
 
+    @typed
     def diff(self, name: str = "program.scene") -> str:
         """Return a unified diff; empty if nothing changed."""
         old, new = (_lines(text) for text in (self.original, self.text))

@@ -102,14 +102,47 @@ def once(report: Callable[[Diagnostic], None]) -> Callable[[Diagnostic], None]:
     return warn
 
 
+# Options that say what to draw or measure: a second one is an error, since both would be expected. Others are
+# settings, whose last value counts, so that an alias or a script can have its own.
+_ONCE = frozenset(("camera", "frame", "word", "part"))
+
+
+class _Store(argparse.Action):
+    """Action of an option with one value."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
+        given: set[str] = namespace.__dict__.setdefault(_GIVEN, set())
+        is_second = option_string is not None and self.dest in given and self.dest in _ONCE
+        if is_second and getattr(namespace, self.dest) != values:
+            raise argparse.ArgumentError(self, "it is given twice")
+        given.add(self.dest)
+        setattr(namespace, self.dest, values)
+
+
+_GIVEN = "_given"  # attribute of a namespace while arguments are parsed
+
+
 class Parser(argparse.ArgumentParser):
     """Argument parser whose errors are one line, with the nearest option for an unknown one."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        for name in (None, "store"):
+            self.register("action", name, _Store)
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Print a message, and raise OSError where it cannot be written, which argparse would ignore."""
+        if message:
+            stream = file or sys.stderr
+            stream.write(message)
+            stream.flush()
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"{self.prog}: error: {message}\nusage: see `{self.prog} --help`\n")
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
         found, unknown = self.parse_known_args(args, namespace)
+        found.__dict__.pop(_GIVEN, None)
         if unknown:
             self._parser_of(found)._report_unknown(unknown)
         return found

@@ -30,7 +30,8 @@ from scenelang.interpreter.scene.instance_paths import is_plain, selected
 from scenelang.scene_instances import look_value, restyled
 
 if TYPE_CHECKING:
-    from scenelang.backends.labels.ground_truth import Boxes, Truth
+    from scenelang.backends.labels.ground_truth import Tracks
+    from scenelang.backends.labels.views import LabelledView
     from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOptions
     from scenelang.backends.pictures.stage import Shot
     from scenelang.interpreter.program.program import Program
@@ -87,6 +88,20 @@ class Camera(Viewpoint):
         names = Viewpoint.__dataclass_fields__
         given = [f"{n}={getattr(self, n)!r}" for n in names if getattr(self, n) != getattr(default, n)]
         return f"Camera({', '.join(given)})"
+
+    @typed
+    def random(self, count: int, seed: int = 0) -> list[Camera]:
+        """Return ``count`` random cameras around and above a scene, which have this one's other settings.
+
+        Examples
+        --------
+        >>> [round(camera.azimuth) for camera in Camera(fov=50).random(3)]
+        [49, -83, -165]
+        """
+        from scenelang.backends.labels.views import views_of
+
+        return [Camera(**{name: getattr(view, name) for name in Viewpoint.__dataclass_fields__})
+                for view in views_of([self], count, seed)]  # fmt: skip
 
     @staticmethod
     @typed
@@ -168,6 +183,7 @@ class Image:
         film.save_image(film.Image(np.ascontiguousarray(self.pixels[:, :, :3]), self.radiance), path)
         return Path(path)
 
+    @typed
     def beside(self, *others: Image) -> Image:
         """Concatenate this image with others of the same height in a row; ``camera`` is that of the first."""
         images = (self, *others)
@@ -263,6 +279,7 @@ class Primitives:
     def __len__(self) -> int:
         return len(self.matrix)
 
+    @typed
     def attribute(self, name: str, default: Any = None) -> npt.NDArray[np.object_]:
         """Return the attribute ``name`` of each primitive (N,), with the defaults of its geometry filled in.
 
@@ -301,18 +318,40 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
 
     ``color`` is the image (H, W, 3) uint8. ``instance`` contains instance ids (-1: background), ``semantic`` word ids
     (0: background, see ``words``), ``depth`` the distance along the viewing axis in scene units (infinity: background),
-    ``normal`` and ``position`` are in world space, ``albedo`` is linear sRGB. ``list(maps)`` lists all of them
-    (docs/maps.md).
+    ``normal`` and ``position`` are in world space, ``albedo`` is linear sRGB. 4D scenes also have ``flow`` (pixels to
+    the next frame), ``path`` and ``local``, which are equal where two frames show the same point. ``list(maps)`` lists
+    all of them (docs/maps.md).
     """
 
-    def __init__(self, scene: Scene, truth: Truth, image: Image) -> None:
-        from scenelang.backends.labels import dataset
+    def __init__(self, scene: Scene, options: PictureOptions, frame: int, tracked: int, image: Image) -> None:
+        from scenelang.backends.labels.dataset import ShotMaps
 
-        self.camera = truth.camera
         self.image = image
-        self.graph, self.truth = scene.graph, truth
-        self._scene = scene
-        self._arrays: dict[str, npt.NDArray[Any]] = {"color": image.pixels[:, :, :3], **dataset.arrays_of(truth)}
+        self.graph = scene.graph
+        self._scene, self._options, self._frame, self._tracked = scene, options, frame, tracked
+        view = self._view(range(frame, min(frame + 2, len(scene.graph.frames))))
+        self.truth = view.truth(frame)
+        self.camera = self.truth.camera
+        self._maps = ShotMaps(self.truth, np.ascontiguousarray(image.pixels[:, :, :3]))
+        if scene.animated:
+            self._maps.add_identities(view.paths(frame))
+        flow = view.flow(frame)
+        if flow is not None:
+            self._maps.add_flow(flow)
+        self._arrays: dict[str, npt.NDArray[Any]] = {"color": image.pixels[:, :, :3], **self._maps.arrays}
+
+    def _view(self, frames: Sequence[int]) -> LabelledView:
+        """Return what the camera sees of some frames."""
+        from scenelang.backends.labels.views import LabelledView, SceneFacts
+
+        facts = SceneFacts(self.graph)
+        facts.number_paths(frames[-1] + 1)
+        return LabelledView(facts, self._options, frames, self._tracked)
+
+    @cached_property
+    def tracks(self) -> Tracks | None:
+        """Trajectories, through all frames, of points that are visible in the first one; None for a single frame."""
+        return self._view(range(len(self.graph.frames))).tracks
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
         return self._arrays[name]
@@ -338,12 +377,6 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         numbers = frame_numbers(graph) if len(graph.frames) > 1 else None
         return instance_handles(graph, self.truth.ancestry, numbers)
 
-    @cached_property
-    def _boxes(self) -> Boxes:
-        from scenelang.backends.labels.ground_truth import boxes_in
-
-        return boxes_in(self.truth)
-
     @typed
     def annotations(self, limit: int = 20_000) -> list[dict[str, Any]]:
         """Return the visible instances as COCO annotations, at most ``limit``, highest in the hierarchy first.
@@ -352,7 +385,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         """
         from scenelang.backends.labels.dataset import annotations_of
 
-        return annotations_of(self.truth, self._boxes, self._handles, limit)
+        return annotations_of(self.truth, self._maps.boxes, self._handles, limit)
 
     @typed
     def coco(self, limit: int = 20_000) -> dict[str, Any]:
@@ -392,18 +425,20 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         return [_crop(self.image, annotation["bbox"], margin) for annotation in found]
 
     @typed
-    def save(self, folder: str | Path) -> Path:
-        """Write all maps to a new or existing folder as PNG, NPZ, EXR and JSON (docs/maps.md). Returns it."""
-        from scenelang.backends.files import write_json
-        from scenelang.backends.labels.dataset import ShotMaps
+    def save(self, folder: str | Path, annotations: int = 20_000) -> Path:
+        """Write all maps to a new or existing folder as PNG, NPZ, EXR and JSON (docs/maps.md). Returns it.
 
-        target = Path(folder)
-        try:
-            target.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise SceneError("file", f"cannot create the folder `{target}`: {error.strerror}") from error
-        ShotMaps(self.truth, np.ascontiguousarray(self["color"])).write(target, self._handles, 20_000)
-        write_json(target / "coco.json", self.coco())
+        ``annotations`` is the maximum number of annotated instances. Trajectories are written for 4D scenes.
+        """
+        from scenelang.backends.files import new_folder, write_json
+        from scenelang.backends.labels.dataset import write_tracks
+
+        with new_folder(Path(folder)) as target:
+            if self.tracks is not None:
+                self._maps.add_tracks(self.tracks, self._frame)
+                write_tracks(target, self.tracks)
+            self._maps.write(target, self._handles, annotations)
+            write_json(target / "coco.json", self.coco(annotations))
         return target
 
     def __repr__(self) -> str:
@@ -453,6 +488,7 @@ class Scene:
     instances, part = scene_instances.instances, scene_instances.part
 
     @staticmethod
+    @typed
     def of(entity: Entity) -> Scene:
         """Create a scene from an entity, in the entity's local frame."""
         return Scene(SceneGraph(entity.word, [entity], False))
@@ -614,6 +650,7 @@ class Scene:
         options = replace(self.options, defines={**self.options.defines, **texts})
         return scene_of(self.program.main, options)
 
+    @typed
     def restyled(
         self,
         word: str,
@@ -760,22 +797,23 @@ class Scene:
         ground: str | None = None,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,
+        tracks: int = 64,
         limit: int = 2_000_000,
         progress: Progress | None = None,
         warn: Warn | None = None,
     ) -> Maps:
-        """Render ground-truth maps (instances, words, depth, normals ...). The arguments are those of ``render``."""
-        from scenelang.backends.labels.ground_truth import truth_of
+        """Render ground-truth maps (instances, words, depth, normals ...). The arguments are those of ``render``.
+
+        ``tracks`` is the number of points of a 4D scene that ``Maps.tracks`` follows.
+        """
         from scenelang.backends.minecraft.models import as_cubes
-        from scenelang.backends.pictures.stage import unit_size
 
         options = _picture_options(
             camera, size, frame, environment, ground, True, seed, settings, limit, progress, warn
         )
         cubes = as_cubes(self.graph, limit, warn)  # the maps must match the rendered geometry
         image, shot = _drawn(cubes, options, quality)
-        truth = truth_of(cubes, shot, limit, *unit_size(cubes))
-        return Maps(replace(self, graph=cubes), truth, image)
+        return Maps(replace(self, graph=cubes), replace(options, progress=None), shot.frame, tracks, image)
 
     @typed
     def export(
@@ -817,13 +855,46 @@ class Scene:
         write_graph(self.graph, Path(path), frame, depth, thumbnails)
         return Path(path)
 
-    def html(self) -> str:
-        """Return the interactive viewer as a self-contained HTML page."""
-        from scenelang.backends.viewer.packet import SavedScene, packet_of, self_contained_page
+    @typed
+    def html(
+        self,
+        *,
+        splats: bool = False,
+        distilled: str | Path | None = None,
+        minecraft: bool = False,
+        textures: str | Path | None = None,
+        limit: int = 2_000_000,
+    ) -> str:
+        """Return the interactive viewer as a self-contained HTML page.
 
+        Parameters
+        ----------
+        splats : bool
+            Show Gaussians on the surfaces instead of solids.
+        distilled : path, optional
+            Show the Gaussians of a run folder of ``distill``.
+        minecraft : bool
+            Show a Minecraft build with the game's block models.
+        textures : path, optional
+            Resource pack or game file for ``minecraft`` (default: the installed game).
+        """
+        from scenelang.backends.viewer.packet import (
+            SavedScene,
+            distilled_splats,
+            packet_of,
+            self_contained_page,
+            surface_splats,
+        )
+
+        if minecraft:
+            from scenelang.backends.deepslate.backend import page_of_scene
+
+            return page_of_scene(self.graph, str(textures or ""), limit).text
+        drawn = surface_splats if splats else None
+        shown = drawn if distilled is None else distilled_splats(Path(distilled))
         state: dict[str, Any] = {"name": self.word, "version": 1, "ok": True, "picture": 1}
         state |= {"diagnostics": [], "params": []}
-        return self_contained_page([SavedScene(self.word, state, packet_of(self.graph))])
+        return self_contained_page([SavedScene(self.word, state, packet_of(self.graph, limit, splats=shown))])
 
     @typed
     def show(self, height: int = 520) -> ViewerPage:

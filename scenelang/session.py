@@ -5,15 +5,14 @@ It combines the standard library with the interpreter; the semantics of the lang
 from __future__ import annotations
 
 import errno
-import gc
 import os
 import re
 import sys
 import threading
 from codecs import BOM_UTF8
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from functools import cache
 from pathlib import Path
 from types import TracebackType
@@ -21,7 +20,19 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang.backends.files import read_regular, rewrite
 from scenelang.grammar.ast import check_strict
-from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, dataclass, field, replace, walk
+from scenelang.grammar.datum import (
+    Atom,
+    Datum,
+    ListDatum,
+    Source,
+    Span,
+    Symbol,
+    dataclass,
+    field,
+    rare_collection,
+    replace,
+    walk,
+)
 from scenelang.grammar.diagnostics import (
     CODES,
     Diagnostic,
@@ -32,6 +43,7 @@ from scenelang.grammar.diagnostics import (
     moved_diagnostic,
 )
 from scenelang.grammar.reader import read, read_pieces
+from scenelang.grammar.settings import typed
 from scenelang.interpreter.kinds.book import findings
 from scenelang.interpreter.lint.lint import (
     apply_fixes,
@@ -220,17 +232,6 @@ def run_with_room(
     raise value
 
 
-@contextmanager
-def rare_collection() -> Iterator[None]:
-    """Context in which garbage is collected rarely: programs and scenes are many small objects that stay."""
-    thresholds = gc.get_threshold()
-    gc.set_threshold(200_000, 50, 100)
-    try:
-        yield
-    finally:
-        gc.set_threshold(*thresholds)
-
-
 def macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], None] | None = None) -> RunMacro:
     """Return a function that runs the bodies of macros; the evaluator is imported when there is one to run."""
     runners: list[RunMacro] = []
@@ -254,6 +255,7 @@ class Session:
 
     # --- sources ---------------------------------------------------------------------------------------------------
 
+    @typed
     def source(self, path: str) -> Source:
         """Read a file, or standard input for ``-``; raises SceneError if it cannot be read."""
         return _read_source(path, path)
@@ -299,6 +301,8 @@ class Session:
         project = self._project(main)
 
         def load(path: str, importing: Source, span: Span) -> Source:
+            from scenelang.interpreter.scene.primitives.asset import is_hidden
+
             folder = Path(importing.name).parent if not importing.name.startswith("<") else Path.cwd()
             try:
                 target = (folder / path).resolve()
@@ -307,6 +311,9 @@ class Session:
             if not self.options.allow_outside and not target.is_relative_to(project):
                 hint = "imports are restricted to the project folder; --allow-outside permits others"
                 raise SceneError("import-outside", f"`{path}` is outside the project folder {project}", hint, span)
+            if not self.options.allow_outside and is_hidden(target, project):
+                hint = "hidden files are not imported; --allow-outside permits them"
+                raise SceneError("import-outside", f"`{path}` is hidden", hint, span)
             shown = os.path.relpath(target)
             if self.options.imports is not None and target not in self.options.imports:
                 raise SceneError(
@@ -324,6 +331,7 @@ class Session:
 
     # --- checking ----------------------------------------------------------------------------------------------
 
+    @typed
     def check(self, source: Source) -> Checked:
         """Parse, expand and analyze a program; errors are returned as diagnostics and never raised."""
         if is_scene_file(source):
@@ -335,6 +343,7 @@ class Session:
         except RecursionError:
             return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
 
+    @typed
     def autofix(self, source: Source) -> tuple[Source, int]:
         """Apply all safe fixes, repeatedly, since one fix may enable another. Returns the source and the number of
         fixes."""
@@ -346,6 +355,7 @@ class Session:
             source, total = Source(source.name, text), total + number
         return source, total
 
+    @typed
     def fix_file(self, path: str) -> tuple[Source, int]:
         """Apply ``autofix`` to a file in place; raises SceneError if it cannot be read or written."""
         source, number = self.autofix(self.source(path))
@@ -356,6 +366,12 @@ class Session:
 
     def expansion(self, program: Program) -> str:
         """Return the text of a program after macro expansion."""
+        try:
+            return run_with_room(lambda: self._expansion(program), EXPANSION_DEPTH)
+        except RecursionError:
+            raise SceneError("nesting", "the expansion is nested too deeply to be printed") from None
+
+    def _expansion(self, program: Program) -> str:
         from scenelang.grammar.layout import layout
         from scenelang.interpreter.compile.analyse import mentioned
         from scenelang.interpreter.compile.unparse import unparse
@@ -376,6 +392,7 @@ class Session:
             datums.append(datum)
         return layout(datums, indents=INDENTS, spelling=spelling)
 
+    @typed
     def transpile(self, source: Source, literal: bool = False) -> Translation:
         """Translate a language model's response, or its Python, and check the program; errors are never raised.
 
@@ -398,6 +415,7 @@ class Session:
             problem = Diagnostic("nesting", "the Python is nested too deeply", Span(source, 0, 1))
             return Translation((), "", (problem,))
 
+    @typed
     def lift(self, source: Source) -> tuple[str | None, Sequence[Diagnostic]]:
         """Return the text of an equal program that is easier to read, or None, and the diagnostics of the program."""
         from scenelang.interpreter.lift.lift import lift_text
@@ -565,6 +583,7 @@ class Session:
 
     # --- evaluating --------------------------------------------------------------------------------------------
 
+    @typed
     def evaluate(self, source: Source) -> Evaluated:
         """Check and run a program, or read a JSON scene; errors are returned as diagnostics and never raised."""
         with limited(self.options.limits):
@@ -911,7 +930,24 @@ def _reading_hint(error: Exception) -> str | None:
     return "use `-` for standard input" if number == errno.EINVAL else None
 
 
+def other_file_error(path: Path) -> SceneError | None:
+    """Return the error of a file that cannot be a program, with what to do with it, or None."""
+    from scenelang.interpreter.scene.primitives import MESH_ENDINGS
+
+    ending = path.suffix.lower()
+    if ending in MESH_ENDINGS:
+        hint = f'a mesh is a primitive: `(call "asset" :file "{path.name}")`'
+        return SceneError("file", f"`{path.name}` is a mesh, not a program", hint)
+    if ending in (".scad", ".schem", ".litematic", ".nbt"):
+        hint = f"`scenelang import {path.name}` writes a program"
+        return SceneError("file", f"`{path.name}` is of another program", hint)
+    return None
+
+
 def _read_source(path: str, shown: str) -> Source:
+    wrong = other_file_error(Path(path))
+    if wrong is not None:
+        raise wrong
     try:
         if path == "-":
             data = sys.stdin.buffer.read(_MAX_FILE_SIZE + 1)

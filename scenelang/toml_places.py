@@ -208,6 +208,14 @@ class TomlTable:
         """Raise an error at a key of this table, or at the table."""
         self.document.fail(self.path if key is None else (*self.path, key), message, hint)
 
+    def fail_missing(self, key: str, message: str) -> NoReturn:
+        """Raise an error for a key that is not there: at one that may be meant to be it, or at the table."""
+        near = next((each for each in self._data if each not in self._read and suggest(each, [key])), None)
+        if near is not None:
+            self._read.add(key)
+            self._fail_unknown(near)
+        self.fail(None, message)
+
     def take(self, key: str, default: Any = None) -> Any:
         """Return a value of any type."""
         self._read.add(key)
@@ -275,10 +283,12 @@ class TomlTable:
         """Raise an error for the first key that nothing has read."""
         for key in self._data:
             if key not in self._read:
-                where = f" in [{'.'.join(self.path)}]" if self.path else ""
-                known = sorted(self._read)
-                hint = suggest(key, known) or f"known are {', '.join(known)}"
-                self.fail(key, f"unknown key `{key[:60]}`{where}", hint)
+                self._fail_unknown(key)
+
+    def _fail_unknown(self, key: str) -> NoReturn:
+        where = f" in [{'.'.join(self.path)}]" if self.path else ""
+        known = sorted(self._read)
+        self.fail(key, f"unknown key `{key[:60]}`{where}", suggest(key, known) or f"known are {', '.join(known)}")
 
 
 def shown(value: Any) -> str:

@@ -9,6 +9,7 @@ embeddings encode``; evaluation does not read these (docs/embeddings.md). Writin
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -94,7 +95,7 @@ def set_entry(path: Path, name: str, text: str | None, attributes: Mapping[str, 
     from scenelang.interpreter.runtime.runtime import ZEntry
 
     with lock_folder(path.parent):
-        entries, vectors = read_z(path) if path.exists() else ({}, {})
+        entries, vectors = read_z(path) if os.path.exists(path) else ({}, {})
         old = ZEntry() if clear else entries.get(name, ZEntry())
         entry = ZEntry(text if text is not None else old.text, {**old.attributes, **attributes})
         if clear:
@@ -218,7 +219,7 @@ def write_encodings(path: Path, encodings: Encodings) -> None:
 
 def _old(path: Path) -> tuple[dict[str, str], dict[str, npt.NDArray[Any]]]:
     """Return header and tensors of the file, both empty if it does not exist."""
-    if not path.exists():
+    if not os.path.exists(path):
         return {}, {}
     with _read_errors(path):
         return _contents(path)

@@ -174,7 +174,9 @@ def is_bound(rt: Runtime, word: str) -> bool:
     ('(call-embeddings "tree" (list :height 3))', "((embedding :height 3))"),
 )
 def call_embeddings(rt: Runtime, word: str, arguments: Any) -> Any:
-    z, rest, written = parts.call_embeddings(rt, word, items_of(rt, arguments))
+    given = items_of(rt, arguments)
+    rt.charge(len(given) >> 2)
+    z, rest, written = parts.call_embeddings(rt, word, given)
     rt.check_written(word, written)
     return Pair(z, make_list(rest))
 
@@ -260,6 +262,7 @@ def map_parts(rt: Runtime, function: Procedure, x: Any) -> Any:
 )
 def frames(rt: Runtime, sequence: Any) -> Frames:
     members = items_of(rt, sequence)
+    rt.charge(len(members) >> 2)
     if not members:
         raise SceneError("frames", "`frames` expects at least one frame, got an empty list")
     return Frames(tuple(parts.parts_of(rt, member, "frames") for member in members))

@@ -186,7 +186,9 @@ def modulo(rt: Runtime, a: Any, b: Any) -> Any:
 
 def power(rt: Runtime, a: Any, b: Any) -> Any:
     if type(a) in (int, float) and type(b) in (int, float):
-        return _power(a, b)
+        result = _power(a, b)
+        charge_digits(rt, result)
+        return result
     return itemwise(rt, "expt", _power, a, b)
 
 
@@ -829,6 +831,7 @@ def number_to_string(rt: Runtime, x: Any, radix: int = 10) -> str:
         return number_text(x)
     if type(x) is not int:
         raise SceneError("value", f"`number->string` expects an Integer for radix {radix}, got {show(x, 30)}")
+    rt.charge(x.bit_length() >> 5)
     return ("-" if x < 0 else "") + (_digits_of(abs(x), radix).lstrip("0") or "0")
 
 

@@ -99,7 +99,7 @@ def _nested(rt: Runtime, value: Any, name: str, depth: int) -> Any:
             raise SceneError("value", f"`{name}` expects a list of at most {_MAX_DEPTH} levels, got a deeper one")
         if kind is MutableList:
             rt.read(value)
-        members = value.items if kind is MutableList else _proper(name, value)
+        members = value.items if kind is MutableList else _proper(rt, name, value)
         rt.charge(1 + len(members))
         return [_nested(rt, member, name, depth + 1) for member in members]
     if kind is Vector:
@@ -112,12 +112,13 @@ def _nested(rt: Runtime, value: Any, name: str, depth: int) -> Any:
     raise not_numeric(name, value)
 
 
-def _proper(name: str, value: Any) -> list[Any]:
+def _proper(rt: Runtime, name: str, value: Any) -> list[Any]:
     members, tail = [], value
     while type(tail) is Pair:
         members.append(tail.car)
         tail = tail.cdr
     if tail is not NIL:
+        rt.charge(len(members) >> 4)  # a program may catch the error
         raise improper(name, tail)
     return members
 

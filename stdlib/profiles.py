@@ -28,8 +28,9 @@ MAX_SEGMENTS = 1024
 MAX_POINTS = 100_000  # of a profile or path
 _LARGE = 1e12  # lengths must be below, so that products of them are exact enough
 _JOINS = {"round": "Round", "miter": "Miter", "square": "Square"}
-_RULES = {"nonzero": "NonZero", "even-odd": "EvenOdd"}
+_RULES = {"nonzero": shapes.NON_ZERO, "even-odd": shapes.EVEN_ODD}
 LEFT, _NONZERO, _ROUND = Keyword("left"), Keyword("nonzero"), Keyword("round")
+FILL = "[:fill::Keyword]"
 _ALIGNMENTS = {"left": 0.0, "center": 0.5, "right": 1.0}
 
 
@@ -111,6 +112,27 @@ def profile_of(rt: Runtime, name: str, value: Any) -> Contours:
     if total > MAX_POINTS:
         raise SceneError("value", f"`{name}` expects a profile of at most {MAX_POINTS:,} points, got {total:,}")
     return contours
+
+
+def filled(rt: Runtime, name: str, value: Any, fill: Any) -> tuple[Contours, str]:
+    """Return a profile as contours, and the rule that fills it, ``:nonzero`` by default.
+
+    A contour that crosses itself is a warning unless the program names the rule.
+    """
+    contours = profile_of(rt, name, value)
+    if fill is not None:
+        return contours, choice(name, ":fill", fill, _RULES)
+    for contour in contours:
+        rt.charge(len(contour) >> 4)
+        point = shapes.crossing_of(contour)
+        if point is not None:
+            x, y = (f"{number:.4g}" for number in point)
+            hint = (
+                "what it winds around is inside; `:fill :even-odd` leaves what it winds around twice, as OpenSCAD does"
+            )
+            rt.warn("crossing-profile", f"the profile of `{name}` crosses itself at [{x} {y}]", rt.site, hint)
+            break
+    return contours, shapes.NON_ZERO
 
 
 def counter_clockwise(contour: Numpy) -> Numpy:
@@ -247,22 +269,22 @@ def spline(rt: Runtime, points: Any, segments: int = 16) -> Any:
 
 
 @define(
-    "svg-path", "data::String [:rule::Keyword] [:tolerance::Number]", "List",
+    "svg-path", f"data::String {FILL} [:tolerance::Number]", "List",
     "Return the profile of the data `d` of an SVG path, with all of its commands. y is upwards, so the numbers are "
-    "negated. `:rule` says what is inside, `:nonzero` as in SVG or `:even-odd`; open subpaths count as closed. "
+    "negated. `:fill` says what is inside, `:nonzero` as in SVG or `:even-odd`; open subpaths count as closed. "
     "`:tolerance` is the largest distance from curves, by default a thousandth of the size.",
     ('(svg-path "M0 0 H4 V-2 H0 Z")', "([[4.0 2.0] [0.0 2.0] [0.0 0.0] [4.0 0.0]])"),
     picture='(extrude (svg-path "M0 -3 C-3 -6 -6 -2 0 2 C6 -2 3 -6 0 -3 Z") 1 :color (color "tomato"))',
 )  # fmt: skip
-def svg_path(rt: Runtime, data: str, rule: Any = _NONZERO, tolerance: Any = None) -> Any:
-    fill = choice("svg-path", ":rule", rule, _RULES)
+def svg_path(rt: Runtime, data: str, fill: Any = _NONZERO, tolerance: Any = None) -> Any:
+    rule = choice("svg-path", ":fill", fill, _RULES)
     rt.charge(len(data) >> 3)
     near = None if tolerance is None else positive("svg-path", ":tolerance", tolerance)
     pen = shapes.svg_outline(data, near)
     rt.charge(pen.pieces)
     contours = pen.contours(pen.size / 1000.0 if near is None else near)
     _charge_for(rt, "svg-path", contours)
-    return profile_value(rt, shapes.normalized(contours, fill) if contours else ())
+    return profile_value(rt, shapes.normalized(contours, rule) if contours else ())
 
 
 # --- text ------------------------------------------------------------------------------------------------------------
@@ -318,41 +340,44 @@ def _charge_for(rt: Runtime, name: str, contours: Sequence[Numpy]) -> None:
     rt.charge(1 + (sum(map(len, contours)) >> 2) + (shapes.check_crossings(name, contours) >> 7))
 
 
-def _combined(rt: Runtime, name: str, kind: str, values: Sequence[Any]) -> Any:
+def _combined(rt: Runtime, name: str, kind: str, values: Sequence[Any], fill: Any) -> Any:
     rt.meter.check_growth(len(values), "a list of profiles")
-    contours = [profile_of(rt, name, value) for value in values]
-    _charge_for(rt, name, [each for profile in contours for each in profile])
-    return profile_value(rt, shapes.combined(name, kind, contours))
+    profiles = [filled(rt, name, value, fill) for value in values]
+    _charge_for(rt, name, [each for contours, _ in profiles for each in contours])
+    return profile_value(rt, shapes.combined(name, kind, [contours for contours, _ in profiles], profiles[0][1]))
 
 
 @define(
-    "profile-union", "first others ...", "List",
-    "Return the contours of what is inside of any profile.",
+    "profile-union", f"first others ... {FILL}", "List",
+    "Return the contours of what is inside of any profile. `:fill` says what is inside of one that crosses itself or "
+    "whose contours overlap: `:nonzero`, what they wind around (the default), or `:even-odd`, what they wind around an "
+    "odd number of times.",
     ("(profile-area (profile-union (rectangle 2 2) (+ (rectangle 2 2) [1 0])))", "6.0"),
     picture='(extrude (profile-union (circle 1) (+ (circle .7) [1.2 0])) .4 :color (color "gold"))',
 )  # fmt: skip
-def profile_union(rt: Runtime, first: Any, *others: Any) -> Any:
-    return _combined(rt, "profile-union", "Add", (first, *others))
+def profile_union(rt: Runtime, first: Any, *others: Any, fill: Any = None) -> Any:
+    return _combined(rt, "profile-union", "Add", (first, *others), fill)
 
 
 @define(
-    "profile-difference", "base tools ...", "List",
-    "Return the contours of what remains of a profile without the others. Nothing may remain: an empty list.",
+    "profile-difference", f"base tools ... {FILL}", "List",
+    "Return the contours of what remains of a profile without the others. Nothing may remain: an empty list. `:fill` "
+    "is that of `profile-union`.",
     ("(profile-area (profile-difference (rectangle 2 2) (rectangle 1 1)))", "3.0"),
     picture='(extrude (profile-difference (rectangle 3 2) (circle .7)) .4 :color (color "gold"))',
 )  # fmt: skip
-def profile_difference(rt: Runtime, base: Any, *tools: Any) -> Any:
-    return _combined(rt, "profile-difference", "Subtract", (base, *tools))
+def profile_difference(rt: Runtime, base: Any, *tools: Any, fill: Any = None) -> Any:
+    return _combined(rt, "profile-difference", "Subtract", (base, *tools), fill)
 
 
 @define(
-    "profile-intersection", "first others ...", "List",
-    "Return the contours of what is inside of all shapes.",
+    "profile-intersection", f"first others ... {FILL}", "List",
+    "Return the contours of what is inside of all profiles. `:fill` is that of `profile-union`.",
     ("(profile-area (profile-intersection (rectangle 2 2) (+ (rectangle 2 2) [1 0])))", "2.0"),
     picture='(extrude (profile-intersection (circle 1) (+ (circle 1) [.8 0])) .4 :color (color "gold"))',
 )  # fmt: skip
-def profile_intersection(rt: Runtime, first: Any, *others: Any) -> Any:
-    return _combined(rt, "profile-intersection", "Intersect", (first, *others))
+def profile_intersection(rt: Runtime, first: Any, *others: Any, fill: Any = None) -> Any:
+    return _combined(rt, "profile-intersection", "Intersect", (first, *others), fill)
 
 
 @define(
@@ -384,25 +409,28 @@ def profile_minkowski(rt: Runtime, base: Any, tool: Any) -> Any:
 
 
 @define(
-    "offset-profile", "profile distance::Number [:join::Keyword] [:segments::Integer] [:limit::Number]", "List",
+    "offset-profile", f"profile distance::Number [:join::Keyword] [:segments::Integer] [:limit::Number] {FILL}", "List",
     "Return a profile grown by `distance`, or shrunk if it is negative. Outer corners are joined `:round` with "
-    "`:segments` of a full circle, `:miter` (cut off beyond `:limit` times the distance, 4 by default) or `:square`.",
+    "`:segments` of a full circle, `:miter` (cut off beyond `:limit` times the distance, 4 by default) or `:square`. "
+    "`:fill` is that of `profile-union`.",
     ("(profile-area (offset-profile (rectangle 2 2) 1 :join :miter))", "16.0"),
     picture='(union (extrude (star 5 1 .5) .5 :color (color "gold")) (extrude (offset-profile (star 5 1 .5) .25) .2 '
             ':color (color "slategray")))',
 )  # fmt: skip
 def offset_profile(
-    rt: Runtime, profile: Any, distance: Any, join: Any = _ROUND, segments: int = SEGMENTS, limit: Any = 4
+    rt: Runtime, profile: Any, distance: Any, join: Any = _ROUND, segments: int = SEGMENTS, limit: Any = 4,
+    fill: Any = None,
 ) -> Any:  # fmt: skip
     name = "offset-profile"
-    contours = profile_of(rt, name, profile)
+    contours, rule = filled(rt, name, profile, fill)
     kind, sides = choice(name, ":join", join, _JOINS), segment_count(name, segments)
     length = finite(name, "the distance", distance)
     _charge_for(rt, name, contours)
     rt.charge(sum(map(len, contours)) * (sides if kind == "Round" else 4) >> 6)
-    return profile_value(
-        rt, shapes.offset(contours, length, kind, sides, positive(name, ":limit", limit)) if length else contours
-    )
+    most = positive(name, ":limit", limit)
+    if length == 0.0:
+        return profile_value(rt, contours if fill is None else shapes.normalized(contours, rule))
+    return profile_value(rt, shapes.offset(contours, length, kind, sides, most, rule))
 
 
 @define(
@@ -432,10 +460,11 @@ def transform_profile(rt: Runtime, profile: Any, move: Any = 0, rotate: Any = 0,
 
 
 @define(
-    "profile-area", "profile", "Float", "Return the area of a profile: that of what is inside.",
+    "profile-area", f"profile {FILL}", "Float",
+    "Return the area of a profile: that of what is inside. `:fill` is that of `profile-union`.",
     ("(profile-area [[0 0] [2 0] [2 1] [0 1]])", "2.0"),
 )  # fmt: skip
-def profile_area(rt: Runtime, profile: Any) -> float:
-    contours = profile_of(rt, "profile-area", profile)
+def profile_area(rt: Runtime, profile: Any, fill: Any = None) -> float:
+    contours, rule = filled(rt, "profile-area", profile, fill)
     _charge_for(rt, "profile-area", contours)
-    return float(shapes.section_of(contours).area())
+    return float(shapes.section_of(contours, rule).area())

@@ -15,6 +15,7 @@ from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Matrix, Pr
 from scenelang.interpreter.scene import parts, pose
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling import curves
+from scenelang.interpreter.scene.modelling.contours import NON_ZERO, Contours, crossing_of
 from scenelang.interpreter.scene.modelling.operations import SEGMENTS, Expression, Operand, check_size
 from scenelang.interpreter.scene.modelling.solid import SolidShape, operand_of
 from scenelang.interpreter.scene.modelling.sweeping import check_corners
@@ -23,8 +24,10 @@ from scenelang.interpreter.scene.primitives.mesh import flat_mesh, posed, sample
 from scenelang.stdlib.operands import from_numpy, items, to_numpy
 from scenelang.stdlib.paths import path_of
 from scenelang.stdlib.profiles import (
+    FILL,
     LEFT,
     TEXT,
+    filled,
     finite,
     one_or_two,
     outline_of,
@@ -311,20 +314,22 @@ def profile_silhouette(rt: Runtime, solid: Any, segments: int = SEGMENTS) -> Any
 
 
 @define(
-    "extrude", f"profile height::Number [:twist::Number] [:taper] [:slices::Integer] [:center::Boolean] {LOOK}",
+    "extrude",
+    f"profile height::Number [:twist::Number] [:taper] [:slices::Integer] [:center::Boolean] {FILL} {LOOK}",
     "Entity",
     "Return a profile in the plane of x and y, extruded along +z by `height`. The top is turned by `:twist` radians "
-    "and scaled by `:taper`, one factor or two; `:slices` are layers of a twist; `:center` puts the middle at z = 0.",
+    "and scaled by `:taper`, one factor or two; `:slices` are layers of a twist; `:center` puts the middle at z = 0. "
+    "`:fill` is that of `profile-union`.",
     ("(volume (extrude [[0 0] [2 0] [2 1] [0 1]] 3))", "6.0"),
     picture='(extrude [[0 0] [2 0] [2 .5] [.5 .5] [.5 1.5] [0 1.5]] .8 :color (color "steelblue"))',
 )  # fmt: skip
 def extrude(
     rt: Runtime, profile: Any, height: Any, twist: Any = 0, taper: Any = 1, slices: int = 0, center: bool = False,
-    **look: Any,
+    fill: Any = None, **look: Any,
 ) -> Entity:  # fmt: skip
     if slices < 0 or slices > 10_000:
         raise SceneError("value", f"`extrude` expects at most 10,000 :slices, got {slices}")
-    contours = profile_of(rt, "extrude", profile)
+    contours, rule = filled(rt, "extrude", profile, fill)
     layers = slices or (max(1, math.ceil(abs(float(twist)) / math.tau * SEGMENTS)) if twist else 1)
     scale = one_or_two(rt, "extrude", ":taper", taper)
     if min(scale) < 0.0:
@@ -332,7 +337,12 @@ def extrude(
     parameters = _extrusion(
         contours, positive("extrude", "the height", height), math.degrees(float(twist)), scale, layers, bool(center)
     )
-    return solid_entity(rt, "extrude", parameters, (), look)
+    return solid_entity(rt, "extrude", parameters | _rule(rule), (), look)
+
+
+def _rule(rule: str) -> dict[str, str]:
+    """Return the parameter for a fill rule, which the usual one does not need."""
+    return {} if rule == NON_ZERO else {"fill": rule}
 
 
 def _extrusion(
@@ -365,36 +375,42 @@ def text_solid(
 
 
 @define(
-    "lathe", f"profile [:angle::Number] [:segments::Integer] {LOOK}", "Entity",
+    "lathe", f"profile [:angle::Number] [:segments::Integer] {FILL} {LOOK}", "Entity",
     "Return a profile turned around the y axis: x is the distance from the axis, and what is at x < 0 is left out. "
-    "`:angle` in radians is less than a full turn; `:segments` are those of a full turn, a part has its share.",
+    "`:angle` in radians is less than a full turn; `:segments` are those of a full turn, a part has its share. "
+    "`:fill` is that of `profile-union`.",
     ("(round (volume (lathe [[0 0] [1 0] [1 1] [0 1]] :segments 1024)) 3)", "3.142"),
     picture='(lathe [[0 0] [.5 0] [.15 .2] [.1 1] [.6 1.6] [.5 1.6] [0 1.1]] :color (color "gold"))',
 )  # fmt: skip
-def lathe(rt: Runtime, profile: Any, angle: Any = math.tau, segments: int = SEGMENTS, **look: Any) -> Entity:
+def lathe(
+    rt: Runtime, profile: Any, angle: Any = math.tau, segments: int = SEGMENTS, fill: Any = None, **look: Any
+) -> Entity:  # fmt: skip
     if not 0.0 < angle <= math.tau + 1e-9:
         raise SceneError("value", f"`lathe` expects an :angle above 0 up to a full turn, got {show(angle, 40)}")
     share = min(1.0, float(angle) / math.tau)
+    contours, rule = filled(rt, "lathe", profile, fill)
     parameters = {
-        "profile": profile_of(rt, "lathe", profile), "angle": min(360.0, math.degrees(float(angle))),
+        "profile": contours, "angle": min(360.0, math.degrees(float(angle))),
         "segments": max(1, math.ceil(segment_count("lathe", segments) * share - 1e-9)),
     }  # fmt: skip
-    return solid_entity(rt, "lathe", parameters, (), look)
+    return solid_entity(rt, "lathe", parameters | _rule(rule), (), look)
 
 
 @define(
-    "sweep", f"profile path::ArrayLike [:twist::Number] [:taper] [:closed::Boolean] {LOOK}", "Entity",
+    "sweep", f"profile path::ArrayLike [:twist::Number] [:taper] [:closed::Boolean] {FILL} {LOOK}", "Entity",
     "Return a profile moved along a path. Its y axis is as far upwards as possible at the start, and it does not turn "
     "about the path except by `:twist` radians in all; `:taper`, one factor or two, is its final size. Corners are "
-    "mitred. `:closed` leads from the last point back to the first; a path that ends where it begins is closed.",
+    "mitred. `:closed` leads from the last point back to the first; a path that ends where it begins is closed. "
+    "`:fill` is that of `profile-union`.",
     ("(volume (sweep (rectangle 1 2) [[0 0 0] [5 0 0] [5 0 5]]))", "20.0"),
     picture='(sweep (profile-difference (circle .3) (circle .2)) [[0 0 0] [2 0 0] [2 1.5 0] [2 1.5 2]] :color (color '
             '"gold"))',
 )  # fmt: skip
 def sweep(
-    rt: Runtime, profile: Any, path: Any, twist: Any = 0, taper: Any = 1, closed: bool = False, **look: Any
+    rt: Runtime, profile: Any, path: Any, twist: Any = 0, taper: Any = 1, closed: bool = False, fill: Any = None,
+    **look: Any,
 ) -> Entity:  # fmt: skip
-    contours, points = profile_of(rt, "sweep", profile), path_of(rt, "sweep", path)
+    (contours, rule), points = filled(rt, "sweep", profile, fill), path_of(rt, "sweep", path)
     if closed and not curves.is_closed(points):
         points = np.concatenate([points, points[:1]])
     scale, turn = np.array(one_or_two(rt, "sweep", ":taper", taper)), finite("sweep", ":twist", twist)
@@ -407,7 +423,7 @@ def sweep(
         raise SceneError("value", f"`sweep` expects a :twist of at most 10,000 radians, got {show(twist, 40)}")
     rt.charge(len(points) >> 2)
     parameters = {"profile": contours, "path": points, "twist": turn, "taper": scale}
-    return solid_entity(rt, "sweep", parameters, (), look)
+    return solid_entity(rt, "sweep", parameters | _rule(rule), (), look)
 
 
 def _poses_of(rt: Runtime, heights: Any, poses: Any, count: int) -> Any:
@@ -428,6 +444,17 @@ def _poses_of(rt: Runtime, heights: Any, poses: Any, count: int) -> Any:
     return placed
 
 
+def _loftable(rt: Runtime, profile: Any) -> Contours:
+    """Return a profile of a loft; raises SceneError for one that crosses itself, whose points have no order."""
+    contours = profile_of(rt, "loft", profile)
+    for contour in contours:
+        point = crossing_of(contour)
+        if point is not None:
+            message = f"a profile of `loft` crosses itself at [{point[0]:.4g} {point[1]:.4g}]"
+            raise SceneError("value", message, "take its outline, `(profile-union profile)`")
+    return contours
+
+
 @define(
     "loft", f"profiles::Sequence [:heights] [:poses] {LOOK}", "Entity",
     "Return the solid that leads from each profile of a list to the next one. They are at z = 0, 1, 2, ..., or at "
@@ -437,7 +464,7 @@ def _poses_of(rt: Runtime, heights: Any, poses: Any, count: int) -> Any:
     picture='(loft (list (rectangle 2 2) (circle .6) (star 5 1 .5)) :heights [0 1.5 2.5] :color (color "gold"))',
 )  # fmt: skip
 def loft(rt: Runtime, profiles: Any, heights: Any = None, poses: Any = None, **look: Any) -> Entity:
-    given = [profile_of(rt, "loft", profile) for profile in items(rt, profiles, "loft")]
+    given = [_loftable(rt, profile) for profile in items(rt, profiles, "loft")]
     if len(given) < 2:
         raise SceneError("value", f"`loft` expects a list of at least two profiles, got {len(given)}")
     placed = _poses_of(rt, heights, poses, len(given))

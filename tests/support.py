@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import signal
 import subprocess
+import sys
+import threading
 import time
-from collections.abc import Iterator
+import tracemalloc
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
@@ -24,6 +28,36 @@ from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import flatten
 from scenelang.session import Options, Session, run_with_room
 
+PATIENCE = 300.0  # seconds to wait for what comes at once on an idle machine
+
+
+def calls(action: Callable[[], object]) -> int:
+    """How many functions an action calls, those in C too, here and in the threads that it starts."""
+    count = itertools.count()
+
+    def note(frame: Any, event: str, argument: Any) -> None:
+        if event in ("call", "c_call"):
+            next(count)
+
+    threading.setprofile(note)
+    sys.setprofile(note)
+    try:
+        action()
+    finally:
+        sys.setprofile(None)
+        threading.setprofile(None)  # type: ignore[arg-type]
+    return next(count)
+
+
+def peak_bytes(action: Callable[[], object]) -> int:
+    """The most memory that Python and numpy hold for an action at once."""
+    tracemalloc.start()
+    try:
+        action()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
 
 @contextmanager
 def interruptible(words: list[str], cwd: Path) -> Iterator[subprocess.Popen[bytes]]:
@@ -37,27 +71,83 @@ def interruptible(words: list[str], cwd: Path) -> Iterator[subprocess.Popen[byte
             running.kill()
 
 
-def wait_for_work(pid: int, seconds: float) -> int:
-    """Wait for a child of a process that has had so many seconds of the processor; returns its number. Where no folder
-    tells, it only waits."""
-    if not Path("/proc/self/task").is_dir():
+def wait_for_work(pid: int, seconds: float, but: Collection[int] = ()) -> int:
+    """Wait until a process below another one, with none below itself, has had so many seconds of the processor, ``but``
+    not one of these; returns its number. Where no folder tells, it only waits."""
+    if not _TELLS:
         time.sleep(1.5 + seconds)
         return 0
-    end = time.monotonic() + 30.0
+    for _ in _patiently():
+        for child in below(pid):
+            if child not in but and worked(child) >= seconds and not below(child):
+                return child
+        assert is_running(pid), "the process has ended"
+    raise AssertionError("no process works")
+
+
+def wait_for_more_work(pid: int, seconds: float) -> None:
+    """Wait until a process and those below it have had so many more seconds of the processor. Where no folder tells, it
+    only waits."""
+    if not _TELLS:
+        time.sleep(1.5 + seconds)
+        return
+    before = worked_in_all(pid)
+    for _ in _patiently():
+        if worked_in_all(pid) >= before + seconds:
+            return
+        assert is_running(pid), "the process has ended"
+    raise AssertionError("it does not work")
+
+
+def wait_until(condition: Callable[[], object]) -> None:
+    """Wait for what holds at once on an idle machine."""
+    assert any(condition() for _ in _patiently()), "it takes too long"
+
+
+_TELLS = Path("/proc/self/task").is_dir()
+
+
+def _patiently() -> Iterator[None]:
+    """Comes again and again, with a pause between, until patience ends."""
+    end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
-        for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
-            if _worked(int(child)) >= seconds:
-                return int(child)
+        yield
         time.sleep(0.02)
-    raise AssertionError("no child works")
 
 
-def _worked(pid: int) -> float:
+def below(pid: int) -> list[int]:
+    """The processes that a process has started, and those that they have."""
+    found: list[int] = []
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        try:
+            found += map(int, task.read_text().split())
+        except OSError:
+            pass
+    return found + [deeper for child in found for deeper in below(child)]
+
+
+def worked(pid: int) -> float:
+    """The seconds of the processor that a process has had."""
+    fields = _status(pid)
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK") if fields else 0.0
+
+
+def worked_in_all(pid: int) -> float:
+    """The seconds of the processor that a process and those below it have had."""
+    return sum(map(worked, [pid, *below(pid)]))
+
+
+def is_running(pid: int) -> bool:
+    """Whether there is such a process, and it has not ended."""
+    fields = _status(pid)
+    return bool(fields) and fields[0] != "Z"
+
+
+def _status(pid: int) -> list[str]:
     try:
-        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     except OSError:
-        return 0.0
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        return []
 
 
 def session(**options: Any) -> Session:
@@ -150,6 +240,22 @@ def shape(datum: Datum) -> Any:
     return "list", items, shape(datum.tail) if datum.tail is not None else None
 
 
+def rewrite(path: Path, text: str) -> None:
+    """Replace a file in one step, as editors do: who watches it never reads half of it."""
+    whole = path.with_suffix(".part")
+    whole.write_text(text, "utf-8")
+    whole.replace(path)
+
+
+def read_until(stream: IO[str], text: str) -> list[str]:
+    """The lines that come until one holds ``text``, that one included."""
+    found = [stream.readline()]
+    while text not in found[-1]:
+        assert found[-1], f"{text!r} does not come, but {''.join(found)!r}"
+        found.append(stream.readline())
+    return found
+
+
 @contextmanager
 def watching(
     command: list[str], folder: Path, inputs: str = ""
@@ -162,6 +268,5 @@ def watching(
         assert running.stdout is not None
         running.stdin.write(f"{inputs},watch\n")
         running.stdin.flush()
-        assert "stop with `,watch`" in running.stdout.readline()
-        time.sleep(0.5)  # until the thread watches
+        assert "stop with `,watch`" in running.stdout.readline()  # what changes from now on is noticed
         yield running, running.stdin, running.stdout

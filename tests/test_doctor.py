@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-import time
 from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
@@ -18,10 +17,8 @@ from scenelang.doctor import Check, CheckState
 
 
 @pytest.mark.slow
-def test_it_tells_what_works_in_a_few_seconds(capsys: pytest.CaptureFixture[str]) -> None:
-    started = time.monotonic()
+def test_it_tells_what_works(capsys: pytest.CaptureFixture[str]) -> None:
     code = main(["doctor", "--json"])
-    assert time.monotonic() - started < 8  # 5 on an idle machine
     found = json.loads(capsys.readouterr().out)
     by_name = {(each["topic"], each["name"]): each for each in found}
     assert [each for each in found if each["state"] == "broken"] == []
@@ -81,7 +78,7 @@ def test_trials_that_fail_or_crash_leave_the_others(monkeypatch: pytest.MonkeyPa
     deadly = 'import json, os; print(json.dumps({"name": "bad"}), flush=True); os.abort()'
     commands = iter([[sys.executable, "-c", deadly]])
     monkeypatch.setattr(doctor, "_start", lambda asked: start(next(commands, asked)))
-    told = doctor._tried(["bad", "no such trial", "language"], time.monotonic() + 20)
+    told = doctor._tried(["bad", "no such trial", "language"])
     assert told["bad"] == (False, "the test process crashed")
     assert told["no such trial"][0] is False
     assert told["language"][0] is True
@@ -91,12 +88,10 @@ def test_trials_that_fail_or_crash_leave_the_others(monkeypatch: pytest.MonkeyPa
 
 def test_time_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     start = doctor._start
-    sleeper = [sys.executable, "-c", "import time; time.sleep(60)"]
+    sleeper = [sys.executable, "-c", "import time; time.sleep(3600)"]
     monkeypatch.setattr(doctor, "_start", lambda asked: start(sleeper))
-    monkeypatch.setattr(doctor, "_SECONDS", 0.5)
-    started = time.monotonic()
+    monkeypatch.setattr(doctor, "_SECONDS", 0.1)
     found = list(doctor.work_checks())
-    assert time.monotonic() - started < 5
     assert {check.state for check in found} <= {CheckState.NOTE, CheckState.MISSING}
     assert any("not tested" in check.detail for check in found)
 

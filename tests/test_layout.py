@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable
 from pathlib import Path
 from textwrap import dedent
@@ -11,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from searching import many
-from support import shape
+from support import calls, shape
 
 from scenelang.grammar.datum import (
     ArrayDatum,
@@ -468,18 +467,32 @@ def test_programs_written_by_hand(program: Path) -> None:
     assert len(text.splitlines()) < 1.2 * len(program.read_text().splitlines())
 
 
-def test_deep_and_wide_datums() -> None:
-    """Nesting is no danger to the stack and layout takes no more than a short time per datum; no comment is lost."""
+def deep_and_wide(count: int) -> tuple[list[Datum], dict[int, Trivia]]:
+    """A list of that depth with a comment at the bottom, and one of five times that length."""
     deep: Datum = Atom(Symbol("deepest"), NOWHERE)
     trivia = {id(deep): around(before=("at the bottom",))}
-    for _ in range(4_000):
+    for _ in range(count):
         deep = ListDatum((Atom(Symbol("f"), NOWHERE), deep), None, NOWHERE)
-    wide = ListDatum(tuple(Atom(i, NOWHERE) for i in range(20_000)), None, NOWHERE)
-    started = time.perf_counter()
-    text = layout([deep, wide], indents=INDENTS, trivia=trivia)
-    assert time.perf_counter() - started < 5.0
+    wide = ListDatum(tuple(Atom(i, NOWHERE) for i in range(5 * count)), None, NOWHERE)
+    return [deep, wide], trivia
+
+
+def test_deep_and_wide_datums() -> None:
+    """Nesting is no danger to the stack; no comment is lost."""
+    forms, trivia = deep_and_wide(4_000)
+    text = layout(forms, indents=INDENTS, trivia=trivia)
     assert "; at the bottom" in text
-    assert len(list(walk(*forms_of(text)))) == len(list(walk(deep, wide)))
+    assert len(list(walk(*forms_of(text)))) == len(list(walk(*forms)))
+
+
+def test_twice_the_datums_take_twice_the_calls() -> None:
+    def work(count: int) -> int:
+        forms, trivia = deep_and_wide(count)
+        return calls(lambda: layout(forms, indents=INDENTS, trivia=trivia))
+
+    work(1)  # what is made once
+    few, many = work(400), work(800)
+    assert many < 2.3 * few
 
 
 @pytest.mark.parametrize(

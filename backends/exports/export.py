@@ -21,21 +21,35 @@ from scenelang.backends.exports.plan import (
     ExportSurface,
     Patch,
     chosen,
+    crowded_edges_of,
     distinct,
     merged,
     planned,
+    points_of,
     segments_for,
     shared,
     sides_within,
     solid_of,
     too_fine,
+    translation,
     vertex_count,
 )
 from scenelang.backends.files import atomic_write_all
+from scenelang.backends.geometry.convex import clusters
+from scenelang.backends.geometry.distance import neighbours
+from scenelang.backends.geometry.precision import (
+    SINGLE,
+    ChangedBody,
+    Copies,
+    Rounding,
+    changed_bodies,
+    chunks_of,
+    own_offset,
+)
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.pictures.appearance import Look, look_of, to_srgb
 from scenelang.grammar.datum import dataclass, field, replace
-from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.runtime.show import plain_attributes
 from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY, Embedding, Matrix, Pair
 from scenelang.interpreter.scene import pose
@@ -277,7 +291,8 @@ Links = Sequence[tuple[Node, Matrix]]
 class Job:
     """Input of a writer. ``limit`` is the maximum number of expanded primitives.
 
-    ``solid``: the plan is one body, whose faces share points in formats that number them.
+    ``solid``: the plan is one body, whose faces share points in formats that number them. ``warn`` is called with what
+    the format cannot hold.
     """
 
     plan: ExportPlan
@@ -290,6 +305,7 @@ class Job:
     unit: str = "millimeter"
     instancing: int | None = None
     solid: bool = False
+    warn: Callable[[Diagnostic], None] = field(default=lambda _: None)
 
 
 Writer = Callable[[Job, Path], None]  # writes the file, and its accompanying files in the same directory
@@ -334,6 +350,7 @@ def _export(
     if backend.setting(options, "solid"):
         scene = as_cubes(chosen(scene, frame), options.limit, options.warn)
         scene, frame = _as_solids(scene, _setting(backend, options, "segments"), tolerance), None
+        _warn_of_crowded_edges(scene, options.warn or (lambda _: None))
     plan = planned(scene, frame, 1 if parts and depth is None else depth, options.limit, options.warn)
     fields = {name: name for name in ("fps", "segments", "unit", "instancing")} | {"instances": "instance-limit"}
     others = {field: _setting(backend, options, name) for field, name in fields.items()}
@@ -343,14 +360,29 @@ def _export(
         progress=options.progress or (lambda _: None),
         tolerance=tolerance,
         solid=bool(backend.setting(options, "solid")),
+        warn=options.warn or (lambda _: None),
         **{field: value for field, value in others.items() if value is not None},
     )
-    with atomic_write_all(path.parent) as folder:
+    with atomic_write_all(path.parent, path) as folder:
         names = _write_parts(write, job, folder, path) if parts else [path.name]
         if not parts:
             write(job, folder / path.name)
     job.progress(1.0)
     return [path.parent / name for name in names]
+
+
+def _warn_of_crowded_edges(scene: Scene, warn: Callable[[Diagnostic], None]) -> None:
+    """Warn once of the edges along which bodies only touch, which have more faces where readers join equal points."""
+    solids = {id(entity): entity for entity in descendants(*scene.frames) if entity.is_primitive}
+    count = 0
+    for entity in solids.values():
+        solid = solid_of(entity)
+        surface = None if solid is None else solid.surface()
+        count += 0 if surface is None else crowded_edges_of(surface)
+    if count:
+        edges = "1 edge belongs" if count == 1 else f"{count:,} edges belong"
+        message = f"{edges} to more than two faces, because bodies touch along them"
+        warn(Diagnostic("crowded-edge", message, None, "let the bodies overlap, or leave a gap between them"))
 
 
 def _setting(backend: Backend, options: BackendOptions, name: str) -> Any:
@@ -360,24 +392,62 @@ def _setting(backend: Backend, options: BackendOptions, name: str) -> Any:
 
 def _as_solids(scene: Scene, segments: int | None, tolerance: float | None) -> Scene:
     """Return the scene with each frame as one computed solid."""
-    sides = segments or SEGMENTS
-    roots = []
-    for root in scene.frames:
-        largest = {} if tolerance is None else _largest(list(descendants(root)), [root], _children_of)
-
-        def sides_of(entity: Entity, largest: Mapping[int, float] = largest) -> int:
-            if tolerance is None:
-                return sides
-            return int(sides_within(entity, largest[id(entity)] * np.eye(3, 4)[None], tolerance)[0])
-
-        expression = joined_solid(root, sides_of)
-        if expression is None:
-            raise SceneError("solid", f'the scene "{scene.word}" has nothing with a volume')
-        look = next((e.embedding for e in descendants(root) if e.is_primitive), ANONYMOUS)
-        material = {name: value for name, value in look.attributes.items() if name in LOOKS and name != "color"}
-        shape = SolidShape.of(expression, material)
-        roots.append(Entity(scene.word, Embedding(None, None, material), (), shape))
+    roots = [_as_solid(scene.word, root, segments or SEGMENTS, tolerance) for root in scene.frames]
     return Scene(scene.word, roots, scene.animated)
+
+
+def _as_solid(word: str, root: Entity, sides: int, tolerance: float | None) -> Entity:
+    """Return a frame as one computed solid, or as several ones that are far apart, each about its own center."""
+    largest = {} if tolerance is None else _largest(list(descendants(root)), [root], _children_of)
+
+    def sides_of(entity: Entity) -> int:
+        if tolerance is None:
+            return sides
+        return int(sides_within(entity, largest[id(entity)] * np.eye(3, 4)[None], tolerance)[0])
+
+    parts = [(each, joined_solid(each, sides_of), offset) for each, offset in _near_parts(root)]
+    look = next((e.embedding for e in descendants(root) if e.is_primitive), ANONYMOUS)
+    material = {name: value for name, value in look.attributes.items() if name in LOOKS and name != "color"}
+    solids = [
+        (Entity(word, Embedding(None, None, material), (), SolidShape.of(expression, material)), offset)
+        for _, expression, offset in parts
+        if expression is not None
+    ]
+    if not solids:
+        raise SceneError("solid", f'the scene "{word}" has nothing with a volume')
+    if len(solids) == 1 and solids[0][1] is None:
+        return solids[0][0]
+    return Entity(word, ANONYMOUS, tuple(Pair(solid, translation(offset)) for solid, offset in solids))
+
+
+def _near_parts(root: Entity) -> list[tuple[Entity, FloatArray | None]]:
+    """Return a frame in parts that single precision can hold, each about its own center, with their offsets.
+
+    All is one part about the origin if it can be. Boxes that overlap stay in one part.
+    """
+    frame = flatten_entity(root, snap_blocks=False)
+    boxes = [entity_box(primitive) for primitive in frame.primitives]
+    known = np.array([box is not None for box in boxes])
+    rows = np.flatnonzero(known[frame.index]) if len(boxes) else np.zeros(0, np.int64)
+    if not len(rows):
+        return [(root, None)]
+    index, matrices = frame.index[rows], np.asarray(frame.matrices[rows])
+    copies = Copies.of_boxes(np.array([box or (0.0,) * 6 for box in boxes]).reshape(-1, 2, 3)[index], matrices)
+    if copies.thick().fit(SINGLE.error).all():
+        return [(root, None)]
+    low, high = copies.centers - copies.radii[:, None], copies.centers + copies.radii[:, None]
+    near, _ = neighbours(low, high, 0.0, MAX_VERTICES)
+    _, group = np.unique(clusters(len(rows), near.tolist()), return_inverse=True)
+    found: list[tuple[Entity, FloatArray | None]] = []
+    for groups, offset in chunks_of(copies.grouped(group)):
+        inside = np.flatnonzero(np.isin(group, groups))
+        shift = offset[:, None] * (0.0, 0.0, 0.0, 1.0)
+        pairs = [
+            Pair(frame.primitives[k], Matrix((matrix - shift).ravel().tolist()))
+            for k, matrix in zip(index[inside].tolist(), matrices[inside], strict=True)
+        ]
+        found.append((Entity(root.word, ANONYMOUS, tuple(pairs)), offset))
+    return found
 
 
 def _children_of(entity: Entity) -> Links[Entity]:
@@ -506,6 +576,7 @@ def unsupported_frames(roots: Sequence[ExportItem], ending: str) -> None:
 # and all copies of a surface in a block of some hundred thousand vertices are computed at once.
 
 
+_LARGE_FILE = 200e6  # bytes; an OBJ file of that size takes ten seconds
 _BLOCK = 1 << 18  # vertices computed at a time
 _SIDES = 2048  # more than a full circle has sides
 
@@ -746,7 +817,7 @@ class Surfaces:
         self._row_sides = self._sides_of_rows()
         self._shared: dict[Hashable, ExportSurface | None] = {}
         self._pieces: dict[tuple[int, int], Sequence[LeafPiece]] = {}
-        self._patches: dict[tuple[int, int], Sequence[tuple[Look, ExportSurface]]] = {}
+        self._patches: dict[tuple[int, int], Sequence[Patch]] = {}
 
     def _fitting(self, what: str) -> int:
         """Return the number of sides of full circles, as chosen or as fits."""
@@ -783,23 +854,47 @@ class Surfaces:
 
     def size(self) -> tuple[int, int]:
         """Return the number of vertices and of faces of all pieces."""
-        keys, counts = np.unique(np.stack([self.leaves.index, self.sides()]), axis=1, return_counts=True)
         vertices = faces = 0
-        for number, sides, count in zip(*keys.tolist(), counts.tolist(), strict=True):
-            surfaces = [piece.surface for piece in self.pieces(self.leaves.items[number], sides)]
-            vertices += count * sum(len(surface.vertices) for surface in surfaces)
-            faces += count * sum(len(surface.faces) for surface in surfaces)
+        for pieces, count in self.kinds():
+            vertices += count * sum(len(piece.surface.vertices) for piece in pieces)
+            faces += count * sum(len(piece.surface.faces) for piece in pieces)
         return vertices, faces
 
-    def patches(self, item: ExportItem, sides: int) -> Sequence[tuple[Look, ExportSurface]]:
-        """Return the surface of a leaf in its own frame, one patch per material."""
+    def kinds(self) -> Iterator[tuple[Sequence[LeafPiece], int]]:
+        """Yield the pieces of each distinct leaf, and how many instances it has."""
+        keys, counts = np.unique(np.stack([self.leaves.index, self.sides()]), axis=1, return_counts=True)
+        for number, sides, count in zip(*keys.tolist(), counts.tolist(), strict=True):
+            yield self.pieces(self.leaves.items[number], sides), count
+
+    def patches(self, item: ExportItem, sides: int) -> Sequence[Patch]:
+        """Return the surface of a leaf, one patch per material, with the pose of each in the leaf."""
         key = id(item), sides
         if key not in self._patches:
-            pieces = self.pieces(item, sides)
-            self._patches[key] = [
-                (p.look, replace(_in_leaf(p), colors=p.colors, face_colors=p.face_colors)) for p in pieces
-            ]
+            self._patches[key] = [_as_patch(piece) for piece in self.pieces(item, sides)]
         return self._patches[key]
+
+    def announce(self, size: float, ending: str) -> None:
+        """Warn, before it is written, of a file of an estimated ``size`` in bytes that is large."""
+        if size > _LARGE_FILE:
+            message = f"the {ending} file will have about {size / 1e6:,.0f} MB"
+            self._job.warn(Diagnostic("large-file", message, None, "write .glb or .usd, which share repeated parts"))
+
+    def keeps_shapes(self, rounding: Rounding) -> bool:
+        """Return whether all bodies keep their volumes if their world coordinates are rounded."""
+        return next(self.changed(rounding), None) is None
+
+    def changed(self, rounding: Rounding) -> Iterator[tuple[str, ChangedBody]]:
+        """Yield the words and bodies whose volumes rounded world coordinates change by more than .1 %."""
+        for value, rows in _grouped(self.leaves.index * _SIDES + self.sides()):
+            item = self.leaves.items[value // _SIDES]
+            for piece in self.pieces(item, value % _SIDES):
+                poses = _products(self.leaves.matrices[rows], piece.pose)
+                fits = Copies.of(piece.surface.vertices, piece.surface.faces, poses).fit(rounding.error)
+                if fits.all():
+                    continue
+                points, faces, _ = points_of(piece.surface)
+                for body in changed_bodies(points, faces, poses[~fits], rounding):
+                    yield _word_at(item, piece, points[body.corner]), body
 
     def pieces(self, item: ExportItem, sides: int) -> Sequence[LeafPiece]:
         """Return the surface of a leaf, one piece per material, as surfaces that equal forms share."""
@@ -809,9 +904,8 @@ class Surfaces:
         return self._pieces[key]
 
     def _made(self, item: ExportItem, sides: int) -> Sequence[LeafPiece]:
-        still = np.eye(3, 4)
         if item.merged:
-            return [LeafPiece(patch.look, patch.surface, still) for patch in self._patches_of(item, sides)]
+            return [LeafPiece(p.look, p.surface, _rows_of(p.pose)) for p in self._patches_of(item, sides)]
         look, solid = look_of(item.entity), solid_of(item.entity)
         if solid is None or look.opacity == 0.0:
             return []
@@ -820,7 +914,7 @@ class Surfaces:
             made = solid.surface(sides)
             self._shared[key] = shared(made) if made is not None and self.shares else made
         surface = self._shared[key]
-        return [] if surface is None else [LeafPiece(look, surface, np.array(solid.pose).reshape(3, 4))]
+        return [] if surface is None else [LeafPiece(look, surface, _rows_of(solid.pose))]
 
     def _patches_of(self, item: ExportItem, sides: int) -> Sequence[Patch]:
         tolerance = self._job.tolerance
@@ -844,15 +938,43 @@ class Surfaces:
     def _block(self, kinds: Sequence[LeafPiece], kind: IntArray, leaf: IntArray) -> WorldBlock:
         first = _starts(_vertex_counts(kinds)[kind])
         own = np.array([piece.pose for piece in kinds])[kind]
-        world = self.leaves.matrices[leaf]
-        poses = world[:, :, :3] @ own
-        poses[:, :, 3] += world[:, :, 3]
+        poses = _products(self.leaves.matrices[leaf], own)
         vertices, normals = np.empty((first[-1], 3)), np.empty((first[-1], 3))
         mirrored = np.zeros(len(kind), np.bool_)
         for surface, rows in _by_surface(kinds, kind):
             spans = _spans(first[rows], len(surface.vertices))
             vertices[spans], normals[spans], mirrored[rows] = surface.copies(poses[rows])
         return WorldBlock(kinds, kind, leaf, mirrored, first, vertices, normals)
+
+
+def _rows_of(place: Matrix) -> FloatArray:
+    return np.array(place).reshape(3, 4)
+
+
+def _products(outer: FloatArray, inner: FloatArray) -> FloatArray:
+    """Return the products of poses (K, 3, 4), the inner ones, (K, 3, 4) or (3, 4), applied first."""
+    found = outer[:, :, :3] @ inner
+    found[:, :, 3] += outer[:, :, 3]
+    return np.asarray(found, np.float64)
+
+
+def _word_at(item: ExportItem, piece: LeafPiece, point: FloatArray) -> str:
+    """Return the word of a leaf, or of the part of a computed solid that has a point (3,) of its surface."""
+    shape = item.entity.shape
+    if item.merged or not isinstance(shape, SolidShape):
+        return item.word
+    mesh = shape.computed.mesh
+    if mesh.part is None:
+        return mesh.part_words[0] if mesh.part_words else item.word
+    distance = np.linalg.norm(mesh.vertices - (point + piece.pose[:, 3]), axis=1)
+    return mesh.part_words[int(mesh.part[np.flatnonzero((mesh.faces == int(distance.argmin())).any(axis=1))[0]])]
+
+
+def _as_patch(piece: LeafPiece) -> Patch:
+    """Return a piece with its complete colours, in the frame of its leaf or about an offset from it."""
+    surface = replace(_in_leaf(piece), colors=piece.colors, face_colors=piece.face_colors)
+    offset = own_offset(surface.vertices, surface.faces)
+    return Patch(piece.look, surface if offset is None else surface.moved(-offset), translation(offset))
 
 
 def _in_leaf(piece: LeafPiece) -> ExportSurface:

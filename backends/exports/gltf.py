@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import struct
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -43,6 +44,7 @@ from scenelang.backends.exports.plan import (
     solid_of,
 )
 from scenelang.backends.exports.trs import Decomposition, decompose, decompose_track
+from scenelang.backends.geometry.precision import common_offset, size_of
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix
@@ -55,6 +57,9 @@ from scenelang.interpreter.scene.entity import Entity
 _ARRAY_BUFFER, _ELEMENT_BUFFER = 34962, 34963
 _COMPONENTS = {"float32": 5126, "uint32": 5125, "uint16": 5123}
 _MAX_SIZE = 2**32 - 1
+
+
+PlacedMesh = tuple[Matrix, int]  # the pose of a mesh in its node, the identity unless it is far away, and its index
 
 
 @dataclass(slots=True)
@@ -74,6 +79,7 @@ class GltfDocument:
     size: int = 0
     _surfaces: dict[Hashable, dict[str, Any] | None] = field(default_factory=dict)
     _mesh_numbers: dict[Hashable, int | None] = field(default_factory=dict)
+    _merged: dict[tuple[int, float | None], list[PlacedMesh]] = field(default_factory=dict)
     _material_numbers: dict[Look, int] = field(default_factory=dict)
 
     # --- meshes ---
@@ -100,16 +106,17 @@ class GltfDocument:
         extras = None if solid.form is None else solid.form.gltf(solid.ratios)
         return self._add_mesh(word, [geometry | {"material": self._material(look)}], extras)
 
-    def merged_mesh(self, entity: Entity, tolerance: float | None = None) -> int | None:
-        """Return the index of the merged mesh of everything below ``entity``, None if it is invisible."""
+    def merged_meshes(self, entity: Entity, tolerance: float | None = None) -> list[PlacedMesh]:
+        """Return the merged meshes of everything below ``entity``: one about its origin, or several about offsets where
+        single precision cannot hold all in one; none if it is invisible."""
         key = id(entity), tolerance
-        if key not in self._mesh_numbers:
-            patches = [
-                self._add_surface(patch.surface) | {"material": self._material(patch.look)}
-                for patch in merged(entity, self.segments, tolerance)
-            ]
-            self._mesh_numbers[key] = self._add_mesh(entity.word, patches) if patches else None
-        return self._mesh_numbers[key]
+        if key not in self._merged:
+            groups: dict[Matrix, list[dict[str, Any]]] = {}
+            for patch in merged(entity, self.segments, tolerance):
+                made = self._add_surface(patch.surface) | {"material": self._material(patch.look)}
+                groups.setdefault(patch.pose, []).append(made)
+            self._merged[key] = [(place, self._add_mesh(entity.word, made)) for place, made in groups.items()]
+        return self._merged[key]
 
     def _add_mesh(self, name: str, primitives: list[dict[str, Any]], extras: dict[str, Any] | None = None) -> int:
         more = {} if extras is None else {"extras": extras}
@@ -162,6 +169,28 @@ class GltfDocument:
             self.materials.append(material(look))
         return self._material_numbers[look]
 
+    # --- names ---
+
+    def name_uniquely(self) -> None:
+        """Give every node and every mesh a name of its own, as three.js reads names; the first of each keeps its word.
+
+        three.js finds animated nodes by names without the characters `[].:/`, in which white space is `_`, and numbers
+        those that are equal by `_1`, `_2`, ...; it names nodes first, then the parts of meshes (GLTFLoader,
+        PropertyBinding.sanitizeNodeName). So that no number it gives is the name of a node, meshes of several parts
+        are named after a word that no node's name begins with.
+        """
+        given = {read_name(node["name"]) for node in self.nodes}
+        names = _UniqueNames(given)
+        for node in self.nodes:
+            node["name"] = names.fresh(node["name"])
+        parts = {name.rpartition("_")[0] for name in names.taken if name.rpartition("_")[2].isdigit()}
+        own = _UniqueNames({read_name(mesh["name"]) for mesh in self.meshes})
+        for mesh in self.meshes:
+            name = own.fresh(mesh["name"])
+            while len(mesh["primitives"]) > 1 and read_name(name) in parts:
+                name = own.fresh(f"{name} mesh")
+            mesh["name"] = name
+
     # --- the file ---
 
     def to_json(self, name: str, uri: str | None = None) -> bytes:
@@ -199,6 +228,36 @@ class GltfDocument:
     def is_too_large(self) -> bool:
         """Whether the arrays alone exceed the size of a .glb file."""
         return self.size > _MAX_SIZE
+
+
+def read_name(name: str) -> str:
+    """Return a name as three.js has it."""
+    return _UNREAD.sub("", re.sub(r"\s", "_", name))
+
+
+_UNREAD = re.compile(r"[\[\].:/]")
+
+
+class _UniqueNames:
+    """Numbers equal names: the first stays, the others get numbers that make names that are not ``given``."""
+
+    def __init__(self, given: set[str]) -> None:
+        self.taken: set[str] = set()
+        self._given = given
+        self._numbers: dict[str, int] = {}
+
+    def fresh(self, name: str) -> str:
+        """Return a name that no other has."""
+        key = read_name(name)
+        if key not in self.taken:
+            self.taken.add(key)
+            return name
+        number = self._numbers.get(key, 1) + 1
+        while f"{key}_{number}" in self.taken or f"{key}_{number}" in self._given:
+            number += 1
+        self._numbers[key] = number
+        self.taken.add(f"{key}_{number}")
+        return f"{name}_{number}"
 
 
 def material(look: Look) -> dict[str, Any]:
@@ -252,6 +311,7 @@ def _generator() -> str:
 FloatArray = npt.NDArray[np.float64]
 
 _SAME = 2e-7  # relative precision of float32
+_FLIP = 0.01  # frames in which a pose becomes its mirror image, which no rotation and scale are between
 
 
 @dataclass(slots=True)
@@ -262,12 +322,13 @@ class AnimationTracks:
     fps: float
     samplers: list[dict[str, Any]] = field(default_factory=list)
     channels: list[dict[str, Any]] = field(default_factory=list)
-    _times: dict[tuple[int, ...], int] = field(default_factory=dict)
+    _times: dict[tuple[float, ...], int] = field(default_factory=dict)
 
-    def add(self, node: int, path: str, values: FloatArray, jumps: bool = False) -> None:
+    def add(self, node: int, path: str, values: FloatArray, jumps: bool = False, flips: Sequence[int] = ()) -> None:
         """Animate ``path`` of a node with ``values`` (F, K), interpolated linearly or, with ``jumps``, stepwise.
 
         Constant properties get no track. Of a run of equal values only the ends are stored, or the first if stepwise.
+        Before each of the frames ``flips`` the values stay, and change within a hundredth of a frame.
         """
         if (np.abs(values - values[0]) <= _SAME * np.abs(values[0]).max()).all():
             return
@@ -276,19 +337,22 @@ class AnimationTracks:
         after = np.concatenate([same, [False]])
         keep = ~before if jumps else ~(before & after)
         keep[-1] = True  # all tracks have the same duration
+        keep[[frame - 1 for frame in flips]] = keep[list(flips)] = True
         frames = np.flatnonzero(keep)
+        rows = np.sort(np.concatenate([frames, [frame - 1 for frame in flips]])).astype(np.int64)
+        times = np.sort(np.concatenate([frames, [frame - _FLIP for frame in flips]]))
         output = self.document.add_array(
-            np.ascontiguousarray(values[frames], np.float32), "VEC4" if path == "rotation" else "VEC3"
+            np.ascontiguousarray(values[rows], np.float32), "VEC4" if path == "rotation" else "VEC3"
         )
         self.samplers.append(
-            {"input": self._input(frames), "output": output, "interpolation": "STEP" if jumps else "LINEAR"}
+            {"input": self._input(times), "output": output, "interpolation": "STEP" if jumps else "LINEAR"}
         )
         self.channels.append({"sampler": len(self.samplers) - 1, "target": {"node": node, "path": path}})
 
-    def _input(self, frames: npt.NDArray[np.int64]) -> int:
-        key = tuple(frames.tolist())
+    def _input(self, times: FloatArray) -> int:
+        key = tuple(times.tolist())
         if key not in self._times:
-            self._times[key] = self.document.add_array((frames / self.fps).astype(np.float32), "SCALAR")
+            self._times[key] = self.document.add_array((times / self.fps).astype(np.float32), "SCALAR")
         return self._times[key]
 
     def finish(self, name: str) -> None:
@@ -348,7 +412,7 @@ class Nodes:
     _parts: dict[int, list[list[Node]]] = field(default_factory=dict)
     _solids: dict[int, Solid | None] = field(default_factory=dict)
     _extras: dict[int, Node] = field(default_factory=dict)
-    _meshes: dict[int, Node] = field(default_factory=dict)
+    _meshes: dict[int, list[PlacedMesh]] = field(default_factory=dict)
 
     # --- static objects ---
 
@@ -379,7 +443,7 @@ class Nodes:
         while waiting:
             item, fields, siblings = waiting.pop()
             node = self._add_posed(item.word, fields, self.extras(item), siblings)
-            node |= self._mesh_of(item)
+            self._give_meshes(node, item)
             if not item.parts:
                 continue
             children: list[int] = []
@@ -425,18 +489,26 @@ class Nodes:
 
     def _add_instances(self, item: ExportItem, poses: FloatArray, siblings: list[int]) -> None:
         """Add one node for all instances of a leaf, and ordinary nodes for those that are mirrored or sheared."""
-        found = decompose(self._all_placed([item] * len(poses), poses))
+        places = self._all_placed([item] * len(poses), poses)
+        offset = common_offset(places[:, :, 3], size_of([item.entity]))  # translations of instances are float32
+        near = places if offset is None else places - offset[:, None] * (0.0, 0.0, 0.0, 1.0)
+        found = decompose(near)
         plain = ~found.shears & (found.scale > 0.0).all(axis=1)
-        node: Node = {"name": item.word, "extras": self.extras(item) | {"instances": int(plain.sum())}}
-        mesh = self._mesh_of(item)
-        if mesh and plain.any():
-            self.document.required.add(INSTANCED)
-            attributes = self._instances(found, np.flatnonzero(plain))
-            node |= mesh | {"extensions": {INSTANCED: {"attributes": attributes}}}
-        if plain.any():
+        rows = np.flatnonzero(plain)
+        if len(rows):
+            node: Node = {"name": item.word, "extras": self.extras(item) | {"instances": len(rows)}}
+            if offset is not None:
+                node["translation"] = offset.tolist()
             self._append(node, siblings)
+            meshes = self.meshes_of(item)
+            for number, (inner, mesh) in enumerate(meshes, start=1):
+                own = found if inner is IDENTITY else decompose(_products(near, np.array(inner).reshape(1, 3, 4)))
+                holder = node if len(meshes) == 1 else self._add_part(f"{item.word}/{number}", {}, node)
+                self.document.required.add(INSTANCED)
+                holder |= {"mesh": mesh, "extensions": {INSTANCED: {"attributes": self._instances(own, rows)}}}
         for row in np.flatnonzero(~plain).tolist():
-            self._add_posed(item.word, node_fields(found, row), self.extras(item), siblings).update(mesh)
+            fields = node_fields(decompose(places[row : row + 1]), 0)
+            self._give_meshes(self._add_posed(item.word, fields, self.extras(item), siblings), item)
 
     def _instances(self, found: Decomposition, rows: npt.NDArray[np.int64]) -> dict[str, int]:
         """Add the attributes of instances; ``_INSTANCE`` counts them as the scene does, ordinary nodes included."""
@@ -491,21 +563,35 @@ class Nodes:
         outer["children"] = [self._append(node, None)]
         return node
 
-    def _mesh_of(self, item: ExportItem) -> Node:
-        """Return the field of a node that has the mesh of the item; nothing if that is invisible."""
+    def _add_part(self, name: str, fields: Node, node: Node) -> Node:
+        """Add a child to a node."""
+        part: Node = {"name": name, **fields}
+        self._append(part, node.setdefault("children", []))
+        return part
+
+    def _give_meshes(self, node: Node, item: ExportItem) -> None:
+        """Give a node the mesh of the item; nothing if that is invisible, and a child for each of several meshes."""
+        meshes = self.meshes_of(item)
+        if len(meshes) == 1 and meshes[0][0] is IDENTITY:
+            node["mesh"] = meshes[0][1]
+            return
+        for number, (place, mesh) in enumerate(meshes, start=1):
+            self._add_part(f"{item.word}/{number}", {"translation": list(place[3::4])}, node)["mesh"] = mesh
+
+    def meshes_of(self, item: ExportItem) -> list[PlacedMesh]:
+        """Return the meshes of the item."""
         if id(item) not in self._meshes:
-            mesh = self.mesh(item)
-            self._meshes[id(item)] = {} if mesh is None else {"mesh": mesh}
+            self._meshes[id(item)] = self._made_meshes(item)
         return self._meshes[id(item)]
 
-    def mesh(self, item: ExportItem) -> int | None:
-        """Return the index of the item's mesh."""
+    def _made_meshes(self, item: ExportItem) -> list[PlacedMesh]:
         if item.merged:
-            return self.document.merged_mesh(item.entity, self.within(item))
+            return self.document.merged_meshes(item.entity, self.within(item))
         solid = self.solid(item)
         if solid is None:
-            return None
-        return self.document.solid_mesh(item.word, solid, look_of(item.entity), self.sides(item))
+            return []
+        mesh = self.document.solid_mesh(item.word, solid, look_of(item.entity), self.sides(item))
+        return [] if mesh is None else [(IDENTITY, mesh)]
 
     # --- animated objects ---
 
@@ -533,9 +619,10 @@ class Nodes:
         if one:
             items = _filled(moving.items)
             places = [self.placed(item, place) for item, place in zip(items, places, strict=True)]
-        node = self._add_track(moving.word, places, moving.shown, self.extras(moving.first), siblings, tracks)
+        size = size_of([moving.first.entity])
+        node = self._add_track(moving.word, places, moving.shown, self.extras(moving.first), siblings, tracks, size)
         if one:
-            node.update(self._mesh_of(kinds[0][0]))
+            self._give_meshes(node, kinds[0][0])
         elif kinds:
             self._add_variants(moving, kinds, children, tracks)
         if children or moving.children or (moving.fixed is not None and moving.fixed.parts):
@@ -552,8 +639,9 @@ class Nodes:
         for number, (item, shown) in enumerate(kinds, start=1):
             mine = [other if seen else None for other, seen in zip(moving.items, shown, strict=True)]
             places = [self.placed(other, IDENTITY) for other in _filled(mine)]
-            node = self._add_track(f"{moving.word}/{number}", places, shown, None, children, tracks)
-            node.update(self._mesh_of(item))
+            name, size = f"{moving.word}/{number}", size_of([item.entity])
+            node = self._add_track(name, places, shown, None, children, tracks, size)
+            self._give_meshes(node, item)
 
     def _add_track(
         self,
@@ -563,20 +651,29 @@ class Nodes:
         extras: Node | None,
         siblings: list[int] | None,
         tracks: AnimationTracks,
+        size: float,
     ) -> Node:
         """Add a node with one pose per frame, visible in the frames ``shown``; return the innermost, which gets the
         content."""
         still = len(set(places)) == 1
-        decomposition = None if still else decompose_track(np.array(places).reshape(-1, 3, 4))
+        poses = np.array(places).reshape(-1, 3, 4)
+        offset = None if still else common_offset(poses[:, :, 3], size)  # tracks are float32
+        if offset is not None:
+            self._add_posed(name, [{"translation": offset.tolist()}], extras, siblings)
+            name, extras, siblings = f"{name}/motion", None, self.document.nodes[-1].setdefault("children", [])
+            poses = poses - offset[:, None] * (0.0, 0.0, 0.0, 1.0)
+        decomposition = None if still else decompose_track(poses)
         fields = self._fields(places[0]) if decomposition is None else node_fields(decomposition, 0)
         number = len(self.document.nodes)
         node = self._add_posed(name, fields, extras, siblings)
         if decomposition is not None:
-            tracks.add(number, "translation", decomposition.translation)
-            tracks.add(number, "rotation", decomposition.rotation)
-            tracks.add(number, "scale", decomposition.scale)
+            way = np.sign(decomposition.scale).prod(axis=1)
+            flips = (np.flatnonzero(way[1:] * way[:-1] < 0.0) + 1).tolist()
+            tracks.add(number, "translation", decomposition.translation, flips=flips)
+            tracks.add(number, "rotation", decomposition.rotation, flips=flips)
+            tracks.add(number, "scale", decomposition.scale, flips=flips)
             if decomposition.shears[0]:
-                tracks.add(number + 1, "rotation", decomposition.inner)
+                tracks.add(number + 1, "rotation", decomposition.inner, flips=flips)
         if not all(shown):
             first = {} if shown[0] else {"scale": [0.0, 0.0, 0.0]}
             node = self._add_inner(f"{name}/shown", first, node)
@@ -631,6 +728,7 @@ def document_of(job: Job) -> GltfDocument:
     else:
         nodes.prepare(plan.roots)
         nodes.add_still(plan.roots[0], IDENTITY, None)
+    document.name_uniquely()
     if document.is_too_large:
         raise LimitError("size", "the meshes exceed the 4 GB limit of a glTF file", hint=_HINT)
     return document

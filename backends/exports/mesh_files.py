@@ -19,12 +19,16 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.exports.export import SIDES, TOLERANCE, Job, LeafPiece, Surfaces, WorldBlock, mesh_backend
+from scenelang.backends.geometry.contraction import contracted
+from scenelang.backends.geometry.precision import NINE_DIGITS, SINGLE, ChangedBody
 from scenelang.backends.pictures.appearance import Look, to_srgb
+from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.interpreter.scene.primitives.mesh import triangle_normals
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
+_HEAD, _ROW, _NORMAL_ROW = 60, 34, 24  # bytes of the lines of an object, of a point and of a normal in an OBJ file
 _MAX_SHININESS = 1000.0  # maximum of Ns, which is 0 for a rough surface
 
 
@@ -32,6 +36,7 @@ def _write_obj(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``, with a material file; raises SceneError and LimitError."""
     surfaces = Surfaces(job, ".obj", shares=job.solid)
     text = _ObjText(surfaces)
+    surfaces.announce(text.estimated_size(), ".obj")
     library = path.with_suffix(".mtl")
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write(f"# scenelang: y up, colours are sRGB\nmtllib {library.name}\n")
@@ -58,16 +63,15 @@ class _Outline:
     form: str
 
 
-def _outline(piece: LeafPiece, is_body: bool) -> _Outline:
+def _outline(piece: LeafPiece, is_body: bool, number: str) -> _Outline:
+    """Return a piece as an object; ``number`` is the format of its positions."""
     surface, colors = piece.surface, piece.colors
     columns = surface.vertices
     if colors is not None:
         colors = to_srgb(np.clip(colors, 0.0, 1.0)).astype(np.float64)
         columns = np.hstack([columns, colors])
     if is_body:
-        form = (
-            "s off\n" + ("v" + " %.9g" * columns.shape[1] + "\n") * len(columns) + "f %d %d %d\n" * len(surface.faces)
-        )
+        form = "s off\n" + _vertex_form(columns, number) * len(columns) + "f %d %d %d\n" * len(surface.faces)
         faces = surface.faces
         return _Outline(np.arange(len(columns)), None, colors, faces.reshape(-1), faces[:, ::-1].reshape(-1), form)
     if surface.joints is None or colors is not None:
@@ -78,10 +82,15 @@ def _outline(piece: LeafPiece, is_body: bool) -> _Outline:
         points, point = surface.faces.ravel()[first], place.reshape(surface.faces.shape)
     normals, normal = _firsts(surface.normals)
     corners = np.stack([point, normal[surface.faces]], axis=2)
-    form = ("v" + " %.9g" * columns.shape[1] + "\n") * len(points) + "vn %.6g %.6g %.6g\n" * len(normals)
+    form = _vertex_form(columns, number) * len(points) + "vn %.6g %.6g %.6g\n" * len(normals)
     form += "f %d//%d %d//%d %d//%d\n" * len(surface.faces)
     own = None if colors is None else colors[points]
     return _Outline(points, normals, own, corners.reshape(-1), corners[:, ::-1].reshape(-1), form)
+
+
+def _vertex_form(columns: FloatArray, number: str) -> str:
+    colors: int = columns.shape[1] - 3
+    return f"v {number} {number} {number}" + " %.9g" * colors + "\n"
 
 
 def _firsts(rows: FloatArray) -> tuple[IntArray, IntArray]:
@@ -98,11 +107,25 @@ class _ObjText:
 
     def __init__(self, surfaces: Surfaces) -> None:
         self.materials: dict[Look, str] = {}
-        self._leaves, self._shares = surfaces.leaves, surfaces.shares
+        self._surfaces, self._leaves, self._shares = surfaces, surfaces.leaves, surfaces.shares
+        self._number = "%.9g" if surfaces.keeps_shapes(NINE_DIGITS) else "%.17g"
         self._outlines: dict[Hashable, _Outline] = {}
         self._names: dict[tuple[int, str], str] = {}
         self._numbers: dict[str, int] = {}
         self._next = np.array([1, 1])
+
+    def estimated_size(self) -> float:
+        """Return about how many bytes the objects take, within a fifth."""
+        found = 0.0
+        vertices, _ = self._surfaces.size()
+        digits = len(str(max(vertices, 1)))
+        for pieces, count in self._surfaces.kinds():
+            for piece in pieces:
+                outline = self._outline(piece)
+                normals = 0 if outline.normals is None else len(outline.normals)
+                corners = len(outline.faces) * (digits + 1)
+                found += count * (_HEAD + _ROW * len(outline.points) + _NORMAL_ROW * normals + corners)
+        return found
 
     def objects(self, block: WorldBlock) -> Iterator[str]:
         """Yield the text of each object of a block."""
@@ -126,7 +149,7 @@ class _ObjText:
     def _outline(self, piece: LeafPiece) -> _Outline:
         key = id(piece.surface), None if piece.surface.colors is None else piece.look.color
         if key not in self._outlines:
-            self._outlines[key] = _outline(piece, self._shares)
+            self._outlines[key] = _outline(piece, self._shares, self._number)
         return self._outlines[key]
 
     def _head(self, leaf: int, look: Look) -> str:
@@ -178,37 +201,44 @@ OBJ = mesh_backend(
 
 
 _COMMENT = "scenelang: y up, colours are sRGB"
-_VERTEX = np.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("color", "u1", 4)])
-_PROPERTIES = (
-    *(("float", name) for name in ("x", "y", "z", "nx", "ny", "nz")),
-    *(("uchar", name) for name in ("red", "green", "blue", "alpha")),
-)
+_NORMALS = tuple(("float", name) for name in ("nx", "ny", "nz"))
+_COLORS = tuple(("uchar", name) for name in ("red", "green", "blue", "alpha"))
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
-_POINT = np.dtype([("position", "<f4", 3)])
 _PAINTED = np.dtype([*_FACE.descr, ("color", "u1", 4)])
 
 
 def _write_ply(job: Job, path: Path) -> None:
-    """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
+    """Write the first frame of the plan to ``path``; raises SceneError and LimitError.
+
+    Positions are doubles if float32 would change the volume of a body.
+    """
     surfaces = Surfaces(job, ".ply", shares=job.solid)
+    vertices_and_faces = surfaces.size()
+    surfaces.announce(28.0 * vertices_and_faces[0] + 13.0 * vertices_and_faces[1], ".ply")
+    kind, code = ("float", "<f4") if surfaces.keeps_shapes(SINGLE) else ("double", "<f8")
+    positions = tuple((kind, name) for name in ("x", "y", "z"))
     if job.solid:
-        blocks = list(surfaces.blocks())  # of one primitive, and so one
-        points = [block.vertices.astype(np.float32).view(_POINT) for block in blocks]
-        painted = [_painted_faces(block) for block in blocks]
-        write_ply(path, _PROPERTIES[:3], points, painted, _COMMENT, face_properties=_PROPERTIES[6:])
+        blocks = list(surfaces.blocks())
+        points = [block.vertices.astype(code).view([("position", code, 3)]) for block in blocks]
+        painted, start = [], 0
+        for block in blocks:
+            painted.append(_painted_faces(block, start))
+            start += len(block.vertices)
+        write_ply(path, positions, points, painted, _COMMENT, face_properties=_COLORS)
         return
+    row = np.dtype([("position", code, 3), ("normal", "<f4", 3), ("color", "u1", 4)])
     faces: list[npt.NDArray[Any]] = []
 
     def vertices() -> Iterator[npt.NDArray[Any]]:
         start = 0
         for block in surfaces.blocks():
-            rows = np.empty(len(block.vertices), _VERTEX)
+            rows = np.empty(len(block.vertices), row)
             rows["position"], rows["normal"], rows["color"] = block.vertices, block.normals, block.srgb()
             faces.append(_ply_faces(block.faces() + start))  # written after all vertices
             start += len(rows)
             yield rows
 
-    write_ply(path, _PROPERTIES, vertices(), faces, _COMMENT, surfaces.size())
+    write_ply(path, (*positions, *_NORMALS, *_COLORS), vertices(), faces, _COMMENT, vertices_and_faces)
 
 
 def write_ply(
@@ -256,9 +286,9 @@ def _ply_faces(corners: IntArray) -> npt.NDArray[Any]:
     return rows
 
 
-def _painted_faces(block: WorldBlock) -> npt.NDArray[Any]:
-    """Return the rows of the faces of a block with their colours."""
-    corners = block.faces()
+def _painted_faces(block: WorldBlock, start: int) -> npt.NDArray[Any]:
+    """Return the rows of the faces of a block, whose first vertex is ``start``, with their colours."""
+    corners = block.faces() + start
     rows = np.empty(len(corners), _PAINTED)
     rows["count"], rows["corners"], rows["color"] = 3, corners, block.face_srgb()
     return rows
@@ -278,10 +308,39 @@ _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attrib
 def _write_stl(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
     surfaces = Surfaces(job, ".stl", shares=job.solid)
+    count = surfaces.size()[1]
+    surfaces.announce(50.0 * count, ".stl")
+    for warning in _warnings(surfaces):
+        job.warn(warning)
+    pieces: Iterator[tuple[FloatArray, IntArray]] = ((block.vertices, block.faces()) for block in surfaces.blocks())
+    if job.solid:
+        welded = [_single(*piece) for piece in pieces]
+        count, pieces = sum(len(faces) for _, faces in welded), iter(welded)
     with path.open("wb") as file:
         file.write(b"scenelang: y up".ljust(80, b" "))
-        file.write(struct.pack("<I", surfaces.size()[1]))
-        file.writelines(_triangles(block.vertices, block.faces()).tobytes() for block in surfaces.blocks())
+        file.write(struct.pack("<I", count))
+        file.writelines(_triangles(*piece).tobytes() for piece in pieces)
+
+
+def _single(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+    """Return a closed surface that stays closed when its vertices are rounded to float32 and joined by their places."""
+    points, corners, _ = contracted(vertices, faces, np.arange(len(faces)), 0.0)
+    return (points, corners) if len(corners) else (vertices, faces)
+
+
+def _warnings(surfaces: Surfaces) -> Iterator[Diagnostic]:
+    """Yield a warning for each word that has bodies whose volumes single precision changes, about the worst one."""
+    worst: dict[str, tuple[ChangedBody, int]] = {}
+    for word, body in surfaces.changed(SINGLE):
+        other, count = worst.get(word, (body, 0))
+        worst[word] = body if body.change > other.change else other, count + 1
+    for word, (body, count) in worst.items():
+        sizes, center = (" ".join(f"{x:.4g}" for x in numbers) for numbers in (body.sizes, body.center))
+        more = f" (the worst of {count:,})" if count > 1 else ""
+        share = f"{100.0 * body.change:.3g} %"
+        message = f'STL changes the volume of "{word}" by {share}: it is [{sizes}] large at [{center}]'
+        hint = "move the scene to the origin, or write .ply, .3mf or .glb, which keep it"
+        yield Diagnostic("single-precision", message + more, None, hint)
 
 
 def _triangles(vertices: FloatArray, faces: IntArray) -> npt.NDArray[np.void]:

@@ -41,7 +41,7 @@ from scenelang.backends.pictures.mitsuba_scene import surface as bsdf_of
 from scenelang.backends.pictures.stage import Staging, box_of, still, unit_size
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import printable
-from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix
+from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY, Matrix
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
@@ -205,7 +205,7 @@ class _Shapes:
     def _add_loose(self, patches: list[Patch], place: Matrix) -> None:
         """Add patches to the meshes in world coordinates."""
         for patch in patches:
-            copy = patch.surface.under(np.array(place).reshape(1, 3, 4))
+            copy = patch.surface.under(np.array(pose.compose(place, patch.pose)).reshape(1, 3, 4))
             colors = np.ones_like(copy.vertices) if copy.colors is None else copy.colors
             painted = replace(copy, colors=colors * np.array(patch.look.color))
             self.loose.setdefault(replace(patch.look, color=WHITE), []).append(painted)
@@ -230,6 +230,8 @@ class _Shapes:
         _write_ply(file, patch)
         painted = _painted(bsdf_of(replace(patch.look, color=WHITE)))
         shape: dict[str, Any] = {"type": "ply", "filename": file.name, "bsdf": painted}
+        if patch.pose != IDENTITY:
+            shape["to_world"] = np.vstack([np.array(patch.pose).reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
         if any(patch.look.emission):
             shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": patch.look.emission}}
         return shape

@@ -15,7 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
-from scenelang.backends.geometry.convex import clusters
+from scenelang.backends.geometry.contraction import contracted, crowded_edges
+from scenelang.backends.geometry.precision import Copies, chunks_of, own_offset
 from scenelang.backends.geometry.solids import keeps_own_colors, own_mesh
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.pictures.appearance import Look, check_seen, look_of
@@ -249,7 +250,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 SEGMENTS = 64
-_FINEST = 5e-7  # of the largest coordinate, some steps of single precision
+_FINEST = 5e-7  # of the largest coordinate about a body's own center, some steps of single precision
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -277,6 +278,10 @@ class ExportSurface:
         colors = None if self.colors is None else np.tile(self.colors, (len(matrices), 1))
         return ExportSurface(vertices.reshape(-1, 3), normals.reshape(-1, 3), faces.reshape(-1, 3), colors)
 
+    def moved(self, offset: FloatArray) -> ExportSurface:
+        """Return the surface translated by an offset (3,)."""
+        return replace(self, vertices=self.vertices + offset)
+
     def copies(self, matrices: FloatArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
         """Return vertices and unit normals (K, V, 3) under the poses (K, 3, 4), and which poses mirror (K,)."""
         vertices, normals, mirrored = posed_points(self.vertices, self.normals, matrices)
@@ -299,13 +304,25 @@ def points_of(surface: ExportSurface) -> tuple[FloatArray, IntArray, IntArray]:
     return surface.vertices[surface.faces.ravel()[first]], faces, np.arange(len(faces))
 
 
+def _closed(surface: ExportSurface) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return points, faces and the number that each face has in the surface, closed by the numbers of the points."""
+    points, faces, kept = points_of(surface)
+    return contracted(points, faces, kept, _FINEST * float(np.abs(points).max(initial=0.0)))
+
+
+def crowded_edges_of(surface: ExportSurface) -> int:
+    """Return how many edges of a body have more than two faces for readers that join points by their places."""
+    return crowded_edges(*_closed(surface)[:2])
+
+
 def shared(surface: ExportSurface) -> ExportSurface:
     """Return the surface with one vertex for each point, so that it is closed by its numbers alone.
 
-    Points that single precision may not tell apart are one, so that it stays closed where readers weld it by places.
-    The normal and the colour of a point are means of the faces around it, by the angles of their corners.
+    Points that single precision may not tell apart about the origin of the surface are one, so that it stays closed
+    where readers weld it by places (``contracted``). The normal and the colour of a point are means of the faces around
+    it, by the angles of their corners.
     """
-    points, faces, kept = _contracted(*points_of(surface))
+    points, faces, kept = _closed(surface)
     corners = points[faces]
     ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     turn = np.cross(ahead, back)
@@ -325,37 +342,6 @@ def shared(surface: ExportSurface) -> ExportSurface:
     sums = around(painted[:, None])
     colors = np.divide(sums, weights, out=np.ones_like(sums), where=weights > 0.0)
     return ExportSurface(points, normals, faces, colors, faces, painted)
-
-
-def _contracted(points: FloatArray, faces: IntArray, kept: IntArray) -> tuple[FloatArray, IntArray, IntArray]:
-    """Contract the edges of a closed surface that are too short for single precision, and drop the faces that vanish.
-
-    Two faces that become each other's reverse vanish, too.
-    """
-    least = _FINEST * float(np.abs(points).max(initial=0.0))
-    edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
-    short = edges[np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1) < least]
-    if not len(short):
-        return points, faces, kept
-    ends, pairs = np.unique(short, return_inverse=True)
-    place = np.arange(len(points))
-    place[ends] = ends[clusters(len(ends), pairs.reshape(-1, 2).tolist())]
-    found = place[faces]
-    a, b, c = found.T
-    found, kept = (rows[(a != b) & (b != c) & (c != a)] for rows in (found, kept))
-    alone = _without_reverse(found)
-    used, found = np.unique(found[alone], return_inverse=True)
-    return points[used], found.reshape(-1, 3), kept[alone]
-
-
-def _without_reverse(faces: IntArray) -> npt.NDArray[np.bool_]:
-    """Return the mask of the faces (F, 3) that are not there as often the other way round."""
-    ordered = np.sort(faces, axis=1)
-    first = np.take_along_axis(faces, (faces.argmin(axis=1)[:, None] + (0, 1)) % 3, axis=1)
-    way = np.where(first[:, 1] == ordered[:, 1], 1.0, -1.0)
-    _, group, sizes = np.unique(ordered, axis=0, return_inverse=True, return_counts=True)
-    group = group.reshape(-1)
-    return np.asarray((sizes[group] == 1) | (np.bincount(group, way)[group] != 0.0), np.bool_)
 
 
 def surface_of(entity: Entity, segments: int = SEGMENTS) -> ExportSurface | None:
@@ -414,7 +400,8 @@ class Solid:
     """A primitive as a shared mesh and the pose (12 floats) that places it in the primitive's frame.
 
     ``form`` is the canonical form with the ``ratios``, whose surface is ``unit_surface``. It is None if ``shape`` has
-    its own surface: a mesh, or a flat primitive, whose normals cannot be derived from a form's. ``own_colors``: use
+    its own surface: a mesh, or a flat primitive, whose normals cannot be derived from a form's. A mesh that is too far
+    from its origin for single precision is stored about its center, to which ``pose`` brings it. ``own_colors``: use
     those of the mesh.
     """
 
@@ -431,7 +418,10 @@ class Solid:
 
     def surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
         """Return the triangles of the shared mesh, without the pose."""
-        return self.own_surface(segments) if self.form is None else unit_surface(self.form, self.ratios, segments)
+        if self.form is not None:
+            return unit_surface(self.form, self.ratios, segments)
+        surface = self.own_surface(segments)
+        return surface if surface is None or self.pose is IDENTITY else surface.moved(-np.array(self.pose[3::4]))
 
     def own_surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
         """Return the triangles in the primitive's frame."""
@@ -450,10 +440,21 @@ def solid_of(entity: Entity) -> Solid | None:
     placed = shape.placed()
     if placed is None:
         mesh = own_mesh(shape)
-        return None if mesh is None else Solid(None, (), shape, IDENTITY, keeps_own_colors(entity, mesh))
+        if mesh is None:
+            return None
+        offset = own_offset(mesh.vertices, mesh.faces)
+        return Solid(None, (), shape, translation(offset), keeps_own_colors(entity, mesh))
     if not np.linalg.det(placed.matrix[:, :3]):
         return Solid(None, (), shape, IDENTITY)
     return Solid(placed.form, placed.ratios, shape, Matrix(placed.rows))
+
+
+def translation(offset: FloatArray | None) -> Matrix:
+    """Return the pose that translates by an offset (3,), the identity without one."""
+    if offset is None:
+        return IDENTITY
+    x, y, z = offset.tolist()
+    return Matrix((1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, y, 0.0, 0.0, 1.0, z))
 
 
 def unit_surface(form: CanonicalForm, ratios: tuple[float, ...], segments: int = SEGMENTS) -> ExportSurface:
@@ -472,19 +473,25 @@ _COARSER = (SEGMENTS, 48, 32, 24, 16, 12, 8)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patch:
-    """The triangles of one material; the look's colour is white because ``surface.colors`` (V, 3) contains it."""
+    """The triangles of one material; the look's colour is white because ``surface.colors`` (V, 3) contains it.
+
+    ``pose`` translates the surface to its place, if it is too far from the origin for single precision.
+    """
 
     look: Look
     surface: ExportSurface
+    pose: Matrix = IDENTITY
 
 
 def merged(entity: Entity, segments: int = SEGMENTS, tolerance: float | None = None) -> tuple[Patch, ...]:
-    """Return all primitives below ``entity``, in its frame, as one patch per material, ignoring colour.
+    """Return all primitives below ``entity``, in its frame, as patches, one per material, ignoring colour.
 
-    With a ``tolerance`` of that frame, every copy has the sides that it needs; raises LimitError if they are too many.
+    Where single precision cannot hold all copies of a material in one frame, they are several patches with poses. With
+    a ``tolerance`` of the entity's frame, every copy has the sides that it needs; raises LimitError if they are too
+    many.
     """
     frame = flatten_entity(entity, snap_blocks=False)
-    found: dict[Look, list[ExportSurface]] = {}
+    copies: dict[Look, list[tuple[Look, ExportSurface, FloatArray]]] = {}
     room = MAX_VERTICES
     for number, primitive in enumerate(frame.primitives):
         look = look_of(primitive)
@@ -502,8 +509,22 @@ def merged(entity: Entity, segments: int = SEGMENTS, tolerance: float | None = N
             room -= len(same) * len(surface.vertices)
             if room < 0:
                 raise too_fine(entity.word)
-            found.setdefault(replace(look, color=WHITE), []).append(_painted(surface.under(same), look))
-    return tuple(Patch(look, joined(surfaces)) for look, surfaces in found.items())
+            copies.setdefault(replace(look, color=WHITE), []).append((look, surface, same))
+    return tuple(patch for look, parts in copies.items() for patch in _patches(look, parts))
+
+
+def _patches(shared_look: Look, parts: Sequence[tuple[Look, ExportSurface, FloatArray]]) -> Iterator[Patch]:
+    """Yield copies of surfaces under poses (K, 3, 4) as joined patches, in groups that single precision can hold."""
+    every = Copies.joined([Copies.of(surface.vertices, surface.faces, matrices) for _, surface, matrices in parts])
+    ends = np.cumsum([len(matrices) for _, _, matrices in parts])
+    for rows, offset in chunks_of(every):
+        surfaces = []
+        for (look, surface, matrices), end in zip(parts, ends.tolist(), strict=True):
+            chosen = matrices[rows[(rows >= end - len(matrices)) & (rows < end)] - (end - len(matrices))]
+            if len(chosen):
+                chosen = chosen - offset[:, None] * (0.0, 0.0, 0.0, 1.0)
+                surfaces.append(_painted(surface.under(chosen), look))
+        yield Patch(shared_look, joined(surfaces), translation(offset) if offset.any() else IDENTITY)
 
 
 def sides_within(entity: Entity, worlds: FloatArray, tolerance: float) -> IntArray:

@@ -46,6 +46,7 @@ _MATERIALS = 1  # the id of the table of colours
 _STANDING = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])  # y up to z up
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 _NO_CHARACTER = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_LARGE = 1e4  # larger numbers have more than nine digits, so that distances of far bodies keep four decimals and more
 _TIME = (1980, 1, 1, 0, 0, 0)  # the same bytes for the same scene
 
 
@@ -101,11 +102,13 @@ class _Model:
         mirrored = bool(np.linalg.det(pose[:, :3]) < 0.0)
         if mirrored:
             pose[:, :3] *= _MIRROR
-        for look, surface in self._surfaces.patches(leaf.item, sides):
-            key = id(surface), mirrored
+        for patch in self._surfaces.patches(leaf.item, sides):
+            key = id(patch), mirrored
             if key not in self._meshes:
-                self._meshes[key] = self._mesh(leaf.item.word, look, surface, mirrored)
-            yield f'<component objectid="{self._meshes[key]}" transform="{_spelled(pose)}"/>\n'
+                self._meshes[key] = self._mesh(leaf.item.word, patch.look, patch.surface, mirrored)
+            offset = np.array(patch.pose[3::4]) * (_MIRROR if mirrored else 1.0)
+            place = np.column_stack([pose[:, :3], pose[:, 3] + pose[:, :3] @ offset])
+            yield f'<component objectid="{self._meshes[key]}" transform="{_spelled(place)}"/>\n'
 
     def _mesh(self, word: str, look: Look, surface: ExportSurface, mirrored: bool) -> int:
         vertices, faces, kept = points_of(surface)
@@ -151,7 +154,9 @@ def _quoted(word: str) -> str:
 
 def _spelled(pose: FloatArray) -> str:
     """Return a transform as 3MF has it: for row vectors, column by column."""
-    return " ".join(f"{value + 0.0:.9g}" for value in pose.T.ravel().tolist())
+    return " ".join(
+        f"{value + 0.0:.9g}" if abs(value) < _LARGE else f"{value:.15g}" for value in pose.T.ravel().tolist()
+    )
 
 
 THREE_MF = mesh_backend(

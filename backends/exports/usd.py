@@ -8,6 +8,7 @@ prim, the root entity: its hierarchy, ``Prototypes`` and ``Shapes`` (classes, wh
 
 from __future__ import annotations
 
+import errno
 import json
 import re
 from collections.abc import Hashable, Sequence
@@ -46,9 +47,11 @@ from scenelang.backends.exports.plan import (
     points_of,
     shared,
     solid_of,
+    translation,
     unit_surface,
 )
 from scenelang.backends.exports.trs import decompose, unsheared
+from scenelang.backends.geometry.precision import common_offset, size_of
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix
@@ -353,10 +356,17 @@ def write(job: Job, path: Path) -> None:
     with sdf.ChangeBlock():
         _fill(layer, job)
     job.progress(0.8)
-    if path.suffix.lower() == ".usdz":
-        _package(layer, path)
-    elif not layer.Export(str(path)):
-        raise OSError(5, "USD cannot write the file", str(path))
+    try:
+        if path.suffix.lower() == ".usdz":
+            _package(layer, path)
+        elif not layer.Export(str(path)):
+            raise _not_written(path)
+    except require("pxr.Tf", INSTALL).ErrorException:  # which says neither why nor, as the file is temporary, which
+        raise _not_written(path) from None
+
+
+def _not_written(path: Path) -> OSError:
+    return OSError(errno.EIO, "USD cannot write the file; the disk may be full", str(path))
 
 
 def _package(layer: Any, path: Path) -> None:
@@ -365,7 +375,7 @@ def _package(layer: Any, path: Path) -> None:
     inner = path.with_suffix(".usdc")
     try:
         if not layer.Export(str(inner)) or not utils.CreateNewUsdzPackage(sdf.AssetPath(str(inner)), str(path)):
-            raise OSError(5, "USD cannot write the file", str(path))
+            raise _not_written(path)
     finally:
         inner.unlink(missing_ok=True)
 
@@ -477,6 +487,10 @@ class _Tree:
         for child in {id(child): child for child in children}.values():
             prototypes.append(self.prims.prim(made, self._name(made, child.word), "Xform"))
             self._refer_to(prototypes[-1], child, waiting)
+        offset = common_offset(poses[:, :, 3], size_of(child.entity for child in children))  # positions are float32
+        if offset is not None:
+            self.prims.place(made, (translation(offset),))
+            poses = poses - offset[:, None] * (0.0, 0.0, 0.0, 1.0)
         self.prims.instancer(made, [each.path for each in prototypes], index, poses, positions)
         self.prims.hint_instances(made, children, poses)
         return set(positions.tolist())
@@ -530,6 +544,7 @@ class _Tree:
             for number, patch in enumerate(merged(item.entity, self.segments, self.fine.within(item)), start=1):
                 name = "geometry" if number == 1 else f"geometry_{number}"
                 mesh = self.prims.mesh(prim, name, patch.surface, patch.look)
+                self.prims.place(mesh, (patch.pose,))
                 self.materials.bind(mesh, patch.look, painted=True)
             return
         self._solid(item, prim, "geometry", None)

@@ -23,6 +23,7 @@ import numpy.typing as npt
 from scenelang.backends.base import require
 from scenelang.backends.pictures.appearance import from_srgb
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.scene.primitives import MESH_ENDINGS
 from scenelang.interpreter.scene.primitives.asset import Asset, located, set_mesh_loader
 from scenelang.interpreter.scene.primitives.mesh import Mesh
 
@@ -532,7 +533,6 @@ class _Gltf:
 
 IntArray = npt.NDArray[np.int64]
 
-ENDINGS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
 _GLTF = (".glb", ".gltf")
 
 
@@ -552,11 +552,11 @@ def load_asset(file: str | Path, root: str | Path | None = None) -> Mesh:
         ``root``.
     """
     path = Path(file)
-    if path.suffix.lower() not in ENDINGS:
+    if path.suffix.lower() not in MESH_ENDINGS:
         raise SceneError(
             "file",
             f"the asset {path.name} is not a supported mesh file",
-            hint=f"supported extensions: {' '.join(ENDINGS)}",
+            hint=f"supported extensions: {' '.join(MESH_ENDINGS)}",
         )
     try:
         state = path.stat()

@@ -110,7 +110,9 @@ def _axes(normal: FloatArray) -> FloatArray:
 
 
 def _signed(polygon: FloatArray) -> float:
-    x, y = polygon[:, 0], polygon[:, 1]
+    if not len(polygon):
+        return 0.0
+    x, y = (polygon - polygon[0]).T  # products of coordinates far from the origin would cancel
     return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2.0) if len(polygon) > 2 else 0.0
 
 

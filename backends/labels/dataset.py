@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Progress, frame_of, require, sub_progress
-from scenelang.backends.files import atomic_write, atomic_write_all, write_json
+from scenelang.backends.files import atomic_write, atomic_write_all, new_folder, write_json
 from scenelang.backends.labels import ground_truth
 from scenelang.backends.labels.ground_truth import (
     VISIBLE,
@@ -266,23 +266,35 @@ class ShotMaps:
 
     def __init__(self, truth: Truth, picture: Picture) -> None:
         self.truth = truth
+        self.boxes = boxes_in(truth)
         self._picture = picture
-        self._boxes = boxes_in(truth)
-        levels = _levels(truth)
-        matched = correspondence_of(truth)
-        self._arrays, self._layers = _arrays_of(truth, levels, matched)
-        self._drawn = dict(_pictures_of(truth, levels, matched, self._boxes, picture))
+        self._levels = _levels(truth)
+        self._matched = correspondence_of(truth)
+        self.arrays, self._layers = _arrays_of(truth, self._levels, self._matched)
+        self._flow: ground_truth.Flow | None = None
+        self._tracks: tuple[ground_truth.Tracks, int] | None = None
 
     def add_flow(self, flow: ground_truth.Flow) -> None:
         """Add the dense motion to the next frame."""
-        self._drawn["flow"] = flow_picture(flow)
-        self._arrays |= {"flow": flow.motion, "flow_world": flow.world, "flow_state": flow.state}
+        self._flow = flow
+        self.arrays |= {"flow": flow.motion, "flow_world": flow.world, "flow_state": flow.state}
         self._layers["flow"] = flow.motion
 
-    def add_tracks(self, tracks: ground_truth.Tracks, frame: int, paths: npt.NDArray[np.int64]) -> None:
-        """Add tracked points at frame index ``frame``; ``paths`` are the instances' path numbers."""
-        self._drawn["tracks"] = with_tracks(self._picture, tracks, frame)
-        self._arrays |= _identities(self.truth, paths)
+    def add_identities(self, paths: npt.NDArray[np.int64]) -> None:
+        """Add what identifies points across frames; ``paths`` are the instances' path numbers."""
+        self.arrays |= _identities(self.truth, paths)
+
+    def add_tracks(self, tracks: ground_truth.Tracks, frame: int) -> None:
+        """Add tracked points at frame index ``frame``."""
+        self._tracks = tracks, frame
+
+    def _drawn(self) -> Iterator[tuple[str, Picture]]:
+        """Yield the maps as pictures, by name."""
+        yield from _pictures_of(self.truth, self._levels, self._matched, self.boxes, self._picture)
+        if self._flow is not None:
+            yield "flow", flow_picture(self._flow)
+        if self._tracks is not None:
+            yield "tracks", with_tracks(self._picture, *self._tracks)
 
     def write(self, folder: Path, handles: Sequence[str], annotations: int) -> None:
         """Write all files to ``folder``; raises SceneError.
@@ -290,15 +302,15 @@ class ShotMaps:
         ``handles`` are those of all instances, of which at most ``annotations`` are annotated.
         """
         save_picture(self._picture, folder / "color.png")
-        for name, drawn in self._drawn.items():
+        for name, drawn in self._drawn():
             save_picture(drawn, folder / f"{name}.png")
         with open(folder / "maps.npz", "wb") as file:
-            np.savez_compressed(file, **self._arrays)  # type: ignore[arg-type]
+            np.savez_compressed(file, **self.arrays)  # type: ignore[arg-type]
         write_exr(self._layers, folder / "maps.exr", frozenset(("normal", "flow")))
         write_json(folder / "camera.json", camera_to_json(self.truth.camera))
         write_json(folder / "legend.json", _legend(self.truth, handles))
         save_picture(_legend_picture(self.truth), folder / "legend.png")
-        found = annotations_of(self.truth, self._boxes, handles, annotations)
+        found = annotations_of(self.truth, self.boxes, handles, annotations)
         write_json(folder / "annotations.json", found)
 
 
@@ -332,11 +344,6 @@ def _drawn_boxes(truth: Truth, boxes: Boxes) -> list[DrawnBox]:
     things = [i for i in large if is_thing(ancestry.entity(i))] or large
     words = [ancestry.entity(i).word for i in things]
     return [(boxes.visible[i].tolist(), word, word_color(word)) for i, word in zip(things, words, strict=True)]
-
-
-def arrays_of(truth: Truth) -> dict[str, npt.NDArray[Any]]:
-    """Return the maps of one shot by name, each (H, W, ...), per-depth maps (D, H, W)."""
-    return _arrays_of(truth, _levels(truth), correspondence_of(truth))[0]
 
 
 def _levels(truth: Truth) -> list[IntArray]:
@@ -514,16 +521,17 @@ def write_set(
     With ``alone``, the only scene of a dataset gets no separate folder.
     """
     items: list[DatasetItem] = []
-    for each in scenes:
-        digest = hashlib.sha256("\0".join(each.fingerprint).encode("utf-8", "surrogatepass")).hexdigest()
-        if frame is not None:
-            frame_of(each.scene, frame)
-        mine = items_of(folder, each.name, each.scene, len(options.views), alone, frame)
-        shown = progress(each.name) if progress is not None else None
-        write_maps(each.scene, mine, replace(options, digest=digest), backend, shown, skipped)
-        items += mine
-    if items:
-        write_coco(folder, items)
+    with new_folder(folder):
+        for each in scenes:
+            digest = hashlib.sha256("\0".join(each.fingerprint).encode("utf-8", "surrogatepass")).hexdigest()
+            if frame is not None:
+                frame_of(each.scene, frame)
+            mine = items_of(folder, each.name, each.scene, len(options.views), alone, frame)
+            shown = progress(each.name) if progress is not None else None
+            write_maps(each.scene, mine, replace(options, digest=digest), backend, shown, skipped)
+            items += mine
+        if items:
+            write_coco(folder, items)
     return items
 
 
@@ -590,10 +598,10 @@ def _write_view(
     for i, item in enumerate(missing):
         _write_shot(view, item, options, sub_progress(progress, i / len(missing), (i + 1) / len(missing)))
     if view.tracks is not None:
-        _write_tracks(items[0].folder.parent, view.tracks)
+        write_tracks(items[0].folder.parent, view.tracks)
 
 
-def _write_tracks(folder: Path, tracks: ground_truth.Tracks) -> None:
+def write_tracks(folder: Path, tracks: ground_truth.Tracks) -> None:
     with atomic_write(folder / "tracks.npz") as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, pixels=tracks.pixels, world=tracks.world, state=tracks.state)
 
@@ -608,13 +616,15 @@ def _write_shot(view: LabelledView, item: DatasetItem, options: MapOptions, prog
     if flow is not None:
         maps.add_flow(flow)
     if view.tracks is not None:
-        maps.add_tracks(view.tracks, list(view.shots).index(item.frame), view.paths(item.frame))
+        maps.add_identities(view.paths(item.frame))
+        maps.add_tracks(view.tracks, list(view.shots).index(item.frame))
     handles = view.handles(item.frame)
     shot = {"format": FORMAT, "version": VERSION, "name": item.name, "camera": item.view, "frame": item.frame}
-    _prepare_folder(item.folder)
-    with atomic_write_all(item.folder) as target:
-        maps.write(target, handles, options.annotations)
-    write_json(item.folder / "shot.json", shot | {"digest": _digest(item, options)})
+    with new_folder(item.folder):
+        _mark_incomplete(item.folder)
+        with atomic_write_all(item.folder) as target:
+            maps.write(target, handles, options.annotations)
+        write_json(item.folder / "shot.json", shot | {"digest": _digest(item, options)})
     if progress is not None:
         progress(1.0)
 
@@ -622,10 +632,9 @@ def _write_shot(view: LabelledView, item: DatasetItem, options: MapOptions, prog
 # --- files -----------------------------------------------------------------------------------------------------
 
 
-def _prepare_folder(folder: Path) -> None:
-    """Create the folder of a shot, or mark an existing one as incomplete."""
+def _mark_incomplete(folder: Path) -> None:
+    """Mark the folder of a shot as incomplete."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         (folder / "shot.json").unlink(missing_ok=True)
     except OSError as error:
         raise SceneError("file", f"cannot write to `{folder}`: {error.strerror or error}") from error

@@ -18,7 +18,7 @@ from scenelang.backends.pictures.stage import Shot, still, unit_size
 from scenelang.grammar.datum import replace
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.interpreter.scene.numbering import frame_numbers, instance_handles, some_handles
+from scenelang.interpreter.scene.numbering import ancestry_of, frame_numbers, instance_handles, some_handles
 
 FloatArray = npt.NDArray[np.float64]
 View = Viewpoint | Camera
@@ -125,6 +125,11 @@ class SceneFacts:
             self._expanded = {frame: expanded(self.scene, frame, limit, *self.unit)}
         return self._expanded[frame]
 
+    def number_paths(self, frames: int) -> None:
+        """Number the paths of the first frames, so that those of a frame are the same whichever frame is seen first."""
+        for frame in self.scene.frames[:frames]:
+            self.paths.of(ancestry_of(frame))
+
     def handles(self, truth: Truth, frame: int) -> list[str]:
         """Return the handle of every instance of a frame."""
         if frame not in self._handles:
@@ -133,7 +138,7 @@ class SceneFacts:
 
 
 class LabelledView:
-    """What one camera sees of the chosen frames of a scene.
+    """What one camera sees of the chosen frames of a scene; without ``make_painter``, its labels only.
 
     ``shots`` are the frames with their placed cameras, ``tracked`` is the number of tracked points. Raises SceneError
     if the scene cannot be seen.
@@ -144,8 +149,8 @@ class LabelledView:
         facts: SceneFacts,
         options: PictureOptions,
         frames: Sequence[int],
-        make_painter: Callable[[Sequence[Shot]], Painter],
         tracked: int,
+        make_painter: Callable[[Sequence[Shot]], Painter] | None = None,
     ) -> None:
         size = options.width, options.height
         self.facts = facts
@@ -158,6 +163,7 @@ class LabelledView:
 
     @cached_property
     def _painter(self) -> Painter:
+        assert self._make_painter is not None, "this view has labels only"
         return self._make_painter(list(self.shots.values()))
 
     def image(self, frame: int, progress: Progress | None = None) -> Image:
@@ -235,4 +241,4 @@ def labelled_view(
         (found,) = painters(facts.scene, options, [backend], shots)
         return found
 
-    return LabelledView(facts, options, frames, painter, tracked)
+    return LabelledView(facts, options, frames, tracked, painter)

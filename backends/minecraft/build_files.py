@@ -496,7 +496,7 @@ def write_structure(build: Build, path: Path, version: GameVersion) -> list[Path
     pieces = list(_pieces(build))
     is_one = max(build.size) <= LARGEST
     names = [path.name if is_one else f"{path.stem}-{x}-{y}-{z}{path.suffix}" for (x, y, z), _ in pieces]
-    with atomic_write_all(path.parent) as folder:
+    with atomic_write_all(path.parent, path) as folder:
         for name, (_, piece) in zip(names, pieces):
             write_nbt(folder / name, "", _root(piece, version))
     return [path.parent / name for name in names]

@@ -301,7 +301,7 @@ def _exported(backend: Backend, write: Write, scene: Scene, path: Path, options:
         )
     digits = max(3, len(str(len(roots))))
     written: list[Path] = []
-    with atomic_write_all(path.parent) as folder:
+    with atomic_write_all(path.parent, path) as folder:
         for number, build in enumerate(_builds(backend, roots, options, version), start=1):
             name = path.name if len(roots) == 1 else f"{path.stem}-{number:0{digits}d}{path.suffix}"
             written += write(build, folder / name, version)

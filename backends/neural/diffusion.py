@@ -432,6 +432,21 @@ class TransformersPromptEncoder:
         return list(self.tokenizer(text, add_special_tokens=False, split_special_tokens=True).input_ids)
 
 
+def depth_condition(depth: Tensor, covered: Tensor) -> Tensor:
+    """Return the conditioning image (1, 3, H, W) of a depth ControlNet, in [0, 1].
+
+    Depth ControlNets are trained on inverse depth, as estimated by MiDaS: the nearest pixel is 1 and the farthest .1,
+    linearly in 1 / depth. What is not ``covered`` (H, W) is 0.
+    """
+    import torch
+
+    inverse = torch.where(covered, 1.0 / depth.clamp_min(1e-6), 0.0)
+    if bool(covered.any()):
+        low, high = inverse[covered].min(), inverse[covered].max()
+        inverse = torch.where(covered, 0.1 + 0.9 * (inverse - low) / (high - low).clamp_min(1e-9), 0.0)
+    return inverse[None, None].expand(1, 3, -1, -1)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class DiffusionModel:
     """Diffusion model with its components.

@@ -23,7 +23,7 @@ _HUB = "https://huggingface.co"
 _PROXIES = ("HTTPS_PROXY", "https_proxy", "HTTP_PROXY", "http_proxy", "ALL_PROXY", "all_proxy")
 _TIMEOUT = 3.0  # of the connection test, in seconds
 _OFFLINE_ERRORS = ("LocalEntryNotFoundError", "OfflineModeIsEnabled")  # of huggingface_hub
-INSTALL = '"scenelang[neural]"'
+INSTALL = "'scenelang[neural]'"
 
 
 @dataclass(frozen=True, slots=True)

@@ -181,14 +181,9 @@ _TEXT = """
 
 ;;; A polygon whose contours are paths of indices; what is inside of an even number of them is outside.
 (define (polygon-paths points paths)
-  (define contours
-    (for/list ((path paths)) (polygon (for/list ((index path)) (ref points index)))))
-  (for/fold ((profile (profile-union (first contours)))) ((contour (rest contours)))
-    (define both (profile-intersection profile contour))
-    (define all (profile-union profile contour))
-    (if (null? both)
-      all
-      (profile-difference all both))))
+  (profile-union
+    (for/list ((path paths)) (array (for/list ((index path)) (ref points index))))
+    :fill :even-odd))
 
 ;;; A text moved so that y = 0 is at its "top", "center" or "bottom".
 (define (raised-text outline place)

@@ -50,6 +50,7 @@ from scenelang.backends.openscad.syntax import (
 )
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.interpreter.loading import np
 
 _FINE = 30  # sides of a full circle from which the rounding of OpenSCAD's offsets makes no difference
 
@@ -727,7 +728,19 @@ def _polygon(place: Objects, instance: Instance) -> Shape:
     points = given["points"]
     if "paths" in given:
         return place.flat(place.c.helper("polygon-paths"), points.text, given["paths"].text)
-    return place.flat("polygon", points.text)
+    if _is_simple(points):
+        return place.flat("polygon", points.text)
+    return place.flat("profile-union", f"(polygon {points.text})", ":fill :even-odd")
+
+
+def _is_simple(points: Snippet) -> bool:
+    """Return whether the points of a polygon are written out and form a contour that does not cross itself."""
+    from scenelang.interpreter.scene.modelling.contours import crossing_of
+
+    corners = [[number.number for number in point.parts or ()] for point in points.parts or ()]
+    if len(corners) < 3 or any(len(point) != 2 or None in point for point in corners):
+        return False
+    return crossing_of(np.array(corners, np.float64)) is None
 
 
 _TEXT = ("text", "size", "font", "halign", "valign", "spacing", "direction", "language", "script")

@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,6 +37,7 @@ _STEPS = (1 / 4000, 1 / 500)  # least and greatest time step, in s
 _STEP = 0.02  # of the time in which the smallest body falls by its own size
 _STIFF = 4.0  # time steps in which a contact is resolved; MuJoCo needs 2 or more
 _TINY = 1e-9  # m: smaller pieces have no volume in MuJoCo's arithmetic
+_NEAR = 100.0  # sizes of the scene from the origin within which a simulation starts where the scene is
 _EARLY = 5  # steps after which contacts are what bodies stand on
 
 # A cylinder that is upright but for its last digits has false contacts with a plane in MuJoCo 4.0, which divides by
@@ -175,13 +176,15 @@ def names_of(bodies: BodySet) -> list[str]:
     ]
 
 
-def model_of(bodies: BodySet) -> Any:
-    """Return a frame as a ``mujoco.MjSpec``: the ground, then the bodies in order, fixed ones without a joint."""
+def model_of(bodies: BodySet, origin: FloatArray | None = None) -> Any:
+    """Return a frame as a ``mujoco.MjSpec``: the ground, then the bodies in order, fixed ones without a joint.
+
+    ``origin`` (3,) is the point of the scene that is the model's origin, by default that of the scene.
+    """
     mujoco = require("mujoco", INSTALL)
     spec = mujoco.MjSpec()
     spec.modelname = "scene"
     spec.compiler.degree = False
-    spec.compiler.balanceinertia = True  # rounding of thin things may break the triangle inequality
     step = _time_step(bodies)
     spec.option.timestep = step
     spec.option.gravity = [0.0, 0.0, -GRAVITY]
@@ -197,32 +200,35 @@ def model_of(bodies: BodySet) -> Any:
     )  # fmt: skip
     meshes = _Meshes(mujoco, spec, bodies.unit)
     for name, body in zip(names_of(bodies), bodies.bodies, strict=True):
-        _add_body(mujoco, spec, meshes, bodies, body, name, look)
+        place = body.moments.center - (0.0 if origin is None else origin)
+        _add_body(mujoco, spec, meshes, bodies, (body, name, place), look)
     return spec
 
 
 def check_weight(bodies: BodySet, body: RigidBody) -> None:
     """Raise SceneError("physics") for a body that is too light to be simulated."""
     unit, moments = bodies.unit, body.moments
-    least = float(np.diag(moments.inertia).min()) * unit**2
+    least = float(moments.principal()[0].min()) * unit**2
     if not (moments.mass > 1e-15 and least > 1e-15 and np.isfinite(moments.inertia).all()):
         message = f'"{body.name}" is too light to be simulated: {moments.mass:.3g} kg at {unit:.3g} metres per unit'
         raise SceneError("physics", message, "give a larger `--metres-per-unit`", span=bodies.place(body))
 
 
 def _add_body(
-    mujoco: Any, spec: Any, meshes: _Meshes, bodies: BodySet, body: RigidBody, name: str, look: Mapping[str, Any]
-) -> None:
+    mujoco: Any, spec: Any, meshes: _Meshes, bodies: BodySet, placed: tuple[RigidBody, str, FloatArray],
+    look: Mapping[str, Any],
+) -> None:  # fmt: skip
+    body, name, place = placed
     unit, moments = bodies.unit, body.moments
-    inertia = TO_MODEL @ moments.inertia @ TO_MODEL.T * unit**2
-    full = [inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]]
+    inertia, axes = moments.principal()
     check_weight(bodies, body)
     owner = spec.worldbody.add_body(
         name=name,
-        pos=TO_MODEL @ moments.center * unit,
+        pos=TO_MODEL @ place * unit,
         mass=moments.mass,
         ipos=[0.0, 0.0, 0.0],
-        fullinertia=full,
+        iquat=quaternion(TO_MODEL @ axes),
+        inertia=inertia * unit**2,
         explicitinertial=True,
     )
     if not body.fixed:
@@ -337,7 +343,8 @@ def simulate(
         "size" for too many steps or samples.
     """
     mujoco = require("mujoco", INSTALL)
-    model, data = compiled(model_of(bodies))
+    origin = _middle(bodies)
+    model, data = compiled(model_of(bodies, origin))
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)  # numbers that are lost must be told
     joints = [int(model.body_dofadr[1 + number]) for number in range(len(bodies.bodies))]
     _start(bodies, data, joints, velocities or {})
@@ -349,7 +356,19 @@ def simulate(
         message = f"{seconds:g} s of {len(joints):,} bodies are more steps than the limit of {MAX_STEPS:,}"
         raise LimitError("size", message, "simulate a shorter time")
     with _quiet(mujoco):
-        return _run(mujoco, model, data, bodies, joints, (samples, each), progress or (lambda _: None))
+        motion = _run(mujoco, model, data, bodies, joints, (samples, each), progress or (lambda _: None))
+    supports = tuple((points + origin, below) for points, below in motion.supports)
+    return replace(motion, centers=motion.centers + origin, supports=supports)
+
+
+def _middle(bodies: BodySet) -> FloatArray:
+    """Return the point on the level y = 0 below the middle of the bodies: contacts lose digits far from the origin."""
+    if not bodies.bodies:
+        return np.zeros(3)
+    low, high = (np.array([getattr(body, name) for body in bodies.bodies]) for name in ("low", "high"))
+    middle = (low.min(axis=0) + high.max(axis=0)) / 2.0
+    far = float(np.abs(middle).max()) > _NEAR * float((high.max(axis=0) - low.min(axis=0)).max())
+    return middle * (1.0, 0.0, 1.0) if far else np.zeros(3)
 
 
 def _start(bodies: BodySet, data: Any, joints: Sequence[int], velocities: Mapping[str, Sequence[float]]) -> None:

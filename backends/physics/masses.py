@@ -27,6 +27,8 @@ FloatArray = npt.NDArray[np.float64]
 # Second moments of a form of volume 1 along x, y and z, about its centre: of the mean of x^2 over its points.
 _MEANS = {BLOCK: (1 / 3, 1 / 3, 1 / 3), BALL: (1 / 5, 1 / 5, 1 / 5), CYLINDER: (1 / 4, 1 / 3, 1 / 4)}
 
+_LEAST_SECOND = 1e-12  # of the largest second moment, some thousand steps of a double
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moments:
@@ -50,6 +52,18 @@ class Moments:
     def inertia(self) -> FloatArray:
         """Inertia tensor (3, 3) about the centre of mass."""
         return np.asarray(np.trace(self.second) * np.eye(3) - self.second, np.float64)
+
+    def principal(self) -> tuple[FloatArray, FloatArray]:
+        """Return the principal moments of inertia (3,) and their axes, the columns of a rotation (3, 3).
+
+        Each is the sum of two second moments, so that none is larger than the sum of the others. A thin plate has
+        almost none across itself: it gets ``_LEAST_SECOND``, since readers test the inequality in rounded numbers.
+        """
+        second, axes = np.linalg.eigh(self.second)
+        second = np.maximum(second, _LEAST_SECOND * max(float(second[2]), 0.0))
+        if np.linalg.det(axes) < 0.0:
+            axes[:, 0] *= -1.0
+        return np.asarray(second.sum() - second, np.float64), np.asarray(axes, np.float64)
 
     def times(self, factor: float) -> Moments:
         """Return the moments for ``factor`` times the density."""

@@ -7,9 +7,12 @@ between two spheres, and meshes. Both have z up, metres, and the masses and iner
 
 from __future__ import annotations
 
+import html
 import math
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 from xml.sax.saxutils import quoteattr  # writes only  # nosec B406
 
 import numpy as np
@@ -23,6 +26,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.primitives.sphere import BALL
 
+_LARGE = 1e4  # larger numbers have more than nine digits, so that bodies far from the origin keep their places
 SCALE = Option("metres-per-unit", "metres per scene unit", 1.0, minimum=1e-9, maximum=1e9)
 
 
@@ -37,8 +41,36 @@ def _bodies(scene: Scene, options: BackendOptions, backend: Backend) -> BodySet:
 
 def _write_mjcf(scene: Scene, path: Path, options: BackendOptions) -> None:
     spec = model_of(_bodies(scene, options, MJCF))
-    compiled(spec)  # poses of meshes are known only then
-    write_text(path, spec.to_xml())
+    model, _ = compiled(spec)  # poses of meshes are known only then
+    write_text(path, _exact(spec.to_xml(), model))
+
+
+def _exact(text: str, model: Any) -> str:
+    """Return a model's XML with the places, masses and inertias of bodies in full.
+
+    MuJoCo writes six digits, which move bodies far from the origin, and by which the inertia of a thin plate breaks the
+    inequality that MuJoCo tests when it reads them.
+    """
+
+    def exact(match: re.Match[str]) -> str:
+        number = model.body(html.unescape(match["name"])).id
+        inertial = {"mass": model.body_mass[number : number + 1], "diaginertia": model.body_inertia[number]}
+        head = _with_numbers(match["head"], {"pos": model.body_pos[number]})
+        return head + _with_numbers(match["inertial"], inertial)
+
+    return _BODY.sub(exact, text)
+
+
+# The tag of a body and that of its inertia, which MuJoCo writes next.
+_BODY = re.compile(r'(?P<head><body name="(?P<name>[^"]*)"[^>]*>)(?P<inertial>\s*<inertial [^>]*>)')
+
+
+def _with_numbers(tag: str, numbers: Mapping[str, FloatArray]) -> str:
+    """Return a tag with the values of attributes replaced."""
+    for name, values in numbers.items():
+        shown = " ".join(repr(float(value)) for value in values)
+        tag = re.sub(rf'(?<= ){name}="[^"]*"', f'{name}="{shown}"', tag)
+    return tag
 
 
 MJCF = Backend(
@@ -67,7 +99,7 @@ def _write_urdf(scene: Scene, path: Path, options: BackendOptions) -> list[Path]
         *(line for name, body in zip(names_of(bodies), bodies.bodies) for line in _link(bodies, body, name, meshes)),
         "</robot>", "",
     ]  # fmt: skip
-    with atomic_write_all(path.parent) as folder:
+    with atomic_write_all(path.parent, path) as folder:
         for name, text in meshes.files.items():
             (folder / name).write_text(text, "ascii", newline="\n")
         (folder / path.name).write_text("\n".join(lines), "utf-8", newline="\n")
@@ -110,11 +142,13 @@ def _obj_of(points: FloatArray) -> str:
 
 def _link(bodies: BodySet, body: RigidBody, name: str, meshes: _MeshFiles) -> Iterator[str]:
     unit, moments = bodies.unit, body.moments
-    inertia = TO_MODEL @ moments.inertia @ TO_MODEL.T * unit**2
-    inertia[np.abs(inertia) < 1e-12 * np.abs(inertia).max()] = 0.0
+    principal, own = moments.principal()
+    turned = TO_MODEL @ own
+    inertia = turned @ np.diag(principal) @ turned.T * unit**2
+    inertia[np.abs(inertia) < 1e-15 * np.abs(inertia).max()] = 0.0
     names = "xyz"
     axes = [(i, j) for i in range(3) for j in range(i, 3)]
-    tensor = " ".join(f'i{names[i]}{names[j]}="{inertia[i, j]:.9g}"' for i, j in axes)
+    tensor = " ".join(f'i{names[i]}{names[j]}="{inertia[i, j]:.17g}"' for i, j in axes)
     yield f"  <link name={quoteattr(name)}>"
     yield f'    <inertial><origin xyz="0 0 0" rpy="0 0 0"/><mass value="{moments.mass:.9g}"/>'
     yield f"      <inertia {tensor}/></inertial>"
@@ -151,7 +185,7 @@ def _geometries(shape: Collider, center: FloatArray, unit: float, meshes: _MeshF
 
 
 def _numbers(values: Sequence[float] | FloatArray) -> str:
-    return " ".join(f"{float(x) if abs(x) > 1e-12 else 0.0:.9g}" for x in values)
+    return " ".join(f"{float(x) if abs(x) > 1e-12 else 0.0:.{9 if abs(x) < _LARGE else 15}g}" for x in values)
 
 
 def _origin(place: FloatArray, rotation: FloatArray) -> str:

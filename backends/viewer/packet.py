@@ -9,6 +9,7 @@ in depth-first order. Poses and geometry are in the stage's frame (see ``stage``
 
 from __future__ import annotations
 
+import atexit
 import base64
 import gzip
 import hashlib
@@ -16,6 +17,7 @@ import html
 import json
 import math
 import os
+import secrets
 import struct
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -30,6 +32,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import require
 from scenelang.backends.files import check_folder
+from scenelang.backends.geometry.precision import own_offset
 from scenelang.backends.geometry.solids import composed, is_semantic, keeps_own_colors, own_mesh
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.neural.weights import INSTALL
@@ -37,6 +40,7 @@ from scenelang.backends.pictures.appearance import BRIGHTEST, ENVIRONMENTS, GLAS
 from scenelang.backends.pictures.stage import box_of, unit_size
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, SceneError, UsageError
+from scenelang.interpreter.loading import user_folder
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.runtime.values import Embedding
@@ -304,7 +308,9 @@ def _add(geometries: list[Geometry], key: _FormKey | _MeshKey, has_coarse: bool)
     if isinstance(shape, Primitive):
         mesh = own_mesh(shape)
         assert mesh is not None, "a mesh without faces has no key"
-        geometries.append(_mesh_geometry(mesh, bool(detail)))
+        offset = own_offset(mesh.vertices, mesh.faces)
+        near = mesh if offset is None else replace(mesh, vertices=mesh.vertices - offset)
+        geometries.append(_mesh_geometry(near, bool(detail)))
         return len(geometries) - 1
     assert isinstance(detail, tuple)
     if shape.is_curved and has_coarse:
@@ -327,7 +333,11 @@ def _geometry_key(entity: Entity) -> tuple[_FormKey | _MeshKey | None, FloatArra
     if placed is not None:
         return (placed.form, placed.ratios), placed.matrix
     mesh = own_mesh(shape)
-    return None if mesh is None else (shape.key, keeps_own_colors(entity, mesh)), identity
+    if mesh is None:
+        return None, identity
+    offset = own_offset(mesh.vertices, mesh.faces)  # positions are float32
+    pose = identity if offset is None else np.column_stack([np.eye(3), offset])
+    return (shape.key, keeps_own_colors(entity, mesh)), pose
 
 
 def _form_geometry(form: CanonicalForm, ratios: tuple[float, ...], sides: int) -> Geometry:
@@ -726,9 +736,36 @@ def has_screen() -> bool:
     return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
 
 
-def open_in_browser(address: str) -> None:
-    """Open a page in the browser if there is a display."""
-    if has_screen():
+def open_in_browser(address: str) -> bool:
+    """Open a page in the browser if there is a display; return whether that was tried.
+
+    Every user of the machine can read a browser's arguments, and an address of the viewer contains its token: what is
+    opened is a file that only its owner can read, which leads there.
+    """
+    page = _page_that_leads_to(address) if has_screen() else None
+    if page is not None:
         import webbrowser
 
-        webbrowser.open(address)
+        webbrowser.open(page)
+    return page is not None
+
+
+def _page_that_leads_to(address: str) -> str | None:
+    """Return the address of a private file that redirects to ``address``, which is deleted at the end of the process.
+
+    None if the user's cache folder cannot be written. An address of a file is returned as it is.
+    """
+    if address.startswith("file:"):
+        return address
+    path = user_folder("CACHE") / f"view-{secrets.token_hex(8)}.html"
+    shown = html.escape(address)
+    refresh = f'<meta http-equiv="refresh" content="0;url={shown}">'
+    text = f'<!doctype html><meta charset="utf-8">{refresh}<a href="{shown}">scene</a>'
+    try:
+        path.parent.mkdir(0o700, parents=True, exist_ok=True)
+        with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
+            file.write(text)
+    except OSError:
+        return None
+    atexit.register(path.unlink, missing_ok=True)
+    return path.as_uri()

@@ -8,9 +8,9 @@ from scenelang.grammar.ast import Head
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Span, Symbol
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError, suggest
 from scenelang.interpreter.expand import expand
-from scenelang.interpreter.expand.expand import Expander, bracket_error, core, is_identifier, opaque, syntax_error
+from scenelang.interpreter.expand.expand import Expander, bracket_error, core, is_identifier, none, opaque, syntax_error
 from scenelang.interpreter.expand.forms import FORMS
-from scenelang.interpreter.expand.macros import quoted_value
+from scenelang.interpreter.expand.macros import check_proper, quoted_value
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
 from scenelang.interpreter.scene.declarations import FLAGS, RELATIONS, Relation
 
@@ -47,10 +47,6 @@ HANDLERS.update(
 @handles("let-syntax", "letrec-syntax")
 def expand_let_syntax(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     return expander.expand_body([datum], scope, datum.span)
-
-
-def none(span: Span) -> Datum:
-    return Atom(None, span)
 
 
 def _count(datum: ListDatum, minimum: int, maximum: int | None = None) -> None:
@@ -229,9 +225,19 @@ def _named_let(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     values = [expander.expand(value, scope) for _, value in pairs]
     inner = Scope(scope)
     loop = expander.declare(name, inner, recursive=True)
-    parameters = ListDatum(tuple(target for target, _ in pairs), None, datum.items[2].span)
+    parameters = _loop_variables("let", [target for target, _ in pairs], datum.items[2])
     function = expander.expand_lambda(parameters, datum.items[3:], inner, datum.span, base_name(name.value))
     return _loop(loop, function, values, datum.span)
+
+
+def _loop_variables(form: str, variables: Sequence[Datum], specs: Datum) -> ListDatum:
+    """Return the parameters of a loop's function, each of which is a name with or without a type."""
+    for variable in variables:
+        is_list = isinstance(variable, ListDatum)
+        if is_list or (isinstance(variable, Atom) and isinstance(variable.value, Keyword)):
+            hint = "take a value apart in the body: `(define-values (a b) pair)`" if is_list else None
+            raise syntax_error(form, "expected a name as the variable of a loop", variable.span, hint)
+    return ListDatum(tuple(variables), None, specs.span)
 
 
 def _loop(loop: Variable, function: Datum, values: Sequence[Datum], span: Span) -> Datum:
@@ -249,17 +255,19 @@ def expand_do(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     for spec in specs.items:
         if not isinstance(spec, ListDatum) or len(spec.items) not in (2, 3):
             raise syntax_error("do", "invalid variable of `do`", spec.span)
+    check_proper(specs, ending, *specs.items)
     span = datum.span
     inits = [expander.expand(spec.items[1], scope) for spec in specs.items]
     outer = Scope(scope)
     loop = expander.declare(Atom(Symbol("do"), span), Scope(None), recursive=True)
     inner = Scope(outer)
-    parameters, _ = expander._lambda_list(
-        ListDatum(tuple(spec.items[0] for spec in specs.items), None, specs.span), inner
-    )
+    parameters, _ = expander._lambda_list(_loop_variables("do", [spec.items[0] for spec in specs.items], specs), inner)
     test = expander.expand(ending.items[0], inner)
     result = expander.expand_body(ending.items[1:], inner, span) if len(ending.items) > 1 else none(span)
-    steps = [expander.expand(spec.items[-1] if len(spec.items) == 3 else spec.items[0], inner) for spec in specs.items]
+    steps = [
+        expander.expand(spec.items[2], inner) if len(spec.items) == 3 else expander.value_of(spec.items[0], inner)
+        for spec in specs.items
+    ]
     again: Datum = ListDatum((Atom(loop, span), *steps), None, span)
     if len(datum.items) > 3:
         again = core("BODY", [expander.expand_body(datum.items[3:], inner, span), again], span)
@@ -333,6 +341,7 @@ def expand_case(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
         clause = datum.items[index]
         if not isinstance(clause, ListDatum) or len(clause.items) < 2:
             raise syntax_error("case", "invalid clause", clause.span)
+        check_proper(clause, clause.items[0])
         if expander.is_literal(clause.items[0], "else", scope) and index == len(datum.items) - 1:
             result = _case_body(expander, clause, scope, key)
             continue
@@ -430,6 +439,7 @@ def _declaration(expander: Expander, datum: Datum, scope: Scope, message: Datum 
     if not isinstance(datum, ListDatum) or head is None or not is_identifier(head):
         hint = 'write a relation, such as `(on "cup" "table")`'
         raise syntax_error("assert-that", "expected a relation", datum.span, hint)
+    check_proper(datum)
     name = base_name(head.value)
     if name == "not" and len(datum.items) == 2:
         return _declaration(expander, datum.items[1], scope, message, not negated)

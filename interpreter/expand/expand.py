@@ -82,6 +82,10 @@ def syntax_error(form: str, message: str, span: Span, hint: str | None = None) -
     return SceneError("syntax", message, hint or (f"usage: {usage}" if usage else None), span)
 
 
+def none(span: Span) -> Datum:
+    return Atom(None, span)
+
+
 def bracket_error(what: str, array: ArrayDatum, *others: ArrayDatum) -> SceneError:
     """Return the error for ``[...]`` in a place of ``(...)``; the fix corrects ``others`` too."""
     text = array.span.text
@@ -561,6 +565,11 @@ class Expander:
         variable = self.declare(Atom(name, datum.span), scope)
         return ast.Parameter(variable, spelled, kind, kind_type)
 
+    def value_of(self, parameter: Datum, scope: Scope) -> Datum:
+        """Return a reference to a parameter, or none for one without a name."""
+        name, _ = self._annotation(parameter)
+        return none(parameter.span) if base_name(name) == "_" else self.expand(Atom(name, parameter.span), scope)
+
     def _annotation(self, datum: Datum) -> tuple[Symbol, str | None]:
         value = datum.value if isinstance(datum, Atom) else None
         if isinstance(value, Annotated):
@@ -848,9 +857,27 @@ def scan_let_syntax(expander: Expander, datum: ListDatum, scope: Scope, pending:
 # the bindings where the macro is defined (see ``scope.Alias``).
 
 
+_UNQUOTES = ("unquote", "unquote-splicing")
+
+
 def expand_template(expander: Expander, datum: Datum, scope: Scope) -> Datum:
     """Return the core datum that builds the value of a quasiquoted template."""
     return _Template(expander, scope).build(datum, 1)
+
+
+def _written_as(text: str, function: Atom) -> Atom:
+    """Return a builtin that a template calls, with messages that name what the program says instead."""
+    builtin = function.value
+    assert isinstance(builtin, Builtin)
+
+    def call(rt: Any, *operands: Any) -> Any:
+        try:
+            return builtin.function(rt, *operands)
+        except SceneError as error:
+            error.message = error.message.replace(f"`{builtin.name}`", text)
+            raise
+
+    return Atom(replace(builtin, function=call), function.span)
 
 
 class _Template:
@@ -875,8 +902,11 @@ class _Template:
         return self._list(datum.items, datum.tail, datum.span, level)
 
     def _list(self, items: tuple[Datum, ...], tail: Datum | None, span: Span, level: int) -> Datum:
-        dotted = len(items) > 2 and is_identifier(items[-2]) and base_name(items[-2].value) == "unquote"
-        if tail is None and dotted:  # (a . ,b) reads as (a unquote b)
+        ending = items[-2] if tail is None and len(items) > 2 else None
+        name = base_name(ending.value) if ending is not None and is_identifier(ending) else ""
+        if name == "unquote-splicing" and level == 1:  # (a . ,@b) reads as (a unquote-splicing b)
+            raise syntax_error("quasiquote", "`,@` cannot stand behind the dot of a list", items[-1].span)
+        if name == "unquote":  # (a . ,b) reads as (a unquote b)
             result = self.build(ListDatum(items[-2:], None, span), level)
             items = items[:-2]
         else:
@@ -884,7 +914,9 @@ class _Template:
             result = self.build(tail, level) if tail is not None else empty
         for item in reversed(items):
             if isinstance(item, ListDatum) and self._keyword(item) == "unquote-splicing" and level == 1:
-                result = self._call("append", span, self.expander.expand(item.items[1], self.scope), result)
+                function = _written_as("`,@`", self.expander.builtin("append", span, self.scope))
+                spliced = self.expander.expand(item.items[1], self.scope)
+                result = ListDatum((function, spliced, result), None, item.span)
             else:
                 result = self._call("cons", span, self.build(item, level), result)
         return result
@@ -895,7 +927,8 @@ class _Template:
             return self._call("cons", datum.span, mark, self._list(datum.items, None, datum.span, level))
         splices = any(isinstance(i, ListDatum) and self._keyword(i) == "unquote-splicing" for i in datum.items)
         if splices:
-            return self._call("array", datum.span, self._list(datum.items, None, datum.span, level))
+            function = _written_as("an array", self.expander.builtin("array", datum.span, self.scope))
+            return ListDatum((function, self._list(datum.items, None, datum.span, level)), None, datum.span)
         return ArrayDatum(tuple([self.build(item, level) for item in datum.items]), datum.span)
 
     def _call(self, name: str, span: Span, *operands: Datum) -> Datum:
@@ -916,7 +949,7 @@ class _Template:
         """Return ``unquote``, ``unquote-splicing`` or ``quasiquote`` if the datum is such a form, else None."""
         if len(datum.items) == 2 and datum.tail is None and is_identifier(datum.items[0]):
             name = base_name(datum.items[0].value)
-            if name in ("unquote", "unquote-splicing", "quasiquote"):
+            if name in _UNQUOTES or name == "quasiquote":
                 return name
         return None
 
@@ -932,7 +965,7 @@ class _Template:
                 continue
             if isinstance(item, ListDatum):
                 if self._keyword(item) is not None or (
-                    any(is_identifier(i) and base_name(i.value) == "unquote" for i in item.items)
+                    any(is_identifier(i) and base_name(i.value) in _UNQUOTES for i in item.items)
                 ):
                     return False
                 if item.tail is not None:

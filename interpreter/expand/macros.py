@@ -265,6 +265,13 @@ def _is_same(a: Symbol, b: Symbol) -> bool:
     return a is b if isinstance(a, Alias) or isinstance(b, Alias) else a == b
 
 
+def check_proper(*datums: Datum) -> None:
+    """Raise an error for a list of a form's own syntax that ends in a dotted pair, such as ``(else 1 . 2)``."""
+    for datum in datums:
+        if isinstance(datum, ListDatum) and datum.tail is not None:
+            raise SceneError("bad-dot", "a list of this form cannot end in a dotted pair", None, datum.span)
+
+
 def syntax_rules(expander: Expander, datum: Datum, scope: Scope, name: str, span: Span) -> Macro:
     """Create the macro of ``(syntax-rules (literal ...) (pattern template) ...)``."""
     items = datum.items if isinstance(datum, ListDatum) else ()
@@ -273,12 +280,14 @@ def syntax_rules(expander: Expander, datum: Datum, scope: Scope, name: str, span
         raise SceneError(
             "macro", f"the macro `{name}` requires `(syntax-rules (literal ...) (pattern template) ...)`", None, span
         )
+    check_proper(datum)
     rest = items[1:]
     ellipsis: Symbol | None = None
     if isinstance(rest[0], Atom) and isinstance(rest[0].value, Symbol):
         ellipsis, rest = rest[0].value, rest[1:]
     if not rest or not isinstance(rest[0], ListDatum):
         raise SceneError("macro", "expected a list of literals in `syntax-rules`", None, datum.span)
+    check_proper(rest[0])
     literals = frozenset(
         item.value for item in rest[0].items if isinstance(item, Atom) and isinstance(item.value, Symbol)
     )
@@ -287,6 +296,7 @@ def syntax_rules(expander: Expander, datum: Datum, scope: Scope, name: str, span
     for rule in rest[1:]:
         if not isinstance(rule, ListDatum) or len(rule.items) != 2 or not isinstance(rule.items[0], ListDatum):
             raise SceneError("macro", "invalid rule; expected `(pattern template)`", None, rule.span)
+        check_proper(rule)
         _check_pattern(ruleset, rule.items[0])
         rules.append((rule.items[0], rule.items[1]))
     ruleset = replace(ruleset, rules=tuple(rules))

@@ -27,6 +27,7 @@ from scenelang.interpreter.lift.tree import (
 from scenelang.interpreter.lift.tree import walk as walk_tree
 from scenelang.interpreter.scene.primitives import block_words
 
+_MAX_PASSES = 4  # what one pass removes may leave something unused; none of 10,000 programs needed a fourth
 _MAX_ROUNDS = 8
 _MAX_SURVEYS = 1
 _MAX_SIZE = 60_000  # nodes of a program
@@ -157,27 +158,39 @@ _RULES: Sequence[Callable[[OpenProgram, CodeTree], bool]] = (
 
 
 def _lift_forms(program: OpenProgram, fixed: Sequence[int]) -> None:
-    """Apply all rules to a program in place; a form that would become longer stays as it is."""
-    before = sum(map(size, program.forms))
+    """Apply all rules to a program in place until nothing changes; a form that would become longer stays as it is."""
     if FORMS.keys() - program.known:  # the program gives a form another meaning
         return
+    before = sum(map(size, program.forms))
     is_whole = not fixed and not program.macros and not program.has_imports
-    if is_whole and any([simplify.remove_unused(program), simplify.declare_params(program)]):
+    for _ in range(_MAX_PASSES):
+        has_changed = is_whole and any([simplify.remove_unused(program), simplify.declare_params(program)])
+        if has_changed:
+            program.survey()
+        has_changed |= _rewrite_forms(program, fixed)
+        if is_whole:
+            has_changed |= simplify.declare_params(program, before - sum(map(size, program.forms)))
+        if not has_changed:
+            return
         program.survey()
+
+
+def _rewrite_forms(program: OpenProgram, fixed: Sequence[int]) -> bool:
+    """Apply the rules for single forms; return whether that changes any."""
     waiting = [
         position for position, top in enumerate(program.forms) if id(top) not in fixed and program.is_understood(top)
     ]
-    everything = list(waiting)
+    everything, has_changed = list(waiting), False
     for number in range(_MAX_ROUNDS):
         waiting = [position for position in waiting if _rewrite(program, position)]
         if not waiting:
             break
+        has_changed = True
         if number < _MAX_SURVEYS:  # later, what is known of the first rounds still holds
             known = program.known
             program.survey()
             waiting = waiting if program.known == known else list(everything)  # a name of the library is free again
-    if is_whole:
-        simplify.declare_params(program, before - sum(map(size, program.forms)))
+    return has_changed
 
 
 def _rewrite(program: OpenProgram, position: int) -> bool:

@@ -183,12 +183,14 @@ def datum_of(node: CodeTree, trivia: dict[int, Trivia], spelling: dict[int, str]
     datum: Datum
     if node.items is None:
         datum = Atom(node.value, node.span)
+        spelling.pop(id(datum), None)  # of another datum that is gone
         if node.spelling is not None:
             spelling[id(datum)] = node.spelling
     else:
         items = tuple([datum_of(item, trivia, spelling) for item in node.items])
         tail = datum_of(node.tail, trivia, spelling) if node.tail is not None else None
         datum = ArrayDatum(items, node.span) if node.is_array else ListDatum(items, tail, node.span)
+    trivia.pop(id(datum), None)
     if node.trivia is not NO_COMMENTS:
         trivia[id(datum)] = node.trivia
     return datum

@@ -8,6 +8,7 @@ error is reported: a program that is right may use any of these names for itself
 from __future__ import annotations
 
 import re
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
@@ -240,19 +241,26 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozens
 
 
 def _regions(text: str, errors: Sequence[Diagnostic]) -> list[tuple[int, int]]:
-    """Return the pieces of a text, from one line that begins with a bracket to the next, in which the errors are."""
-    found: list[tuple[int, int]] = []
+    """Return the pieces of a text, from the start of one form at top level to the next, in which the errors are."""
+    starts = _form_starts(text)
+    regions: list[tuple[int, int]] = []
     for start, end in sorted({(d.span.start, d.span.end) for d in errors if d.span is not None}):
-        first = text.rfind("\n(", 0, start) + 1
-        if not re.search(r"^\(", text[:first], re.M):
-            first = 0
-        next_ = text.find("\n(", max(end, start + 1))
-        last = len(text) if next_ < 0 else next_ + 1
-        if found and first < found[-1][1]:
-            found[-1] = (found[-1][0], max(found[-1][1], last))
+        place, behind = bisect_right(starts, start), bisect_left(starts, max(end, start + 1))
+        first = starts[place - 1] if place else 0
+        last = starts[behind] if behind < len(starts) else len(text)
+        if regions and first < regions[-1][1]:
+            regions[-1] = (regions[-1][0], max(regions[-1][1], last))
         else:
-            found.append((first, last))
-    return found
+            regions.append((first, last))
+    return regions
+
+
+def _form_starts(text: str) -> list[int]:
+    """Return where lists at top level begin lines; if brackets do not match, those are all lines with one in front."""
+    ranges, is_balanced = _ranges(text, restarts=False)
+    if not is_balanced:
+        return [match.start() for match in re.finditer(r"^\(", text, re.M)]
+    return sorted(start for start, _, _ in ranges if text[start] == "(" and text[start - 1 : start] in ("", "\n"))
 
 
 # --- names -----------------------------------------------------------------------------------------------------------
@@ -710,9 +718,11 @@ def _foreign_pieces(source: Source) -> list[Habit]:
 def _pieces(text: str) -> Iterator[tuple[int, int, list[str]]]:
     """Runs of lines that begin outside all brackets of the language, with their lines."""
     offset, start = 0, 0
+    continued = _continued_lines(text)
     lines: list[str] = []
     for line in [*text.splitlines(keepends=True), "("]:
-        is_foreign = bool(line.strip()) and not _OWN.match(line) if not lines else not re.match(r"[(;]", line)
+        is_own = not line.strip() or offset in continued or _OWN.match(line) is not None
+        is_foreign = not is_own if not lines else not re.match(r"[(;]", line)
         if is_foreign or (lines and not line.strip()):
             if not lines:
                 start = offset
@@ -722,6 +732,56 @@ def _pieces(text: str) -> Iterator[tuple[int, int, list[str]]]:
             yield start, end, [each for each in lines if each.strip()]
             lines = []
         offset += len(line)
+
+
+def _continued_lines(text: str) -> frozenset[int]:
+    """Return the starts of the lines inside a list, a string or a comment of the program.
+
+    If some brackets of the text do not match, a bracket in the first column begins a new list, and in what is not
+    closed only indented lines are taken for its items: code of another language begins in the first column.
+    """
+    ranges, is_balanced = _ranges(text, restarts=False)
+    if not is_balanced:
+        ranges, _ = _ranges(text, restarts=True)
+    continued: set[int] = set()
+    last = 0
+    for start, end, is_closed in sorted(ranges):
+        for match in re.finditer(r"\n" if is_closed else r"\n(?=[ \t])", text[max(start, last) : end]):
+            continued.add(max(start, last) + match.end())
+        last = max(last, end) if is_closed else last
+    return frozenset(continued)
+
+
+def _ranges(text: str, restarts: bool) -> tuple[list[tuple[int, int, bool]], bool]:
+    """Return the start and end of each list, string and comment at top level, and of those in lists that are not
+    closed; whether each is closed; and whether all brackets match."""
+    stack: list[int] = []
+    closed: list[tuple[int, int, bool]] = []
+    unclosed: list[tuple[int, int, bool]] = []
+    is_balanced = True
+    for match in _TOKEN.finditer(text):
+        kind, start = match.lastgroup, match.start()
+        if kind == "open":
+            if restarts and stack and text[start - 1 : start] == "\n":
+                unclosed.append((stack[0], start, False))
+                stack.clear()
+            stack.append(start)
+        elif kind == "close":
+            is_balanced = is_balanced and bool(stack)
+            if stack:
+                _close(closed, stack.pop(), match.end())
+        elif kind in ("string", "comment"):
+            _close(closed, start, match.end())
+    if stack:
+        unclosed.append((stack[0], len(text), False))
+    return closed + unclosed, is_balanced and not stack
+
+
+def _close(closed: list[tuple[int, int, bool]], start: int, end: int) -> None:
+    """Add a range in place of those inside it, which are the last ones."""
+    while closed and closed[-1][0] > start:
+        closed.pop()
+    closed.append((start, end, True))
 
 
 def _language(lines: Sequence[str]) -> tuple[str, str] | None:

@@ -90,8 +90,11 @@ def word_warnings(program: Program) -> list[Diagnostic]:
         for word, span in each.word_calls:
             if word not in program.all_words and not is_word(word):
                 if word not in near:
-                    near[word] = _near_word(word, [*program.all_words, *words()]) or (
-                        _near_unused(word, program) or _slipped(word, calls)
+                    near[word] = (
+                        _near_word(word, list(program.all_words))
+                        or _near_primitive(word)
+                        or _near_unused(word, program)
+                        or _slipped(word, calls)
                     )
                 if near[word]:
                     found.append(_misspelled(word, str(near[word]), span))
@@ -132,6 +135,33 @@ def _near_word(word: str, known: Sequence[str]) -> str | None:
         or get_close_matches(word, known, 1, _SIMILARITY)
     )
     return near[0] if near else None
+
+
+# The words of an English dictionary (104,334 entries) that look like a slip of a primitive's name: none other does.
+_NOUNS = frozenset({"capulet", "horus", "come", "cons", "cubs", "done", "tours"})
+_LONG = 6  # letters of a name of which similar words are misspellings
+
+
+def _near_primitive(word: str) -> str | None:
+    """Return the primitive whose name is misspelled.
+
+    It is a slip of the fingers, or a long name is nearly the same but no plural or participle. Nouns
+    are words of programs, too: "cub", "scone" and "seats" are nearer to a primitive than many misspellings.
+    """
+    word = word.lower()
+    if word in _NOUNS:
+        return None
+    if is_word(word):
+        return word
+    return next((name for name in words() if is_slip(word, name) or _is_misspelled(word, name)), None)
+
+
+def _is_misspelled(word: str, name: str) -> bool:
+    from difflib import SequenceMatcher
+
+    if len(name) < _LONG or word[:1] != name[0] or word.startswith(name) or abs(len(word) - len(name)) > 1:
+        return False
+    return sorted(word) == sorted(name) or SequenceMatcher(None, word, name).ratio() >= _SIMILARITY
 
 
 def _slipped(word: str, calls: Mapping[str, int]) -> str | None:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import pairwise
+from string import Formatter
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
@@ -14,6 +15,7 @@ from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError, nea
 from scenelang.grammar.reader import read
 from scenelang.interpreter.compile.analyse import called_builtin, children, pattern_variables, strings_in, walk
 from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.lint.other_tools import calls_of_other_tools
 from scenelang.interpreter.runtime.types import Builtin
 from scenelang.interpreter.runtime.values import Keyword
 from scenelang.interpreter.scene.primitives import (
@@ -46,6 +48,42 @@ def optional_parameters(form: Any, word: str | None) -> Iterator[Diagnostic]:
 
 
 # Poses that are probably composed in the wrong order.
+
+
+# The directives of C, Python, Common Lisp and Scheme, in the order of their values.
+_DIRECTIVE = re.compile(r"~[asdfgvwADSFGVW]|%(?:\.\d+)?[sdifgeuxr]")
+
+
+def unused_values(nodes: Iterable[Any]) -> Iterator[Diagnostic]:
+    """Report values of ``format`` that no field of a literal template takes."""
+    for node in nodes:
+        if called_builtin(node) != "format" or not node.arguments or type(node.arguments[0]) is not ast.Constant:
+            continue
+        template, values = node.arguments[0], node.arguments[1:]
+        taken = _taken_values(template.value) if type(template.value) is str else None
+        if taken is None or len(values) <= taken:
+            continue
+        many = f"{taken} field{'s' * (taken != 1)}" if taken else "no field"
+        message = f"the template of `format` has {many}, so {values[taken].span.text} is not written"
+        written, number = _DIRECTIVE.subn("{}", template.span.text)
+        fixes: tuple[Fix, ...] = ()
+        if not taken and number == len(values):
+            fixes = (Fix(f"Change to `{written}`", (Edit(template.span, written),), safe=False),)
+        yield Diagnostic("unused-value", message, values[taken].span, "a field is written `{}`", fixes=fixes)
+
+
+def _taken_values(template: str) -> int | None:
+    """Return how many values a template of ``format`` takes, or None if it is malformed."""
+    count = last = 0
+    try:
+        for _, name, spec, _ in Formatter().parse(template):
+            inner = [each for _, each, _, _ in Formatter().parse(spec or "")]
+            for each in (name, *inner):
+                count += each == ""
+                last = max(last, int(each) + 1 if each is not None and each.isdecimal() else 0)
+    except ValueError:
+        return None
+    return max(count, last)
 
 
 def turned_after_moved(nodes: Iterable[Any]) -> Iterator[Diagnostic]:
@@ -503,6 +541,7 @@ def facts_of(form: Any) -> FormFacts:
             *shadowed_calls(nodes, form),
             *constant_conditions(nodes, form),
             *turned_after_moved(nodes),
+            *unused_values(nodes),
         ),
         tuple(pattern_variables(form.target)) if type(form) is ast.Define else (),
         frozenset(target for target in targets if isinstance(target, Variable) and target.is_global),
@@ -615,14 +654,19 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
             yield from _bytes(node)
         if word is None or type(word) is not str:
             continue
-        for argument in node.arguments:
+        others = list(calls_of_other_tools(node, word))
+        yield from ((word, other) for other in others)
+        texts = {id(key) for key, value in pairwise(node.arguments) if type(value) is ast.Constant is type(key)
+                 and type(value.value) is str}  # fmt: skip
+        for argument in node.arguments if not others else ():
             if type(argument) is ast.Constant and type(argument.value) is Keyword:
                 name, span = str(argument.value), argument.span
                 if "=" in name:
                     yield "", _with_sign(name, span)  # of words of the program, too
                     continue
                 is_geometric = geometry_attributes(word) is not None
-                hint = unread_hint(word, name) if is_geometric else _semantic_hint(word, name)
+                is_described = not is_geometric and id(argument) in texts  # `:scales "emerald"` of a dragon
+                hint = unread_hint(word, name) if is_geometric else None if is_described else _semantic_hint(word, name)
                 if hint is not None:
                     near = near_attribute(word, name) or _named_in(hint)
                     fixes = (Fix(f"Change to `:{near}`", (Edit(span, f":{near}"),)),) if near else ()

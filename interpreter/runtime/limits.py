@@ -30,6 +30,9 @@ def _limit(default: float, help: str, flag: str) -> Any:
     return setting(default, f"{help} (default {default:,})", flag, metavar="N", read=read)
 
 
+MAX_DEPTH = 10_000_000  # of calls, each of which takes about 500 bytes
+
+
 @dataclass(frozen=True, slots=True)
 class Limits:
     """Resource limits of a run.
@@ -71,6 +74,8 @@ class Limits:
             name, value = each.name, getattr(self, each.name)
             if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
                 raise SceneError("value", f"`{name}`: expected a limit of at least 0, got {value!r}")
+        if self.depth > MAX_DEPTH:
+            raise SceneError("value", f"`depth`: expected a limit of at most {MAX_DEPTH:,}, got {self.depth:,}")
 
 
 def resident_bytes() -> int:

@@ -258,8 +258,18 @@ def _children(graph: Graph, level: Level, paths: Paths, has_handle: npt.NDArray[
     )
 
 
+MOST_PRIMITIVES = 10_000_000  # of an expanded frame: their instances take some 3 GB
+
+
 def levels(graph: Graph, is_leaf: npt.NDArray[np.bool_], paths: Paths) -> Iterator[tuple[Level, Level]]:
-    """Iterate over the depths from the root; yield the leaves and the inner instances of each."""
+    """Iterate over the depths from the root; yield the leaves and the inner instances of each.
+
+    Raises LimitError for more than ``MOST_PRIMITIVES``, whatever limits the caller has.
+    """
+    count = int(graph.leaves[-1])
+    if count > MOST_PRIMITIVES:
+        message = f"the scene expands to {count:,} primitives, more than the limit of {MOST_PRIMITIVES:,}"
+        raise LimitError("primitives", message, "use a part of the scene")
     has_handle = np.array([entity.embedding.handle is not None for entity in graph.nodes])
     zero = np.zeros(1, np.int64)
     identity = np.array(IDENTITY).reshape(12, 1)

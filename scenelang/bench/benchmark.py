@@ -75,6 +75,7 @@ class BenchReport:
             "modes": results_data(self.results),
         }
 
+    @typed
     def save(self, sheet: bool = True) -> list[Path]:
         """Write ``results.md``, ``results.json`` and ``sheet.png`` into the folder; returns their paths."""
         written = [self.folder / TABLE, self.folder / DATA]

@@ -153,7 +153,7 @@ def _task(table: TomlTable, group: str) -> BenchTask:
     if keep and program is None:
         table.fail("keep", "`keep` has no meaning without a `program` to edit")
     if not that and not keep:
-        table.fail(None, "a task has at least one declaration in `that`")
+        table.fail_missing("that", "a task has at least one declaration in `that`")
     for key, text in (("passes", passes), ("program", program)):
         _check_text(table, key, text)
     declarations = _declarations(table, that)

@@ -1,6 +1,6 @@
 """Command-line entry point: parses arguments, runs one command, and reports every failure as a diagnostic.
 
-Exit codes: 0 success, 1 a wrong program or file, 2 wrong usage, 130 interrupted.
+Exit codes: 0 success, 1 a wrong program or file, 2 wrong usage, 130 interrupted, 141 nothing reads the output any more.
 """
 
 from __future__ import annotations
@@ -13,10 +13,19 @@ from importlib import import_module
 from typing import Any, NamedTuple
 
 from scenelang.cli.options import ReportedError, add_common, add_file, add_output, report
-from scenelang.grammar.diagnostics import SceneError, UsageError, printable, suggest
+from scenelang.grammar.diagnostics import SceneError, UsageError, printable, render_text, suggest
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.reports import Parser
-from scenelang.sandbox.supervision import INTERRUPTED, alarmed, is_bounded, is_supported, supervise, was_interrupted
+from scenelang.sandbox.environment import keep_named_variables
+from scenelang.sandbox.supervision import (
+    CLOSED,
+    INTERRUPTED,
+    alarmed,
+    is_bounded,
+    is_supported,
+    supervise,
+    was_interrupted,
+)
 
 
 def main(argv: Sequence[str] | None = None, supervised: bool = False) -> int:
@@ -29,9 +38,16 @@ def main(argv: Sequence[str] | None = None, supervised: bool = False) -> int:
     supervised
         Run commands that evaluate programs in a child process under hard limits. The child also returns from here.
     """
-    words = sys.argv[1:] if argv is None else list(argv)
+    try:
+        return _main(sys.argv[1:] if argv is None else list(argv), supervised)
+    except OSError as error:  # in the output of --help or --version
+        return _report_output(error)
+
+
+def _main(words: list[str], supervised: bool) -> int:
     if not words:
         build_parser("").print_help()
+        sys.stdout.flush()
         return 0
     if words[0] not in COMMANDS and not words[0].startswith("-"):
         near = suggest(words[0], COMMANDS) or "see `scenelang --help` for a list of commands"
@@ -45,7 +61,7 @@ def main(argv: Sequence[str] | None = None, supervised: bool = False) -> int:
     if _is_bounded(arguments):
         with alarmed(Limits().seconds, tell):
             return _run(arguments)
-    return supervise(lambda: _run(arguments), tell)
+    return supervise(lambda: _run_confined(arguments), tell)
 
 
 def _is_bounded(arguments: argparse.Namespace) -> bool:
@@ -53,6 +69,13 @@ def _is_bounded(arguments: argparse.Namespace) -> bool:
     options = ("evaluate", "geometry", "physics", "define", "z", "max_seconds", "max_memory")
     is_plain = arguments.command == "check" and not any(getattr(arguments, name) for name in options)
     return is_plain and is_bounded(arguments.files)
+
+
+def _run_confined(arguments: argparse.Namespace) -> int:
+    """Run a command in its own process, without the keys in the environment unless it is for them."""
+    if COMMANDS[arguments.command].module not in ("models", "neural", "bench"):
+        keep_named_variables()
+    return _run(arguments)
 
 
 def _run(arguments: argparse.Namespace) -> int:
@@ -65,17 +88,15 @@ def _run(arguments: argparse.Namespace) -> int:
             return _report_interruption()
         report(arguments, [error.diagnostic])
         return 2 if isinstance(error, UsageError) else 1
-    except BrokenPipeError:
-        _silence_stdout()
-        return 1
+    except BrokenPipeError as error:
+        return _report_output(error)
     except KeyboardInterrupt:
         return _report_interruption()
     except RecursionError:
         report(arguments, [SceneError("nesting", "the program is nested too deeply for this command").diagnostic])
         return 1
     except OSError as error:
-        report(arguments, [SceneError("file", f"{error.strerror or error}: {error.filename or 'output'}").diagnostic])
-        return 1
+        return _report_output(error)
     except Exception as error:
         return _report_interruption() if was_interrupted(error) else _report_fault(error)
 
@@ -102,8 +123,20 @@ def _report_fault(error: Exception) -> int:
     return 1
 
 
+def _report_output(error: OSError) -> int:
+    """Report an output that cannot be written, and return the exit code."""
+    if error.filename is None:
+        _silence_stdout()
+    if isinstance(error, BrokenPipeError):  # what reads the output has read enough, as `head` does
+        return CLOSED
+    reason = error.strerror or str(error)
+    message = f"{reason}: {error.filename}" if error.filename else f"cannot write to standard output: {reason}"
+    print(render_text(SceneError("file", message).diagnostic), file=sys.stderr)
+    return 1
+
+
 def _silence_stdout() -> None:
-    """Redirect stdout to /dev/null after a broken pipe, so that flushing at exit does not fail."""
+    """Redirect stdout to /dev/null, so that flushing at exit does not fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
@@ -205,7 +238,7 @@ class _Version(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from importlib.metadata import version
 
-        print(f"scenelang {version('scenelang')}")
+        parser._print_message(f"scenelang {version('scenelang')}\n", sys.stdout)
         parser.exit()
 
 

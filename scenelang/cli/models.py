@@ -6,7 +6,7 @@ import argparse
 import shlex
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
-from scenelang.backends.files import make_folder
+from scenelang.backends.files import new_folder
 from scenelang.cli.options import (
     models_of,
     opened,
@@ -551,10 +551,11 @@ def run_eval(arguments: argparse.Namespace) -> int:
     def show(subject: Subject, measure: Measure) -> Any:
         return progress(arguments, f"{subject.entry.place} {measure.name}")
 
-    folder = None if arguments.output is None else make_folder(Path(arguments.output))
+    folder = None if arguments.output is None else Path(arguments.output)
     measures = options.measures(models_of(arguments))
     answers = [Path(name) for name in arguments.study_results or ()]
-    found = measured(subjects, measures, folder, answers, fail, show)
+    with new_folder(folder) if folder is not None else nullcontext():
+        found = measured(subjects, measures, folder, answers, fail, show)
     _show(arguments, found)
     return 1 if failed or found.failures else 0
 

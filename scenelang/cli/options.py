@@ -161,7 +161,8 @@ def add_limits(parser: argparse.ArgumentParser) -> None:
 
 
 def limits_of(arguments: argparse.Namespace) -> Limits:
-    return fields_of(arguments, Limits)
+    with usage_errors():
+        return fields_of(arguments, Limits)
 
 
 def add_models(parser: argparse.ArgumentParser) -> None:
@@ -184,7 +185,7 @@ def z_path(arguments: argparse.Namespace) -> Path | None:
     if arguments.z is not None or arguments.file == "-":
         return None if arguments.z is None else Path(arguments.z)
     path = beside(arguments.file)
-    return path if path.exists() else None
+    return path if os.path.exists(path) else None
 
 
 def z_entries(arguments: argparse.Namespace) -> dict[str, ZEntry]:

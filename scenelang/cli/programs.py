@@ -259,15 +259,16 @@ def add_bounds(parser: argparse.ArgumentParser) -> None:
 
 
 def run_bounds(arguments: argparse.Namespace) -> int:
-    from scenelang.interpreter.scene.bounds import box_data, word_box
+    from scenelang.interpreter.scene.bounds import box_data
 
     with bounded(arguments):
-        scene = evaluated(arguments)
-        box = word_box(scene, arguments.word)
+        scene = scene_of(arguments)
+        box = scene.bounds if arguments.word is None else scene.bounds_of(arguments.word)
     if box is None:
         what = f'"{arguments.word}"' if arguments.word else "the scene"
         raise SceneError("empty-scene", f"{what} has no geometry and therefore no bounding box")
-    facts = box_data(box)
+    low, high = box.tolist()
+    facts = box_data((*low, *high))
     rows = [(name, *(f"{x:.6g}" for x in values)) for name, values in facts.items()]
     return print_result(arguments, facts, table(rows, (False, True, True, True)))
 
@@ -445,6 +446,7 @@ def add_import(parser: argparse.ArgumentParser) -> None:
 def run_import(arguments: argparse.Namespace) -> int:
     from scenelang.backends.minecraft import export as minecraft
     from scenelang.backends.openscad import converting as openscad
+    from scenelang.session import other_file_error
 
     output = Path(arguments.output) if arguments.output else None
     if output is not None:
@@ -454,7 +456,8 @@ def run_import(arguments: argparse.Namespace) -> int:
     path = Path(arguments.file)
     if path.suffix.lower() not in (".scad", *minecraft.ENDINGS):
         known = ", ".join((".scad", *minecraft.ENDINGS))
-        raise SceneError("file", f"`{path.name}` is no file that can be imported; expected {known}")
+        message = f"`{path.name}` is no file that can be imported; expected {known}"
+        raise other_file_error(path) or SceneError("file", message)
     text, warnings = openscad.imported(path) if path.suffix.lower() == ".scad" else minecraft.imported(path)
     deliver(text, arguments.output)
     if output is not None:

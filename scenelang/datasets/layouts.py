@@ -2,6 +2,9 @@
 
 Camera frames are OpenCV's (x right, y down, z forward) unless a format says otherwise. Lengths are scene units; BOP's
 are millimetres, a scene unit being a metre.
+
+The records of a dataset count pixels from the corner of the image, so that the center of the first pixel is at
+(0.5, 0.5). COLMAP, nerfstudio and TAP do so too; the readers of BOP and KITTI put it at (0, 0) (``_of_centers``).
 """
 
 from __future__ import annotations
@@ -31,6 +34,7 @@ Record = dict[str, Any]
 _MILLIMETRES = 1_000.0
 _POINTS = 2_000  # of a COLMAP model
 _MAX_DEPTH = 65_535
+_FINEST_DEPTH = 0.1  # millimetres: a step of depth images where the depths of a scene allow it
 _SAME_DEPTH = 0.01  # relative difference of the depths of one point, within a pixel of a slope
 _HIDDEN, _LARGELY = 0.9, 0.5  # visibility above which KITTI calls a thing fully visible or partly occluded
 _MIN_TRUNCATION = 0.005
@@ -296,6 +300,13 @@ def _kitti(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
             (calib / f"{item.key}.txt").write_text(_kitti_calibration(item), "utf-8")
 
 
+def _of_centers(intrinsics: FloatArray) -> FloatArray:
+    """Return intrinsics for pixel coordinates in which the center of the first pixel is (0, 0)."""
+    found = intrinsics.copy()
+    found[:2, 2] -= 0.5
+    return found
+
+
 def _level(item: StoredItem) -> FloatArray:
     """Return the rotation (3, 3) from the camera to a level one above the same point: x right, y down, z ahead."""
     down = item.world_to_camera[:3, :3] @ np.array([0.0, -1.0, 0.0])
@@ -329,9 +340,12 @@ def _kitti_line(item: StoredItem, thing: Record) -> str | None:
 
 
 def _kitti_calibration(item: StoredItem) -> str:
-    """Return the calibration: ``P2`` projects the level frame of the labels; ``velo`` is the world."""
+    """Return the calibration: ``P2`` projects the level frame of the labels; ``velo`` is the world.
+
+    KITTI's boxes count whole pixels from 0 (devkit_object/readme.txt: "0-based index"), so ``P2`` does.
+    """
     level, pose = _level(item), item.world_to_camera
-    projection = np.hstack([item.intrinsics @ level.T, np.zeros((3, 1))])
+    projection = np.hstack([_of_centers(item.intrinsics) @ level.T, np.zeros((3, 1))])
 
     def row(values: npt.ArrayLike) -> str:
         return " ".join(f"{value:.12e}" for value in np.asarray(values).reshape(-1))
@@ -366,7 +380,11 @@ def _bop(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
 
 
 class _BopScene:
-    """One scene of a BOP dataset."""
+    """One scene of a BOP dataset.
+
+    The toolkit lifts the depth of column x by ``(x - cam_K[0, 2]) * depth / cam_K[0, 0]``, x counted from 0
+    (``bop_toolkit_lib.misc.depth_im_to_dist_im``).
+    """
 
     def __init__(self, folder: Path, sample: str) -> None:
         self.sample = sample
@@ -380,13 +398,13 @@ class _BopScene:
         number = len(self._tables["scene_camera"])
         depth, ids = item["depth.npy"], item["instance.png"]
         finite = np.where(np.isfinite(depth), depth * _MILLIMETRES, 0.0)
-        scale = max(1.0, float(finite.max(initial=0.0)) / _MAX_DEPTH)
+        scale = max(_FINEST_DEPTH, float(finite.max(initial=0.0)) / _MAX_DEPTH)
         (self._folder / "rgb" / f"{number:06d}.png").write_bytes(item.picture)
         code = np.rint(finite / scale).astype(np.uint16)
         (self._folder / "depth" / f"{number:06d}.png").write_bytes(png(code))
         pose = item.world_to_camera
         self._tables["scene_camera"][str(number)] = {
-            "cam_K": item.intrinsics.reshape(-1).tolist(),
+            "cam_K": _of_centers(item.intrinsics).reshape(-1).tolist(),
             "cam_R_w2c": pose[:3, :3].reshape(-1).tolist(),
             "cam_t_w2c": (pose[:3, 3] * _MILLIMETRES).tolist(),
             "depth_scale": scale,
@@ -450,20 +468,28 @@ def _nerfstudio(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> N
         own = _folder(folder, place)
         _folder(own, "images"), _folder(own, "depths")
         frames = []
+        unit = _depth_unit(views)
         for item in views:
             name = f"{item.key}.png"
             depth = item["depth.npy"]
             (own / "images" / name).write_bytes(item.picture)
-            code = np.rint(np.where(np.isfinite(depth), depth, 0.0) * _MILLIMETRES)
+            code = np.rint(np.where(np.isfinite(depth), depth, 0.0) * _MILLIMETRES / unit)
             code = np.where(code <= _MAX_DEPTH, code, 0).astype(np.uint16)  # 0 is unknown
             (own / "depths" / name).write_bytes(png(code))
             pose = np.linalg.inv(item.world_to_camera) @ np.diag([1.0, -1.0, -1.0, 1.0])
             frame: Record = {"file_path": f"images/{name}", "depth_file_path": f"depths/{name}"}
             frames.append(frame | {"transform_matrix": pose.tolist(), **_pinhole(item)})
-        document = {"camera_model": "OPENCV", "depth_unit_scale_factor": 1.0 / _MILLIMETRES, "aabb_scale": 16}
+        document = {"camera_model": "OPENCV", "depth_unit_scale_factor": unit / _MILLIMETRES, "aabb_scale": 16}
         first = _pinhole(views[0])  # what stands for all frames if it is the same in all
         shared = first if all(_pinhole(item) == first for item in views) else {}
         _write_json(own / "transforms.json", document | shared | {"frames": frames})
+
+
+def _depth_unit(views: Sequence[StoredItem]) -> float:
+    """Return the step of the depth images of some views: a tenth of a millimetre, or one where that is too fine."""
+    depths = [item["depth.npy"] for item in views]
+    farthest = max(float(depth[np.isfinite(depth)].max(initial=0.0)) for depth in depths) * _MILLIMETRES
+    return _FINEST_DEPTH if farthest <= _FINEST_DEPTH * _MAX_DEPTH else 1.0
 
 
 def _pinhole(item: StoredItem) -> Record:

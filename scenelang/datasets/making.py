@@ -334,7 +334,7 @@ class Maker:
                 (stage.painters[key],) = painters(stage.scene.graph, options, [backend], shots)
             return stage.painters[key]
 
-        return LabelledView(stage.facts, options, frames, painter, self.spec.labels.tracks)
+        return LabelledView(stage.facts, options, frames, self.spec.labels.tracks, painter)
 
 
 def _settings_of(backend: Backend, given: Mapping[str, Any] | None) -> dict[str, Any]:

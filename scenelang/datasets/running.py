@@ -16,7 +16,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from scenelang.backends.base import require
-from scenelang.backends.files import atomic_write, make_folder
+from scenelang.backends.files import atomic_write, new_folder
 from scenelang.datasets import store as stores
 from scenelang.datasets.describing import write_card
 from scenelang.datasets.making import Maker, SampleFailure, decoded
@@ -472,10 +472,10 @@ def dataset_sample(spec: str | Path, key: str, count: int | None = None) -> dict
 def write_sample(spec: str | Path, key: str, folder: str | Path, count: int | None = None) -> list[Path]:
     """Write the files of one sample, made again, to a folder, and return their paths; raises as ``dataset_sample``."""
     found = dataset_sample(spec, key, count)
-    target = make_folder(Path(folder))
-    for name, data in found.items():
-        with atomic_write(target / name) as temporary:
-            temporary.write_bytes(data)
+    with new_folder(Path(folder)) as target:
+        for name, data in found.items():
+            with atomic_write(target / name) as temporary:
+                temporary.write_bytes(data)
     return [target / name for name in found]
 
 

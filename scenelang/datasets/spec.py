@@ -443,8 +443,10 @@ def _checked_seeds(table: TomlTable, seeds: Distribution | None) -> Distribution
 def _programs(table: TomlTable, folder: Path) -> tuple[str, ...]:
     found: dict[str, None] = {}
     given = table.texts("programs")
+    if not given and "programs" in table:
+        table.fail("programs", "`programs`: name at least one program")
     if not given:
-        table.fail("programs" if "programs" in table else None, "`programs`: name at least one program")
+        table.fail_missing("programs", "`programs`: name at least one program")
     for number, pattern in enumerate(given):
         matches = _matches(folder, pattern) if pattern else []
         if not matches and pattern and _exists(folder / pattern):

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from scenelang.backends.base import require
-from scenelang.backends.files import atomic_write, reason_of
+from scenelang.backends.files import atomic_write, new_folder, reason_of
 from scenelang.datasets.making import Files, Sample
 from scenelang.datasets.spec import CODE, FORMATS, MAX_SAMPLES, MAX_SHARD, SHARD_FORMATS, Spec, is_split_name
 from scenelang.grammar.diagnostics import SceneError
@@ -111,11 +111,9 @@ class Store:
             self._remote.makedirs(path, exist_ok=True)
 
     def make(self) -> None:
-        """Create the folder."""
-        with self._failing("make the folder"):
-            if self._remote is None:
-                Path(self._root).mkdir(parents=True, exist_ok=True)
-            else:
+        """Create the folder of a remote store; one on this machine appears with its first file."""
+        if self._remote is not None:
+            with self._failing("make the folder"):
                 self._make_remote(self._root)
 
     def exists(self, name: str) -> bool:
@@ -159,9 +157,7 @@ class Store:
         """Yield a local path to write; on success the file appears under its name."""
         if self._remote is None:
             target = Path(self._path(name))
-            with self._failing(f"write `{name}`"):
-                target.parent.mkdir(parents=True, exist_ok=True)
-            with atomic_write(target) as temporary:
+            with new_folder(target.parent), atomic_write(target) as temporary:
                 yield temporary
             return
         with self._failing(f"write `{name}`"), tempfile.TemporaryDirectory(prefix="scenelang-shard-") as folder:
@@ -521,7 +517,7 @@ class ShardFiles:
             path = context.__enter__()
             self._open[split] = _WRITERS[self._plan.format](path, self._plan), path, context
         for item in sample.items:
-            with _writing_errors(self._store):
+            with self._writing(split):
                 self._open[split][0].add(item.key, item.files)
             self._count[split] = self._count.get(split, 0) + 1
 
@@ -529,7 +525,7 @@ class ShardFiles:
         """Close the files and give them their names; returns their records."""
         found = []
         for split, (writer, path, context) in sorted(self._open.items()):
-            with _writing_errors(self._store):
+            with self._writing(split):
                 writer.close()
             data = hashlib.sha256()
             with open(path, "rb") as file:
@@ -544,6 +540,15 @@ class ShardFiles:
         self._open.clear()
         return found
 
+    @contextmanager
+    def _writing(self, split: str) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            name = shard_name(split, self._number, self._plan.format)
+            message = f"cannot write `{name}` in {self._store.address}: {reason_of(error)}"
+            raise SceneError("file", message) from error
+
     def abandon(self) -> None:
         """Remove what has not been committed."""
         for writer, _, context in self._open.values():
@@ -552,14 +557,6 @@ class ShardFiles:
             with suppress(Exception):
                 context.__exit__(SceneError, SceneError("file", "abandoned"), None)
         self._open.clear()
-
-
-@contextmanager
-def _writing_errors(store: Store) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise SceneError("file", f"cannot write to {store.address}: {reason_of(error)}") from error
 
 
 # --- reading ---------------------------------------------------------------------------------------------------------

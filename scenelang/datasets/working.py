@@ -28,6 +28,7 @@ from scenelang.datasets.sampler import key_of
 from scenelang.datasets.spec import CODE, MEMORY_SLACK, Spec, spec_of
 from scenelang.datasets.store import Plan, ShardFiles, Store, record_name
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
+from scenelang.sandbox.environment import named_variables
 
 _DEATHS = 3  # of workers at one sample before it counts as failed
 _GRACE = 2.0  # seconds over twice the limit of a program before its worker is ended
@@ -198,9 +199,13 @@ def serve() -> None:
         pass
 
 
-def environment() -> dict[str, str]:
-    """Return the environment of workers: one thread each, so that workers do not compete and sums have one order."""
-    return {**os.environ, **_ONE_THREAD}
+def environment(out: str = "") -> dict[str, str]:
+    """Return the environment of workers: one thread each, so that workers do not compete and sums have one order.
+
+    Keys in the environment are for the stores of other machines only.
+    """
+    given = dict(os.environ) if "://" in out else named_variables()
+    return {**given, **_ONE_THREAD}
 
 
 # --- the pool --------------------------------------------------------------------------------------------------------
@@ -240,8 +245,8 @@ class _Worker:
 
     def __init__(self, request: Mapping[str, Any]) -> None:
         self.process = subprocess.Popen(  # this interpreter with our own code  # noqa: S603  # nosec B603
-            [sys.executable, "-c", _CODE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, env=environment(),
-            start_new_session=True,
+            [sys.executable, "-c", _CODE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0,
+            env=environment(str(request["out"])), start_new_session=True,
         )  # fmt: skip
         self.task: _Task | None = None
         self.sample: int | None = None

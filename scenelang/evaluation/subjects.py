@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenelang.backends.base import Progress
-from scenelang.backends.files import make_folder
+from scenelang.backends.files import new_folder
 from scenelang.backends.neural.clip import SCORE_MODEL, ClipName
 from scenelang.backends.neural.descriptions import noun_of
 from scenelang.backends.neural.weights import Models
@@ -33,7 +34,7 @@ from scenelang.evaluation.study import Preferences, StudyQuestion, StudyResult, 
 from scenelang.evaluation.tables import ResultTable, tables_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, suggest, usage_errors
-from scenelang.grammar.settings import names, picture_size, setting, whole
+from scenelang.grammar.settings import names, picture_size, setting, typed, whole
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.primer import stated_task
 from scenelang.session import Options, Session
@@ -99,6 +100,7 @@ class MetricOptions:
             check(options, [picture_backend(name) for name in names])
         return [Drawing(name, options, self.fps) for name in names]
 
+    @typed
     def measures(self, models: Models | None = None) -> list[Measure]:
         """Create the metrics with their models."""
         models = models or Models()
@@ -209,6 +211,7 @@ def alignment(found: Preferences, others: Sequence[MetricRecord]) -> list[Metric
     ]
 
 
+@typed
 def evaluate_metrics(
     files: Sequence[str | Path],
     options: MetricOptions | None = None,
@@ -260,10 +263,11 @@ def evaluate_metrics(
         source = session.source(str(entry.scene))
         return session.evaluate(source).require(), source.text
 
-    results_folder = make_folder(Path(folder)) if folder is not None else None
     measures = chosen.measures(models)
     subjects = subjects_of(entries_of([str(file) for file in files]), drawings, opened)
-    return measured(subjects, measures, results_folder, [Path(path) for path in answers], show=progress or _silent)
+    results = Path(folder) if folder is not None else None
+    with new_folder(results) if results is not None else nullcontext():
+        return measured(subjects, measures, results, [Path(path) for path in answers], show=progress or _silent)
 
 
 # --- the user study --------------------------------------------------------------------------------------------------

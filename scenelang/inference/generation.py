@@ -14,6 +14,7 @@ from scenelang.backends.base import Progress
 from scenelang.backends.files import read_regular, rewrite, write_text
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, to_json, usage_errors
+from scenelang.grammar.settings import typed
 from scenelang.inference.brief import Ablation, Notation, Task, TaskKind
 from scenelang.inference.conductor import Describer, Inference, LiveCount, Result, inference_of, payload_text
 from scenelang.inference.listing import listing, program_of
@@ -236,6 +237,7 @@ class Generated:
     run: Path
     stopped: tuple[SceneError, ...] = field(default=(), repr=False)
 
+    @typed
     def save(self, path: str | Path) -> Path:
         """Write the program; returns the path."""
         return _write(Path(path), self.program)
@@ -298,6 +300,7 @@ class Edited:
         """Render both scenes side by side from one camera. Raises SceneError if a scene cannot be rendered."""
         return before_and_after(self.before, self.result.scene)
 
+    @typed
     def save(self, path: str | Path) -> Path:
         """Write the edited program, in the notation given by the extension of ``path``; returns the path."""
         return _write(Path(path), written_as(Path(path), self.task, self.verdict))
@@ -442,6 +445,7 @@ def editing(
     return result, Inference(task, settings, options, str(path))
 
 
+@typed
 def generate(
     task: str = "",
     *,
@@ -509,6 +513,7 @@ def generate(
         return generated(run, play(inference, run, live), options)
 
 
+@typed
 def edit(
     path: str | Path,
     instruction: str,
@@ -544,6 +549,7 @@ def edit(
         return edited(inference, run, file, live)
 
 
+@typed
 def estimate(
     task: str,
     path: str | Path | None = None,
@@ -574,6 +580,7 @@ def estimate(
     return first_estimate(Inference(request, chosen, Options()))
 
 
+@typed
 def resume(
     name: str = "last",
     *,
@@ -610,6 +617,7 @@ def resume(
         return generated(run, play(inference, run, live), inference.options)
 
 
+@typed
 def runs(folder: str | None = None) -> list[Run]:
     """Return the runs of ``generate`` and ``edit`` in a folder (default: in the user's state folder), oldest first."""
     return all_runs(runs_folder(folder))

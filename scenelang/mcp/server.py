@@ -7,8 +7,11 @@ itself only communicates, edits texts and saves them, so no program can block or
 from __future__ import annotations
 
 import base64
+import json
 import os
+import re
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -16,7 +19,20 @@ import anyio
 import anyio.to_thread
 from mcp.server.mcpserver import Context, MCPServer
 from mcp.server.mcpserver.exceptions import ToolError, UnexpectedToolError
-from mcp.types import CallToolResult, ContentBlock, ImageContent, InputRequiredResult, TextContent, ToolAnnotations
+from mcp.server.stdio import stdio_server
+from mcp.shared.message import SessionMessage
+from mcp.types import (
+    INVALID_REQUEST,
+    PARSE_ERROR,
+    CallToolResult,
+    ContentBlock,
+    ErrorData,
+    ImageContent,
+    InputRequiredResult,
+    JSONRPCError,
+    TextContent,
+    ToolAnnotations,
+)
 from pydantic import Field, ValidationError
 
 from scenelang.grammar.diagnostics import CODES, Diagnostic, SceneError, suggest, to_json
@@ -78,6 +94,18 @@ View = Annotated[str, Field(description=CAMERA)]
 class SceneServer(MCPServer[Any]):
     """Server of one project folder. Failures are reported to the client as one line with the code of a diagnostic."""
 
+    async def run_stdio_async(self) -> None:
+        """Serve on standard input and output, and answer messages that are no messages, too.
+
+        The library tells its own log about them, so that the client would wait for an answer for ever.
+        """
+        server = self._lowlevel_server
+        async with stdio_server() as (received, answers), anyio.create_task_group() as tasks:
+            readable, messages = anyio.create_memory_object_stream[SessionMessage | Exception](0)
+            tasks.start_soon(_pass_readable, received, readable, answers)
+            await server.run(messages, answers, server.create_initialization_options())
+            tasks.cancel_scope.cancel()
+
     async def call_tool(
         self, name: str, arguments: dict[str, Any], context: Context[Any, Any] | None = None
     ) -> CallToolResult | InputRequiredResult:
@@ -92,9 +120,47 @@ class SceneServer(MCPServer[Any]):
             hint = suggest(unknown, names or ()) or f"its arguments are {', '.join(names or ('none',))}"
             return _failed(f"`{name}` has no argument `{clipped(unknown)}`; {hint}", "value")
         try:
-            return await super().call_tool(name, arguments, context)
+            result = await super().call_tool(name, arguments, context)
         except ToolError as error:
-            return _failed(*_reason(error))
+            result = _failed(*_reason(error))
+        return _encodable(result) if isinstance(result, CallToolResult) else result
+
+
+def _encodable(result: CallToolResult) -> CallToolResult:
+    """Return a result without halves of surrogate pairs, as in file names that are no UTF-8: JSON cannot have them."""
+    texts = [each.text for each in result.content if isinstance(each, TextContent)]
+    if not any(map(_HALF.search, [*texts, json.dumps(result.structured_content, ensure_ascii=False)])):
+        return result
+    data: Any = json.loads(
+        _HALF.sub("\ufffd", json.dumps(result.model_dump(mode="python"), ensure_ascii=False, default=str))
+    )
+    return CallToolResult.model_validate(data)
+
+
+_HALF = re.compile(r"[\ud800-\udfff]")
+
+
+async def _pass_readable(received: Any, readable: Any, answers: Any) -> None:
+    """Pass on messages, and answer what is none, such as text with half of a surrogate pair."""
+    async with readable:
+        async for message in received:
+            if isinstance(message, Exception):
+                await answers.send(SessionMessage(_unreadable(message)))
+            else:
+                await readable.send(message)
+
+
+def _unreadable(error: Exception) -> JSONRPCError:
+    """Return the answer to a message that cannot be read."""
+    number, code, reason = None, PARSE_ERROR, str(error).partition("\n")[0]
+    if isinstance(error, ValidationError):
+        first = error.errors()[0]
+        reason = str(first["msg"])
+        with suppress(ValueError, TypeError, RecursionError):
+            data = json.loads(str(first["input"]))
+            number, code = data.get("id") if isinstance(data, dict) else None, INVALID_REQUEST
+    number = number if isinstance(number, int | str) and not isinstance(number, bool) else None
+    return JSONRPCError(jsonrpc="2.0", id=number, error=ErrorData(code=code, message=clipped(reason)))
 
 
 def _reason(error: ToolError) -> tuple[str, str]:

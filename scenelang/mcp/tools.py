@@ -20,6 +20,7 @@ from scenelang.interpreter.scene.entity import Scene, count_words
 from scenelang.interpreter.scene.instance_paths import part_of
 from scenelang.interpreter.scene.outline import summary, summary_rows
 from scenelang.interpreter.scene.primitives import docs_of_words
+from scenelang.interpreter.scene.primitives.asset import is_hidden
 from scenelang.primer import description, known_names, primer
 from scenelang.sandbox.supervision import limited
 from scenelang.scene_changes import TOLERANCE, change_lines, changes_between, compared_frames, compared_frames_in
@@ -290,6 +291,8 @@ class Project:
             raise WrongArguments(f"invalid path `{shown}`", "file") from None
         if not is_inside:
             raise WrongArguments(f"`{shown}` is outside the project folder", "import-outside")
+        if is_hidden(target, self.root):
+            raise WrongArguments(f"`{shown}` is hidden", "file")
         if not is_file:
             raise WrongArguments(f"no file `{shown}` in the project folder", "file")
         return target

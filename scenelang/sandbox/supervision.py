@@ -46,7 +46,7 @@ _ADOPTION = 10.0
 _NOTE_EVERY = 0.002
 _CLOSE = 0.6  # fraction of the memory limit from which sampling is faster
 _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
-INTERRUPTED = 130
+INTERRUPTED, CLOSED = 130, 141  # exit codes, as of a process that SIGINT or SIGPIPE ends
 _INTERRUPT = frozenset((signal.SIGINT,))
 
 
@@ -226,7 +226,7 @@ class WorkCheckpoint:
             time.sleep(0.001)
             if time.monotonic() > deadline:  # the monitor has ended, too
                 os._exit(1)
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGINT, after_imports(signal.default_int_handler))
         _die_with_parent(signal.SIGTERM)
         status.successor = 0
         self.problem = status.reason() or crash(0)
@@ -255,7 +255,7 @@ def supervise(work: Callable[[], int], report: Callable[[Diagnostic], None]) -> 
     pid = os.fork()
     if pid == 0:
         become_child(status)
-        signal.signal(signal.SIGTERM, _leave)
+        signal.signal(signal.SIGTERM, after_imports(_leave))
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _INTERRUPT)
         return work()
     with _passed_on(Monitor(pid, status, listens=True)) as monitor:
@@ -268,6 +268,32 @@ def supervise(work: Callable[[], int], report: Callable[[Diagnostic], None]) -> 
 def _leave(number: int, frame: FrameType | None) -> NoReturn:
     """Convert SIGTERM to an exception, so that temporary files are removed."""
     raise SystemExit(128 + number)
+
+
+def after_imports(handle: Callable[[int, FrameType | None], object]) -> Callable[[int, FrameType | None], object]:
+    """Return a signal handler that is called once no module is being imported.
+
+    An exception in the middle of an import leaves half a module, which raises other errors later, or is swallowed by a
+    library's own code: NumPy and MuJoCo report a bad installation then.
+    """
+
+    def wait(number: int, frame: FrameType | None) -> object:
+        if not _is_importing(frame):
+            return handle(number, frame)
+        again = threading.Timer(0.02, os.kill, (os.getpid(), number))
+        again.daemon = True
+        again.start()
+        return None
+
+    return wait
+
+
+def _is_importing(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
 
 
 class Monitor:

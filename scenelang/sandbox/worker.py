@@ -23,6 +23,7 @@ from typing import Any, NoReturn
 
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.sandbox.confinement import confine
+from scenelang.sandbox.environment import keep_named_variables
 from scenelang.sandbox.status import Status
 from scenelang.sandbox.supervision import Ended, Monitor, become_child, crash, is_supported
 
@@ -108,6 +109,7 @@ class Worker:
             self._socket = ours
             return
         ours.close()
+        keep_named_variables()
         zygote = _Zygote(self._function, self._folders, parent, self._cancelled)
         _quietly(lambda: zygote.serve(theirs))
 

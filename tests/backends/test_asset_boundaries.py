@@ -8,7 +8,6 @@ import copy
 import json
 import re
 import struct
-import time
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import calls
 
 from scenelang.backends.geometry import assets
 from scenelang.backends.geometry.assets import AssetFiles, load_asset
@@ -196,6 +196,13 @@ def told(path: Path) -> SceneError:
     return caught.value
 
 
+def told_within(most: int, path: Path) -> SceneError:
+    """The same after at most so many calls."""
+    found: list[SceneError] = []
+    assert calls(lambda: found.append(told(path))) < most
+    return found[0]
+
+
 @pytest.mark.parametrize("value", _BAD)
 @pytest.mark.parametrize("place", list(_PLACES))
 def test_indices_that_point_at_nothing(place: str, value: Any, tmp_path: Path) -> None:
@@ -280,18 +287,13 @@ def test_too_many_nodes(tmp_path: Path) -> None:
     content = document()
     content["nodes"] = [{"mesh": 0} for _ in range(300_000)]
     content["scenes"][0]["nodes"] = list(range(300_000))
-    path = written(tmp_path / "a.gltf", content)
-    begun = time.monotonic()
-    assert "300,000 nodes" in told(path).message
-    assert time.monotonic() - begun < 3.0
+    assert "300,000 nodes" in told_within(3_000_000, written(tmp_path / "a.gltf", content)).message
 
 
 def test_nodes_that_are_nested_too_deep(tmp_path: Path) -> None:
     content = document()
     content["nodes"] = [{"mesh": 0, "children": [i + 1]} for i in range(10_000)] + [{"mesh": 0}]
-    begun = time.monotonic()
-    assert "nested deeper" in told(written(tmp_path / "a.gltf", content)).message
-    assert time.monotonic() - begun < 3.0
+    assert "nested deeper" in told_within(1_000_000, written(tmp_path / "a.gltf", content)).message
 
 
 def test_meshes_that_stand_in_too_many_places(tmp_path: Path) -> None:
@@ -370,6 +372,5 @@ def test_pictures_that_would_run_a_program(tmp_path: Path) -> None:
 def test_loading_is_charged_and_stops_at_the_deadline(tmp_path: Path) -> None:
     written(tmp_path / "a.gltf", document())
     meter = Meter(Limits(seconds=0.0))
-    time.sleep(0.01)
-    with pytest.raises(LimitError, match="time limit"):
+    with pytest.raises(LimitError, match="seconds of CPU time"):
         AssetFiles(tmp_path, tmp_path, False).measure("a.gltf", meter.charge)

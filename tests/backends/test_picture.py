@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import calls
 
 from scenelang.backends.base import BackendOptions
 from scenelang.backends.pictures.appearance import ENVIRONMENTS, encode, from_srgb, to_srgb, tone
@@ -259,15 +260,16 @@ def test_an_asset_is_drawn_as_its_mesh(make: Any, tmp_path: Path) -> None:
         drafted(make.scene(box))
 
 
-@pytest.mark.slow
-def test_twenty_thousand_primitives_are_drawn_soon(make: Any) -> None:
-    import time
+def test_twice_the_primitives_take_at_most_twice_the_calls(make: Any) -> None:
+    def work(count: int) -> int:
+        scene, pictures = make.random(count), []
+        made = calls(lambda: pictures.append(drafted(scene, width=256, height=256)))
+        assert np.ptp(pictures[0]) > 100
+        return made
 
-    scene = make.random(20_000)
-    started = time.process_time()
-    picture = drafted(scene, width=256, height=256)
-    assert np.ptp(picture) > 100
-    assert time.process_time() - started < 20
+    work(10)  # what is made once
+    few, many = work(2_000), work(4_000)
+    assert many < 2.3 * few
 
 
 def test_film_curves() -> None:

@@ -6,12 +6,12 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from support import wait_until
 
 from scenelang.datasets.running import DatasetProgress, dataset, dataset_status, verify_dataset
 from scenelang.grammar.diagnostics import SceneError
@@ -76,9 +76,7 @@ def test_a_killed_driver_is_resumed(cluster: Any, folder: Path, tmp_path: Path) 
     out = tmp_path / "out"
     words = [sys.executable, "-m", "scenelang", "dataset", str(folder / "spec.toml"), "-o", str(out), "--count", "40"]
     with subprocess.Popen([*words, "--ray", cluster.address]) as running:
-        deadline = time.monotonic() + 120.0
-        while len(list(out.glob("shards/0*.json"))) < 2 and time.monotonic() < deadline:
-            time.sleep(0.02)
+        wait_until(lambda: len(list(out.glob("shards/0*.json"))) >= 2)
         running.kill()
     before = dataset_status(out)
     assert 0 < before.samples < 40

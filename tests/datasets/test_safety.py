@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support import worked
 
 from scenelang.cli.main import main
 from scenelang.datasets.running import dataset, dataset_status, merge_datasets, verify_dataset
@@ -270,10 +271,11 @@ def test_a_worker_that_is_killed_again_and_again_fails_for_this_run(tmp_path: Pa
     def kill() -> None:
         while len(killed) < 12:
             for child in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():
-                if "datasets.working" in Path(f"/proc/{child}/cmdline").read_text():
+                is_worker = "datasets.working" in Path(f"/proc/{child}/cmdline").read_text()
+                if is_worker and worked(int(child)) > 3.0:  # seconds, of which it starts in less than two
                     os.kill(int(child), signal.SIGKILL)
                     killed.append(int(child))
-            sleep(1.5)
+            sleep(0.1)
 
     Thread(target=kill, daemon=True).start()
     report = dataset(spec, tmp_path / "out", count=1)

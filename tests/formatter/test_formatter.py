@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import time
+from collections.abc import Callable
 
 import pytest
+from support import calls
 
 from formatter.texts import INDENTS
 from scenelang.grammar import formatter
@@ -175,41 +176,38 @@ def test_edit_between() -> None:
 # --- hostile texts -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "(" * 4_999 + "x" + ")" * 4_999,
-        "'" * 4_990 + "x",
-        "(f " * 2_400 + "; c\n x" + ")" * 2_400,
-        "[ ;x\n" * 2_000 + "1" + "]" * 2_000,
-        "#;" * 3_000 + " x" * 3_000 + " y",
-        "(a . " * 3_000 + "b" + ")" * 3_000,
-        "(f #;(" * 1_200 + "x" + ")y)" * 1_200,
-        "#|" * 9_000 + "|#" * 9_000 + " x",
-        "(f\n; fmt: off\nx\n; fmt: on\n" * 800 + ")" * 800,
-        "; fmt: off\n; fmt: on\n" * 3_000,
-        "(" + "(a b) " * 3_000 + ")",
-        "(f" + " (g 1) ; c\n" * 2_000 + ")",
-        '(f "' + "\n" * 20_000 + '")',
-        "(" + "a" * 100_000 + ")",
-    ],
-    ids=lambda text: text[:12].replace("\n", "|"),
-)
+HOSTILE: dict[str, Callable[[int], str]] = {
+    "lists": lambda n: "(" * n + "x" + ")" * n,
+    "quotes": lambda n: "'" * n + "x",
+    "calls in calls": lambda n: "(f " * (n // 2) + "; c\n x" + ")" * (n // 2),
+    "vectors": lambda n: "[ ;x\n" * (n // 2) + "1" + "]" * (n // 2),
+    "datum comments": lambda n: "#;" * (n // 2) + " x" * (n // 2) + " y",
+    "tails": lambda n: "(a . " * (n // 2) + "b" + ")" * (n // 2),
+    "calls behind comments": lambda n: "(f #;(" * (n // 4) + "x" + ")y)" * (n // 4),
+    "block comments": lambda n: "#|" * (2 * n) + "|#" * (2 * n) + " x",
+    "off in calls": lambda n: "(f\n; fmt: off\nx\n; fmt: on\n" * (n // 6) + ")" * (n // 6),
+    "off": lambda n: "; fmt: off\n; fmt: on\n" * (n // 2),
+    "many lists": lambda n: "(" + "(a b) " * (n // 2) + ")",
+    "many calls": lambda n: "(f" + " (g 1) ; c\n" * (n // 2) + ")",
+    "lines in a string": lambda n: '(f "' + "\n" * (4 * n) + '")',
+    "a name": lambda n: "(" + "a" * (20 * n) + ")",
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
 @pytest.mark.sampled(3)
-def test_hostile_texts(text: str) -> None:
-    started = time.perf_counter()
-    formatted(text)
-    assert time.perf_counter() - started < 10
+def test_hostile_texts(name: str) -> None:
+    make = HOSTILE[name]
+    formatted(make(4_999))  # as deep as the reader allows
+    few, many = (calls(lambda n=n: formatted(make(n))) for n in (900, 1_800))
+    assert many < 2.3 * few
 
 
-def test_speed_is_linear() -> None:
+def test_four_times_the_forms_take_four_times_the_calls() -> None:
     form = '(bind "a"\n  (lambda (:x)\n    (union (call "b" :x 1)   (call "c"))))  ; note\n\n'
-    times = []
-    for count in (300, 1_200):
-        started = time.perf_counter()
-        settled(form * count, INDENTS)
-        times.append(time.perf_counter() - started)
-    assert times[1] < 12 * times[0]
+    settled(form, INDENTS)  # what is made once
+    few, many = (calls(lambda n=n: settled(form * n, INDENTS)) for n in (100, 400))
+    assert many < 4.4 * few
 
 
 @pytest.mark.parametrize("width", [40, 60, 88])

@@ -16,7 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from fuzz import making
+from fuzz import api_calls, making
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, render_text
 from scenelang.interpreter.runtime.limits import Limits
@@ -672,6 +672,7 @@ def texts(rng: making.Rng) -> bytes:
 
 
 ALL = (
+    Target("api", api_calls.make, api_calls.check, 20.0),
     Target("reader", texts, reader),
     Target("programs", making.program, programs, 8.0),
     Target("python", making.python, python),

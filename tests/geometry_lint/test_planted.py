@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from support import calls
 
 from scenelang.backends.geometry.lint import CheckedFrame, picture_of_findings
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
+from scenelang.interpreter.scene.entity import Scene
 from scenelang.session import Session
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
@@ -131,18 +133,29 @@ def test_a_picture_shows_both_sides_and_where_they_touch(tmp_path: Path) -> None
     assert not picture_of_findings(scene, tmp_path / "none.png")
 
 
-@pytest.mark.slow
-def test_a_hundred_thousand_primitives() -> None:
-    import time
-
+def hall(rows: int) -> Scene:
+    """Tables with cups, ``rows`` by ``rows``, as they should stand."""
     text = f"""{PARTS} (bind "place" (lambda () (union (call "table") (for*/union ((x '(-.3 0 .3)) (z '(-.3 0 .3)))
       (transform (call "cup") (translate [x .7 z]))))))
-    (bind "row" (lambda () (for/union ((i (iota 84))) (transform (call "place") (translate [(* 1.2 i) 0 0])))))
-    (bind "hall" (lambda () (union (transform (call "cube" :scale [104 .1 104]) (translate [50 -.05 50]))
-      (for/union ((i (iota 84))) (transform (call "row") (translate [0 0 (* 1.2 i)]))))))
+    (bind "row" (lambda () (for/union ((i (iota {rows}))) (transform (call "place") (translate [(* 1.2 i) 0 0])))))
+    (bind "hall" (lambda () (union
+      (transform (call "cube" :scale [{1.25 * rows} .1 {1.25 * rows}]) (translate [{0.6 * rows} -.05 {0.6 * rows}]))
+      (for/union ((i (iota {rows}))) (transform (call "row") (translate [0 0 (* 1.2 i)]))))))
     (scene "hall")"""
     scene = session.evaluate(Source("hall.scene", text)).scene
     assert scene is not None
-    started = time.process_time()
-    assert CheckedFrame(scene.root).findings == []
-    assert time.process_time() - started < 20.0
+    return scene
+
+
+def test_four_times_the_primitives_take_four_times_the_work() -> None:
+    """Things are compared with those near them, not with all."""
+
+    def work(rows: int) -> int:
+        scene, found = hall(rows), []
+        made = calls(lambda: found.extend(CheckedFrame(scene.root).findings))
+        assert found == []
+        return made
+
+    work(2)  # what is made once
+    few, many = work(8), work(16)
+    assert many < 4.5 * few

@@ -33,7 +33,7 @@ def _scopes(folder: Path, files: list[Path]) -> dict[str, list[tuple[str, str]]]
     grammar.write_text(grammar_text("textmate"), encoding="utf-8")
     script = Path(__file__).with_name("tokenise.cjs")
     words = [NODE, script, grammar, MODULES, *files]
-    done = subprocess.run(words, capture_output=True, check=False, text=True, encoding="utf-8", timeout=120)
+    done = subprocess.run(words, capture_output=True, check=False, text=True, encoding="utf-8")
     assert done.returncode == 0, done.stderr
     found: dict[str, list[tuple[str, str]]] = json.loads(done.stdout)
     return found

@@ -18,7 +18,7 @@ from hostile.cases import Case
 from hostile.programs import ROOT
 
 _PAGE = os.sysconf("SC_PAGE_SIZE")
-GIVEN_UP = 60.0
+GIVEN_UP = 300.0
 MOST_OUTPUT = 20_000_000  # `flatten` writes what it is asked for
 MOST_SAID = 200_000
 _NEVER = re.compile(r"Traceback|internal error| at 0x[0-9a-f]{6}")

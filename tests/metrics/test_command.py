@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import signal
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from small_models import seeded
-from support import interruptible
+from support import interruptible, wait_until
 
 from scenelang.backends.neural.metrics import read_film
 from scenelang.cli.main import main
@@ -160,11 +159,9 @@ def test_a_kill_loses_nothing(place: Path) -> None:
     command = [sys.executable, "-m", "scenelang", "eval", *names, "--metric", "count", "-o", "out", "-q"]
     results = place / "out" / "results.json"
     with interruptible(command, place) as running:
-        until = time.monotonic() + 30.0
-        while not results.exists() and time.monotonic() < until and running.poll() is None:
-            time.sleep(0.01)
+        wait_until(lambda: results.exists() or running.poll() is not None)
         running.send_signal(signal.SIGKILL)
-        running.wait(10.0)
+        running.wait()
     kept = json.loads(results.read_text())["records"]
     assert 0 < len(kept) < 300
     assert main(["eval", *names[: len(kept) + 5], "--metric", "count", "-o", "out", "-q", "--json"]) == 0

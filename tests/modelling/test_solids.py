@@ -8,7 +8,6 @@ import math
 import re
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -522,22 +521,19 @@ def test_commands_end_long_computations(tmp_path: Path) -> None:
         ["export", "b.scene", "--solid", "-o", "a.stl"],
     ):
         words = [sys.executable, "-m", "scenelang", *command, "--max-seconds", ".3"]
-        started = time.monotonic()
-        done = subprocess.run(words, capture_output=True, text=True, timeout=60, cwd=tmp_path)
+        done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path)
         assert done.returncode == 1, command
         told = done.stderr + done.stdout
         assert "E507" in told, command
         assert "b.scene" in command or "--> a.scene:" in told, command
-        assert time.monotonic() - started < 20
     assert {path.name for path in tmp_path.iterdir()} == {"a.scene", "b.scene"}
 
 
-def test_too_many_triangles_are_refused_before_they_are_joined() -> None:
-    started = time.monotonic()
-    spheres = '(for/union ((i (iota 2000))) (transform (call "sphere") (translate [(* .1 i) 0 0])))'
-    with pytest.raises(LimitError, match="more than the limit of 2,000,000"):
+def test_too_many_triangles_are_refused_before_they_are_joined(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(computing, "_operated", lambda *_: pytest.fail("they are joined"))
+    spheres = '(for/union ((i (iota 10000))) (transform (call "sphere") (translate [(* .1 i) 0 0])))'
+    with pytest.raises(LimitError, match=r"triangles.* more than the limit"):
         _ = sl.evaluate(f'(bind "a" (lambda () (union-solid {spheres})))').bounds
-    assert time.monotonic() - started < 10
 
 
 def test_doubling_an_operand_takes_no_room() -> None:

@@ -1,4 +1,4 @@
-"""Answers and tasks that mean harm: nothing of them is executed, nothing escapes, and time stays bounded."""
+"""Answers and tasks that mean harm: nothing of them is executed, nothing escapes, and all ends."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import builtins
 import json
 import os
 import subprocess
-import time
 from itertools import product
 from pathlib import Path
 
 import pytest
 from sampling import one_in
+from support import calls
 
 from models.conftest import Place, answers, cubes, python, texts
 from scenelang.grammar.datum import Source
@@ -23,7 +23,6 @@ from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.transpile.evaluation.folding import fold
 from scenelang.session import Options, Session
 
-TIME = 20.0  # seconds that no answer may take, on a busy machine too
 LIMITS = Limits(steps=200_000, size=200_000, primitives=20_000, entities=20_000, seconds=2.0, memory=500_000_000)
 
 
@@ -46,13 +45,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def read(folder: Path, answer: str, notation: Notation = Notation.PYTHON, kind: TaskKind = TaskKind.STILL) -> Verdict:
-    """A verdict within the time; what the answer would have left behind is looked for."""
+    """A verdict; what the answer would have left behind is looked for."""
     ablation = Ablation.P if notation is Notation.LIST else Ablation.NONE
     brief = Brief(Task("a cube", kind, notation, ablation), Prompts())
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
-    started = time.monotonic()
     verdict = AnswerReader(brief, Options(limits=LIMITS, project=folder / "project")).read(answer)
-    assert time.monotonic() - started < TIME
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
     told = verdict.report_text()
     assert len(told) < 50_000
@@ -354,34 +351,31 @@ def test_tasks_above_lists_stay_comments(name: str) -> None:
 # --- patterns ------------------------------------------------------------------------------------------------------
 
 
-def quick(work: object) -> None:
-    started = time.monotonic()
-    assert callable(work)
-    work()
-    assert time.monotonic() - started < TIME / 4
+N = 1_000_000  # characters of which a pattern that takes quadratic time would take hours
 
 
-def test_patterns_take_linear_time(tmp_path: Path) -> None:
-    for text in ("BEST:" * 200_000, "BEST:" + " " * 1_000_000, "best: #" * 100_000, "BEST: " + "1" * 1_000_000):
-        quick(lambda text=text: _ANSWER.search(text))
-    for text in (
-        "```" * 300_000,
-        "```\n" * 200_000,
-        " " * 1_000_000 + "```",
-        ("```" + "a" * 10 + "\n") * 50_000,
-        "```x" + " " * 500_000,
-    ):
-        quick(lambda text=text: program_text(text))
-    (tmp_path / "user.text.md").write_text("{{" * 200_000 + "{{task}}")
-    quick(lambda: Prompts(tmp_path).text("user.text.md", task="{{task}}" * 2_000))
+def test_patterns_end(tmp_path: Path) -> None:
+    for text in ("BEST:" * N, "BEST:" + " " * 4 * N, "best: #" * N, "BEST: " + "1" * 4 * N):
+        _ANSWER.search(text)
+    for text in ("```" * N, "```\n" * N, " " * 4 * N + "```", "```aaaaaaaaaa\n" * (N // 4), "```x" + " " * 4 * N):
+        program_text(text)
+    (tmp_path / "user.text.md").write_text("{{" * 400_000 + "{{task}}")
+    told = Prompts(tmp_path).text("user.text.md", task="{{task}}" * 4_000)
+    assert len(told) == 800_000 + 8 * 4_000
 
 
-@pytest.mark.slow
-def test_renaming_takes_linear_time() -> None:
-    names = [f"thing_{i}" for i in range(3_000)]
-    code = "\n".join(f"def {name}():\n    return 1" for name in names)
-    quick(lambda: rename_python(code, 0))
-    program = "\n".join(f'(bind "{name}" (lambda () (call "cube")))' for name in names)
-    renamed = rename_language(program, 0)
-    quick(lambda: renamed.restored("abcdefgh" * 100_000))
-    quick(lambda: renamed.restored("a" * 1_000_000))
+def test_twice_the_names_take_twice_the_calls() -> None:
+    def rename(count: int) -> None:
+        names = [f"thing_{i}" for i in range(count)]
+        rename_python("\n".join(f"def {name}():\n    return 1" for name in names), 0)
+        program = "\n".join(f'(bind "{name}" (lambda () (call "cube")))' for name in names)
+        rename_language(program, 0).restored("abcdefgh" * 10 * count)
+
+    rename(1)  # what is made once
+    few, many = (calls(lambda n=n: rename(n)) for n in (100, 200))
+    assert many < 2.3 * few
+
+
+def test_long_texts_are_restored() -> None:
+    renamed = rename_language("\n".join(f'(bind "thing_{i}" (lambda () (call "cube")))' for i in range(300)), 0)
+    assert renamed.restored("a" * 4 * N) == "a" * 4 * N

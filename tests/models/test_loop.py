@@ -103,7 +103,7 @@ def test_without_repairs_one_answer_decides(place: Place) -> None:
 
 @pytest.mark.usefixtures("small_pictures")
 def test_pictures_go_back_and_an_improvement_is_taken(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("scenelang.inference.steps._REPAIR_SECONDS", 0.0)  # leaves the finding to the model
+    monkeypatch.setattr("scenelang.inference.steps._REPAIR_EFFORT", 0.0)  # leaves the finding to the model
     better = cubes(3)
     server = place.serve(answers(FLOATING, better, "NO CHANGES"))
     place.generate("three cubes", "--critique", "5", "-o", "out.scene")

@@ -7,12 +7,12 @@ import os
 import stat
 import subprocess
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from support import wait_until
 
 from models.server import ModelServer, Said, serving
 from models.services import KEY, anthropic_at, request, set_apart
@@ -247,7 +247,7 @@ def together(*processes: subprocess.Popen[str]) -> list[str]:
         assert running.stdin is not None
         running.stdin.write("\n")
         running.stdin.flush()
-    outputs = [running.communicate(timeout=60) for running in processes]
+    outputs = [running.communicate() for running in processes]
     assert [errors for _, errors in outputs if errors] == []
     return sorted(out.strip() for out, _ in outputs)
 
@@ -269,9 +269,7 @@ def test_a_process_that_is_killed_does_not_keep_others_waiting(monkeypatch: pyte
             assert first.stdin is not None
             first.stdin.write("\n")
             first.stdin.flush()
-            deadline = time.monotonic() + 30
-            while not server.requests and time.monotonic() < deadline:
-                time.sleep(0.02)
+            wait_until(lambda: server.requests)
             first.kill()
         assert ask(client(server, monkeypatch)) == "at last"
     assert len(server.requests) == 2

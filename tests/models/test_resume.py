@@ -7,29 +7,18 @@ import re
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 from shutil import copytree
 from threading import Event
 from typing import Any
 
 import pytest
-from support import interruptible
+from support import PATIENCE, interruptible, wait_until
 
 from models.conftest import WRONG, Place, answers, cubes, texts
 from models.server import Said
 
 pytestmark = pytest.mark.usefixtures("untried")
-
-PATIENCE = 60.0  # seconds, for a process that starts on a busy machine
-
-
-def waits(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < end, "it takes too long"
-        time.sleep(0.02)
 
 
 class Slow:
@@ -63,9 +52,9 @@ def kill_at_second(place: Place) -> None:
     script = Slow(3, WRONG, cubes(2), cubes(3))
     server = place.serve(script)
     with subprocess.Popen(COMMAND, cwd=place.work, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
-        waits(lambda: script.is_waiting)
+        wait_until(lambda: script.is_waiting)
         running.send_signal(signal.SIGKILL)
-        assert running.wait(PATIENCE) == -signal.SIGKILL
+        assert running.wait() == -signal.SIGKILL
     script.let_go.set()
     assert len(server.requests) == 3
     assert not (place.work / "out.scene").exists()
@@ -116,9 +105,9 @@ def test_ctrl_c_leaves_a_run_that_can_go_on(place: Place) -> None:
     server = place.serve(script)
     words = [*COMMAND[:4], "cubes", "-o", "out.scene"]
     with interruptible(words, place.work) as running:
-        waits(lambda: script.is_waiting)
+        wait_until(lambda: script.is_waiting)
         running.send_signal(signal.SIGINT)
-        _, err = running.communicate(timeout=PATIENCE)
+        _, err = running.communicate()
         assert running.returncode == 130
     script.let_go.set()
     run = place.run_folder()
@@ -139,12 +128,12 @@ def test_two_processes_cannot_work_on_one_run(place: Place) -> None:
     with subprocess.Popen(
         [*COMMAND[:4], "cubes", "-o", "out.scene"], cwd=place.work, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as running:
-        waits(lambda: script.is_waiting)
+        wait_until(lambda: script.is_waiting)
         done = place.run("generate", "--resume", "last")
         assert done.code == 1
         assert "another process is using the run" in done.err
         script.let_go.set()
-        running.communicate(timeout=PATIENCE)
+        running.communicate()
         assert running.returncode == 0
     assert len(server.requests) == 1
     assert json.loads((place.run_folder() / "run.json").read_text())["state"] == "done"

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import math
 import re
-import time
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 import trimesh
+from support import calls
 
 import scenelang as sl
 from scenelang.backends.openscad.arithmetic import (
@@ -223,24 +224,43 @@ def test_a_mistake_has_its_place(program: str, name: str, message: str, place: t
     assert error(program) == (name, message, place)
 
 
-@pytest.mark.parametrize(
-    "program",
-    [
-        "a = " + "(" * 5000 + "1" + ")" * 5000 + ";", "a = " + "[" * 5000, "a = " + "-" * 5000 + "1;",
-        "a = " + "!(" * 5000, "a = 1" + " - 1" * 5000 + ";", "a = x" + "[0]" * 5000 + ";", "{" * 5000,
-        "translate([0, 0, 1]) " * 5000 + "cube(1);", "a = 1" + " ? 1 : 1" * 5000 + ";", "if (1) " * 5000 + "cube(1);",
-        "module m() " * 5000 + "cube(1);", "a = [" + "for (i = [0 : 1]) " * 5000 + "i];", "a = 2" + " ^ 2" * 5000 + ";",
-        "module a() " + "{" * 90 + "cube(1);" + "}" * 90 + " a();", "x = 1;" * 300_000,
-        "a = " + "let (b = 1) " * 5000 + "b;", "f = " + "function (x) " * 5000 + "x;",
-    ],
-)  # fmt: skip
-def test_hostile_texts_end_soon(program: str) -> None:
-    begin = time.monotonic()
-    try:
-        converted(program)
-    except SceneError as found:
-        assert found.span is not None  # noqa: PT017
-    assert time.monotonic() - begin < 10
+HOSTILE: dict[str, Callable[[int], str]] = {
+    "brackets": lambda n: "a = " + "(" * n + "1" + ")" * n + ";",
+    "lists": lambda n: "a = " + "[" * n,
+    "signs": lambda n: "a = " + "-" * n + "1;",
+    "not": lambda n: "a = " + "!(" * n,
+    "differences": lambda n: "a = 1" + " - 1" * n + ";",
+    "indices": lambda n: "a = x" + "[0]" * n + ";",
+    "blocks": lambda n: "{" * n,
+    "translations": lambda n: "translate([0, 0, 1]) " * n + "cube(1);",
+    "conditions": lambda n: "a = 1" + " ? 1 : 1" * n + ";",
+    "if": lambda n: "if (1) " * n + "cube(1);",
+    "modules": lambda n: "module m() " * n + "cube(1);",
+    "for": lambda n: "a = [" + "for (i = [0 : 1]) " * n + "i];",
+    "powers": lambda n: "a = 2" + " ^ 2" * n + ";",
+    "blocks of a module": lambda n: "module a() " + "{" * (n // 56) + "cube(1);" + "}" * (n // 56) + " a();",
+    "assignments": lambda n: "x = 1;" * n,
+    "let": lambda n: "a = " + "let (b = 1) " * n + "b;",
+    "functions": lambda n: "f = " + "function (x) " * n + "x;",
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_twice_the_hostile_text_takes_twice_the_calls(name: str) -> None:
+    def convert(count: int) -> None:
+        try:
+            converted(HOSTILE[name](count))
+        except SceneError as found:
+            assert found.span is not None  # noqa: PT017
+
+    convert(5_000)
+    few, many = (calls(lambda n=n: convert(n)) for n in (1_000, 2_000))
+    assert many < 2.3 * few
+
+
+def test_a_long_text_is_no_program() -> None:
+    with pytest.raises(SceneError, match="more than 1,000,000"):
+        converted("x = 1;" * 300_000)
 
 
 def test_the_deepest_nesting_works() -> None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
+from support import calls
 
 import scenelang as sl
 from scenelang.backends.geometry.arrangement import Arrangement
@@ -363,20 +363,22 @@ def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert main(["check", str(program), "--that", "missing.scene"]) == 1
 
 
-def test_time_grows_with_the_number_of_things() -> None:
+def test_work_grows_with_the_number_of_things() -> None:
     """Things are compared with those near them, not with all."""
 
-    def seconds(count: int) -> float:
+    def work(count: int) -> int:
         scene = scene_of(
             f"(for*/union ((i {count}) (j {count})) (transform (union {at('cup', 0, 1, 0)} {TABLE})"
             " (translate (vector (* 3 i) 0 (* 3 j)))))"
         )
-        start = time.perf_counter()
-        assert scene.violations('(on "cup" "table")') == []
-        return time.perf_counter() - start
+        found = []
+        made = calls(lambda: found.extend(scene.violations('(on "cup" "table")')))
+        assert found == []
+        return made
 
-    seconds(2)
-    assert seconds(16) < 10.0 * seconds(8)  # four times as many; 16 times if all were compared with all
+    work(2)
+    few, many = work(8), work(16)
+    assert many < 5 * few  # four times as many; 16 times if all were compared with all
 
 
 HOSTILE = [
@@ -392,9 +394,7 @@ HOSTILE = [
 @pytest.mark.parametrize("program", HOSTILE)
 def test_hostile_declarations_end_at_limits(program: str) -> None:
     session = Session(Options(limits=Limits(seconds=2.0, steps=2_000_000)))
-    started = time.perf_counter()
     result = session.evaluate(Source("a.scene", program + '(scene "a")'))
-    assert time.perf_counter() - started < 10.0
     assert result.scene is not None or any(d.is_error for d in result.diagnostics)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import time
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 import anyio
 import pytest
 from later import later
+from support import PATIENCE, rewrite, wait_until
 
 from scenelang.editing import Editing
 from scenelang.grammar.datum import Source
@@ -41,10 +41,10 @@ def hold(*_: Any) -> Any:
 
 @pytest.mark.slow
 def test_an_agent_gets_help_while_programs_run(tmp_path: Path) -> None:
-    waits: list[float] = []
+    meanwhile: list[bool] = []
 
     async def talk() -> list[Any]:
-        options = ["--project", str(tmp_path), "--max-seconds", "1", "--max-memory", "300M"]
+        options = ["--project", str(tmp_path), "--max-seconds", "3", "--max-memory", "300M"]
         parameters = stdio.StdioServerParameters(
             command=sys.executable, args=["-P", ROGUE, "mcp", *options], cwd=tmp_path
         )
@@ -60,33 +60,32 @@ def test_an_agent_gets_help_while_programs_run(tmp_path: Path) -> None:
 
                     group.start_soon(run)
                     await anyio.sleep(0.15)
-                    before = time.monotonic()
+                    answers = len(found)
                     await session.call_tool("help", {"name": "cube"})
-                    waits.append(time.monotonic() - before)
+                    meanwhile.append(len(found) == answers)
                 found.append(await session.call_tool("run", {"program": GOOD}))
         return found
 
     results = [result.structured_content for result in anyio.run(talk)]
     assert [result["diagnostics"][0]["code"] for result in results[::2]] == ["E507", "E506", "E509"]
     assert all(result["ok"] for result in results[1::2])
-    assert max(waits) < 1.0
+    assert meanwhile[0]  # the others end at once
 
 
 @pytest.mark.slow
 def test_an_agent_that_gives_up_ends_the_evaluation(tmp_path: Path) -> None:
-    async def talk() -> float:
-        parameters = stdio.StdioServerParameters(command=sys.executable, args=["-P", ROGUE, "mcp"], cwd=tmp_path)
+    async def talk() -> None:
+        words = ["-P", ROGUE, "mcp", "--max-seconds", "1000000"]
+        parameters = stdio.StdioServerParameters(command=sys.executable, args=words, cwd=tmp_path)
         async with stdio.stdio_client(parameters) as streams, mcp.ClientSession(*streams) as session:
             await session.initialize()
             with anyio.move_on_after(1.0):
                 await session.call_tool("run", {"program": program("hold")})
-            before = time.monotonic()
-            result = await session.call_tool("run", {"program": GOOD})
+            result = await session.call_tool("run", {"program": GOOD})  # waits until the other has ended
             assert result.structured_content is not None
             assert result.structured_content["ok"]
-            return time.monotonic() - before
 
-    assert anyio.run(talk) < 20  # the limit is a minute
+    anyio.run(talk)
 
 
 @pytest.fixture
@@ -100,11 +99,11 @@ def viewer(tmp_path: Path) -> Iterator[tuple[str, Path]]:
             yield running.stdout.readline().decode().strip(), path
         finally:
             running.terminate()
-            running.wait(10)
+            running.wait(PATIENCE)
 
 
 def state(address: str) -> dict[str, Any]:
-    with urllib.request.urlopen(f"{address}state?file=0", timeout=30) as answer:
+    with urllib.request.urlopen(f"{address}state?file=0", timeout=PATIENCE) as answer:
         found: dict[str, Any] = json.loads(answer.read())
         return found
 
@@ -113,22 +112,15 @@ def state(address: str) -> dict[str, Any]:
 def test_the_viewer_shows_why_and_goes_on(viewer: tuple[str, Path]) -> None:
     address, path = viewer
     assert [d["code"] for d in state(address)["diagnostics"]] == ["E507"]
-    path.write_text(GOOD)
-    for _ in range(300):
-        found = state(address)
-        if found["ok"]:
-            return
-        time.sleep(0.03)
-    raise AssertionError(found)
+    rewrite(path, GOOD)
+    wait_until(lambda: state(address)["ok"])
 
 
 @pytest.mark.slow
 def test_an_answer_of_a_model_that_has_to_be_ended_is_a_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
     reader = AnswerReader(Brief(Task("a cube"), Prompts(None)), Options(limits=Limits(seconds=0.5)))
     monkeypatch.setattr(AnswerReader, "_judged", hold)
-    before = time.monotonic()
     verdict = reader.read("```python\nx = 1\n```")
-    assert time.monotonic() - before < 5
     assert [d.code for d in verdict.diagnostics] == ["E507"]
     assert not verdict.is_usable
 

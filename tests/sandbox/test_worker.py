@@ -7,11 +7,11 @@ import faulthandler
 import os
 import signal
 import threading
-import time
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from support import PATIENCE, wait_until
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.limits import Limits
@@ -58,10 +58,8 @@ def worker() -> Iterator[Worker]:
 )
 @pytest.mark.sampled(2)
 def test_a_request_that_is_ended_costs_nothing_else(worker: Worker, what: str, code: str) -> None:
-    before = time.monotonic()
     with pytest.raises(Ended) as caught:
         worker.ask(what)
-    assert time.monotonic() - before < 4
     assert caught.value.problem.code == code
     assert worker.ask("value", {"a": b"x" * 10_000_000}) == {"a": b"x" * 10_000_000}
 
@@ -88,7 +86,7 @@ def test_several_threads_may_ask(worker: Worker) -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(20)
+        thread.join(PATIENCE)
     assert sorted(found) == list(range(6))
 
 
@@ -107,11 +105,12 @@ def test_a_request_can_be_cancelled() -> None:
 
     thread = threading.Thread(target=ask)
     thread.start()
-    deadline = time.monotonic() + 20
-    while thread.is_alive() and time.monotonic() < deadline:  # before the thread has asked there is nothing to end
-        worker.interrupt()
-        thread.join(0.05)
-    assert not thread.is_alive()
+
+    def is_over() -> bool:
+        worker.interrupt()  # before the thread has asked there is nothing to end
+        return not thread.is_alive()
+
+    wait_until(is_over)
     assert [error.name for error in caught] == ["interrupted"]  # type: ignore[attr-defined]
     worker.close()
 

@@ -437,7 +437,7 @@ ENDLESS = (
 def test_programs_without_end_are_stopped(line: str, tmp_path: Path) -> None:
     (tmp_path / "car.py").write_text(car(line))
     limits = ("--max-seconds", "1", "--max-steps", "200k", "--max-memory", "1G")
-    done = copies.command("run", "car.py", *limits, folder=tmp_path, timeout=30)
+    done = copies.command("run", "car.py", *limits, folder=tmp_path)
     err = done.stderr
     assert "Traceback" not in err
     assert done.returncode in (0, 1)

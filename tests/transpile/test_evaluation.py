@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-import time
 
 import pytest
+from support import peak_bytes
 
 from scenelang.grammar.datum import Source
 from scenelang.session import Session
@@ -179,10 +179,10 @@ HINTS = {
 @pytest.mark.parametrize("body", HUGE)
 @pytest.mark.sampled(3)
 def test_large_values_are_refused_before_they_exist(body: str) -> None:
-    start = time.monotonic()
-    result = transpiled(f"x = thing.value(1)\n{body}")
-    assert not result.ok
-    assert time.monotonic() - start < 10
+    def refused() -> None:
+        assert not transpiled(f"x = thing.value(1)\n{body}").ok
+
+    assert peak_bytes(refused) < 1_000_000_000
 
 
 @pytest.mark.slow
@@ -190,10 +190,8 @@ def test_large_values_are_refused_before_they_exist(body: str) -> None:
     "body", ["while True:\n    pass", "import itertools\nx = sum(itertools.cycle([1]))", "x = list(range(10**9))"]
 )
 def test_endless_work_ends(body: str) -> None:
-    start = time.monotonic()
     result = transpiled(f"x = thing.value(1)\n{body}")
     assert "runs for too long" in told(result.diagnostics)
-    assert time.monotonic() - start < 20
 
 
 @pytest.mark.slow

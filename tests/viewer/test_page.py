@@ -356,5 +356,5 @@ def test_the_command_serves_until_it_is_stopped(program: Show, show: Show, tmp_p
         assert address.startswith("http://127.0.0.1:")
         assert red(show(address).ready().picture()).sum() > 2000
         process.send_signal(signal.SIGINT)
-        process.wait(20)
+        process.wait()
     assert process.returncode == 0

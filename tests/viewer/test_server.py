@@ -11,6 +11,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
+from support import PATIENCE
 from viewer.test_packet import changed
 
 from scenelang.cli.main import main
@@ -29,7 +30,7 @@ def ask(
     server: ViewServer, path: str, method: str = "GET", body: bytes | None = None, **headers: str
 ) -> tuple[int, dict[str, str], bytes]:
     """Status, headers and body of a request; ``path`` beginning with / is absolute, else below the token."""
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=PATIENCE)
     target = path if path.startswith("/") else urlsplit(server.address).path + path
     named = {name.replace("_", "-"): value for name, value in headers.items()}
     connection.putrequest(method, target, skip_host="Host" in named)

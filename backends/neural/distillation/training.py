@@ -455,21 +455,6 @@ def random_scene_view(
     return place(Viewpoint(360.0 * azimuth, elevation, fov=_SCENE_FIELD_OF_VIEW), low, high, size, size)
 
 
-def depth_map(depth: Tensor, alpha: Tensor) -> Tensor:
-    """Return a ControlNet's depth map (1, 3, H, W) for ``depth`` and ``alpha`` (H, W): near is white, empty is black.
-
-    Depth ControlNets are trained on inverse depth, as estimated by MiDaS.
-    """
-    import torch
-
-    covered = alpha > 0.5
-    inverse = torch.where(covered, 1.0 / depth.clamp_min(1e-6), 0.0)
-    if bool(covered.any()):
-        low, high = inverse[covered].min(), inverse[covered].max()
-        inverse = torch.where(covered, 0.1 + 0.9 * (inverse - low) / (high - low).clamp_min(1e-9), 0.0)
-    return inverse[None, None].expand(1, 3, -1, -1)
-
-
 def local_splats(gaussians: Gaussians) -> Splats:
     """Return a group's Gaussians as splats in its own frame."""
     import torch
@@ -681,7 +666,9 @@ class DistillationTrainer:
                 )
                 parts.append(surface.take(repeat_indices(len(surface), members)).transformed(*poses))
             drawn = rasterise(concatenate_splats(parts), view_of(camera, parts[0].means))
-            return depth_map(drawn.depth, drawn.alpha)
+            from scenelang.backends.neural.diffusion import depth_condition
+
+            return depth_condition(drawn.depth, drawn.alpha > 0.5)
 
     def _surface(self, number: int) -> Splats:
         """Return Gaussians on the surface of the program's entity, in the frame of its group."""

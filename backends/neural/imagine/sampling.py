@@ -13,11 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Progress, require
-from scenelang.backends.labels.dataset import depth_picture
 from scenelang.backends.labels.ground_truth import Truth, truth_of
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.neural.clip import Prompt
-from scenelang.backends.neural.diffusion import TransformersPromptEncoder, silence_libraries
+from scenelang.backends.neural.diffusion import TransformersPromptEncoder, depth_condition, silence_libraries
 from scenelang.backends.neural.imagine.layout import (
     DEFAULT_WEIGHT,
     MAX_INSTANCES,
@@ -151,6 +150,7 @@ def _load(from_pretrained: Any, name: str, hub: ModelHub | None) -> Any:
 
 
 Picture = npt.NDArray[np.uint8]
+FloatArray = npt.NDArray[np.float64]
 MAX_STEPS = 1000
 
 
@@ -190,10 +190,10 @@ class Sampling:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Control:
-    """ControlNet with its conditioning image ``picture`` (H, W, 3), 8-bit; in depth maps near is white."""
+    """Depth ControlNet with the depth (H, W) along the viewing axis, infinity in the background."""
 
     network: Any
-    picture: Picture
+    depth: FloatArray
 
 
 def check_sampling(sampling: Sampling, factor: int) -> None:
@@ -297,7 +297,8 @@ def _denoise(
 def _control_image(control: Control, checkpoint: Checkpoint, like: Any) -> Any:
     """Return the ControlNet's conditioning image (1, 3, H, W) in [0, 1], with the dtype of ``like``."""
     torch = require("torch", INSTALL)
-    return torch.from_numpy(control.picture.copy()).permute(2, 0, 1)[None].to(checkpoint.device, like.dtype) / 255.0
+    depth = torch.from_numpy(control.depth)
+    return depth_condition(depth, torch.isfinite(depth)).to(checkpoint.device, like.dtype)
 
 
 def _residuals(
@@ -458,7 +459,7 @@ def imagine(
     control = None
     if request.control is not None:
         check_control(request.control, checkpoint.unet)
-        control = Control(request.control, depth_picture(shot_layout.truth.depth))
+        control = Control(request.control, shot_layout.truth.depth)
     conditioning = _conditioning(checkpoint, request, regions, sampling)
     return generate_image(checkpoint, hidden_states, sampling, conditioning, control, progress)
 

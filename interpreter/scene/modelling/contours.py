@@ -1,6 +1,7 @@
 """Profiles: contours (K, 2) of points, outer ones counter-clockwise and holes clockwise.
 
-What winds around a point a positive number of times is inside. Booleans and offsets are those of Clipper2 (Johnson,
+A point is inside if the contours wind around it, in whichever direction (``NON_ZERO``); by ``EVEN_ODD``, if a ray from
+it crosses them an odd number of times. Booleans and offsets are those of Clipper2 (Johnson,
 https://www.angusj.com/clipper2), by way of Manifold.
 """
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 Contours = tuple["FloatArray", ...]
 Point2 = tuple[float, float]
 
+NON_ZERO, EVEN_ODD = "NonZero", "EvenOdd"  # fill rules of Manifold
 MAX_CROSSINGS = 4_000_000  # pairs of edges that may cross in one operation: about 3 s
 MAX_COORDINATE = 1e9
 MAX_OFFSET = 1_000_000  # points of an offset profile before it is simplified
@@ -88,7 +90,7 @@ def area_of(contour: FloatArray) -> float:
 # --- operations ------------------------------------------------------------------------------------------------------
 
 
-def section_of(contours: Sequence[FloatArray], rule: str = "Positive") -> CrossSection:
+def section_of(contours: Sequence[FloatArray], rule: str = NON_ZERO) -> CrossSection:
     """Return the cross-section bounded by contours, by a fill rule of Manifold.
 
     Raises SceneError("value") for coordinates that its whole numbers cannot express.
@@ -106,28 +108,30 @@ def contours_of(section: CrossSection) -> Contours:
     return tuple(each for each in found if len(each) >= 3)
 
 
-def normalized(contours: Sequence[FloatArray], rule: str = "Positive") -> Contours:
+def normalized(contours: Sequence[FloatArray], rule: str = NON_ZERO) -> Contours:
     """Return contours without overlaps that bound the same area."""
     check_crossings("a profile", contours)
     return contours_of(section_of(contours, rule))
 
 
-def combined(name: str, kind: str, profiles: Sequence[Contours]) -> Contours:
-    """Return a boolean of profiles; ``kind`` is an operation of Manifold."""
+def combined(name: str, kind: str, profiles: Sequence[Contours], rule: str = NON_ZERO) -> Contours:
+    """Return a boolean of profiles, each filled by the rule; ``kind`` is an operation of Manifold."""
     import manifold3d
 
     check_crossings(name, [contour for profile in profiles for contour in profile])
-    sections = [section_of(profile) for profile in profiles]
+    sections = [section_of(profile, rule) for profile in profiles]
     return contours_of(manifold3d.CrossSection.batch_boolean(sections, manifold3d.OpType[kind]))
 
 
-def offset(contours: Contours, distance: float, join: str, segments: int, limit: float = 4.0) -> Contours:
+def offset(
+    contours: Contours, distance: float, join: str, segments: int, limit: float = 4.0, rule: str = NON_ZERO
+) -> Contours:
     """Return a profile grown by a distance, or shrunk by a negative one; ``join`` is a join of Manifold."""
     import manifold3d
 
     check_crossings("offset-profile", contours)
     _check_offset(contours, segments)
-    grown = section_of(contours).offset(distance, manifold3d.JoinType[join], limit, segments)
+    grown = section_of(contours, rule).offset(distance, manifold3d.JoinType[join], limit, segments)
     return contours_of(grown.simplify(abs(distance) * 1e-6))
 
 
@@ -183,6 +187,60 @@ def _overlaps(low: FloatArray, high: FloatArray) -> int:
     order = np.argsort(low)
     reached = np.searchsorted(low[order], high[order], "right")
     return int(np.sum(reached - np.arange(len(low)) - 1))
+
+
+_MAX_COMPARED = 200_000  # pairs of edges: a test of more would take longer than what is done with the profile
+
+
+def crossing_of(contour: FloatArray) -> tuple[float, float] | None:
+    """Return a point at which two edges of a contour cross, or None; edges that only touch do not cross.
+
+    A contour of so many edges that the test would take long counts as one that does not cross itself.
+    """
+    if len(contour) < 4 or _is_star_shaped(contour):
+        return None
+    starts, ends = contour, np.roll(contour, -1, axis=0)
+    low, high = np.minimum(starts, ends), np.maximum(starts, ends)
+    axis = min((0, 1), key=lambda each: _overlaps(low[:, each], high[:, each]))
+    if _overlaps(low[:, axis], high[:, axis]) > _MAX_COMPARED:
+        return None
+    order = np.argsort(low[:, axis])
+    reached = np.searchsorted(low[order, axis], high[order, axis], "right")
+    counts = reached - np.arange(len(order)) - 1
+    first = np.repeat(np.arange(len(order)), counts)
+    second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
+    one, other = order[first], order[second]
+    crossed = _are_crossed(starts[one], ends[one], starts[other], ends[other])
+    if not crossed.any():
+        return None
+    at = int(np.argmax(crossed))
+    a, b, c, d = starts[one[at]], ends[one[at]], starts[other[at]], ends[other[at]]
+    share = float(_cross(c - a, d - c) / _cross(b - a, d - c))
+    x, y = (a + share * (b - a)).tolist()
+    return x, y
+
+
+def _cross(u: FloatArray, v: FloatArray) -> FloatArray:
+    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0], np.float64)
+
+
+def _are_crossed(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which segments from a to b cross those from c to d, all (N, 2), inside of both."""
+    scale = np.linalg.norm(b - a, axis=1) * np.linalg.norm(d - c, axis=1)
+    near = _SAME * np.maximum(scale, 1e-300)
+    left, right = _cross(b - a, c - a), _cross(b - a, d - a)
+    below, above = _cross(d - c, a - c), _cross(d - c, b - c)
+    first = (np.minimum(left, right) < -near) & (np.maximum(left, right) > near)
+    second = (np.minimum(below, above) < -near) & (np.maximum(below, above) > near)
+    return np.asarray(first & second, np.bool_)
+
+
+def _is_star_shaped(contour: FloatArray) -> bool:
+    """Whether all of a contour is seen from its middle, in order: most profiles are, and need no further test."""
+    away = contour - contour.mean(axis=0)
+    turns = _cross(away, np.roll(away, -1, axis=0))
+    angles = np.arctan2(turns, np.sum(away * np.roll(away, -1, axis=0), axis=1))
+    return bool((turns > 0.0).all() or (turns < 0.0).all()) and abs(abs(float(angles.sum())) - math.tau) < 1e-6
 
 
 _MAX_CUTS = 32  # one inside of the other; each takes the time of sorting

@@ -331,7 +331,7 @@ class Typeface:
         pen = OutlinePen(_MAX_PIECES, self._drawings)
         self._drawings[name].draw(pen)
         contours = [contour / self._em for contour in pen.contours(_TOLERANCE * self._em)]
-        return Glyph(normalized(contours, "NonZero") if contours else (), self._advances[name][0] / self._em)
+        return Glyph(normalized(contours) if contours else (), self._advances[name][0] / self._em)
 
     def kerning(self, left: int, right: int) -> float:
         """Return how much the space between two glyphs is larger than usual, in ems."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
-from scenelang.interpreter.scene.modelling.contours import Contours, area_of, normalized
+from scenelang.interpreter.scene.modelling.contours import NON_ZERO, Contours, area_of, normalized
 from scenelang.interpreter.scene.modelling.curves import PathFrames, frames_of, lengths_to, points_at, rolls
 from scenelang.interpreter.scene.modelling.operations import SEGMENTS
 
@@ -74,7 +74,7 @@ def _caps(contours: Contours) -> IntArray:
 # --- sweeps ----------------------------------------------------------------------------------------------------------
 
 
-def swept(profile: Contours, path: FloatArray, twist: float, taper: FloatArray) -> Swept:
+def swept(profile: Contours, path: FloatArray, twist: float, taper: FloatArray, rule: str = NON_ZERO) -> Swept:
     """Sweep a profile along a path (N, 3), its x and y along those of the rotation-minimising frames.
 
     Joints are mitred, so that the cross-section of every straight piece is the profile. A path that comes back to
@@ -88,10 +88,9 @@ def swept(profile: Contours, path: FloatArray, twist: float, taper: FloatArray) 
     LimitError
         "size" for too many points.
     """
-    contours = normalized(profile)
+    contours = normalized(profile, rule)
     if not contours:
-        hint = "outer contours must be counter-clockwise: `polygon` turns them"
-        raise SceneError("solid", "`sweep` got a profile with nothing inside", hint)
+        raise SceneError("solid", "`sweep` got a profile with nothing inside")
     frames, spin = _finely(frames_of(path), twist)
     stations = len(frames.points) - frames.closed
     if stations > _MAX_STATIONS:
@@ -252,16 +251,17 @@ def _runs(frames: PathFrames, reach: float, folded: npt.NDArray[np.bool_]) -> li
 # --- twists ----------------------------------------------------------------------------------------------------------
 
 
-def twisted(profile: Contours, height: float, twist: float, taper: FloatArray, layers: int) -> Surface:
+def twisted(
+    profile: Contours, height: float, twist: float, taper: FloatArray, layers: int, rule: str = NON_ZERO
+) -> Surface:
     """Return the surface of a profile extruded along z, turned by ``twist`` radians and scaled by ``taper`` at the top.
 
     The sides between layers are split along their shorter diagonals: the solid is then the mirror image of that of the
     opposite twist, and its volume the closest to that of the smooth one.
     """
-    contours = normalized(profile)
+    contours = normalized(profile, rule)
     if not contours:
-        hint = "outer contours must be counter-clockwise: `polygon` turns them"
-        raise SceneError("solid", "`extrude` got a profile with nothing inside", hint)
+        raise SceneError("solid", "`extrude` got a profile with nothing inside")
     corners = np.concatenate(contours)
     check_corners("extrude", layers + 1, len(corners), "use fewer :slices; :twist is in radians: `(radians 90)`")
     share = np.linspace(0.0, 1.0, layers + 1)

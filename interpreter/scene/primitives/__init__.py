@@ -52,6 +52,9 @@ _BUILTIN: Mapping[str, tuple[str, str]] = {
 _SEMANTIC = ("cube", "Semantic")
 
 
+MESH_ENDINGS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")  # of the files that an "asset" is read from
+
+
 def words() -> tuple[str, ...]:
     """Return the words of all primitives, the built-in ones first."""
     return (*_BUILTIN, *_entry_points())

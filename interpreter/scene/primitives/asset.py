@@ -21,8 +21,14 @@ FILE = Attribute(
 )
 
 
+def is_hidden(target: Path, project: Path) -> bool:
+    """Return whether a file in a project is hidden, or in a hidden folder: these hold settings and keys."""
+    return any(part.startswith(".") for part in target.relative_to(project).parts)
+
+
 def located(file: str, noun: str, folder: Path, project: Path, allow_outside: bool) -> Path:
-    """Return the file that a scene in ``folder`` names, which must be inside ``project`` unless ``allow_outside``.
+    """Return the file that a scene in ``folder`` names, which must be inside ``project``, and not hidden, unless
+    ``allow_outside``.
 
     Raises SceneError("file") if it does not exist, and "import-outside"; ``noun`` says in messages what it is.
     """
@@ -33,6 +39,9 @@ def located(file: str, noun: str, folder: Path, project: Path, allow_outside: bo
     if not allow_outside and not target.is_relative_to(project):
         hint = f"move the {noun} into the project folder, or allow this with --allow-outside"
         raise SceneError("import-outside", f"`{file[:80]}` is outside {project}", hint)
+    if not allow_outside and is_hidden(target, project):
+        hint = f"give the {noun} another name, or allow this with --allow-outside"
+        raise SceneError("import-outside", f"`{file[:80]}` is hidden", hint)
     if not target.is_file():
         raise SceneError("file", f"the {noun} {file[:200]} does not exist")
     return target

@@ -1,0 +1,252 @@
+"""Single precision: meshes keep their shapes far from the origin, and a format that cannot hold them is reported.
+
+A float32 is a number rounded by up to 2^-24 of its value. A body of volume V and surface A changes by at most
+A * 2^-24 * reach if its coordinates reach that far, so V / A, its *stoutness*, decides how far away it may be.
+Formats with nodes store meshes around their own centers (``own_offset``, ``chunks_of``); others use double precision
+or more digits where it is needed, and STL, which has neither, warns (``changed_bodies``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.primitives.mesh import areas_of, volume_of
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+
+
+class Rounding(NamedTuple):
+    """How a format rounds coordinates, and the largest relative error of that."""
+
+    error: float
+    of: Callable[[FloatArray], FloatArray]
+
+
+def _as_single(values: FloatArray) -> FloatArray:
+    return values.astype(np.float32).astype(np.float64)
+
+
+def _with_nine_digits(values: FloatArray) -> FloatArray:
+    digits = 8.0 - np.floor(np.log10(np.maximum(np.abs(values), 1e-290)))
+    scale = 10.0 ** np.minimum(digits, 300.0)
+    return np.asarray(np.rint(values * scale) / scale, np.float64)
+
+
+SINGLE = Rounding(2.0**-24, _as_single)
+NINE_DIGITS = Rounding(5e-9, _with_nine_digits)
+MAX_CHANGE = 1e-3  # of a volume: a larger one is avoided, or reported
+_NEAR = 4.0  # extents from the origin within which a mesh needs no offset unless it is thinner than 1 : 1,000
+_SPARE = 1 / 16  # of the reach of a mesh: it may have bodies that are thinner than the whole
+_FAR = 1e3  # sizes: a place farther away is rounded by more than 6e-5 of the size
+_FLAT = 1e-9  # of the cube of the largest side: a smaller volume is not that of a body
+_THIN = 1e-4  # of the diagonal: stoutness of a mesh that encloses no volume, so that it keeps its shape too
+_AT_A_TIME = 1 << 18  # points whose volumes are compared at a time
+
+
+def stoutness_of(vertices: FloatArray, faces: IntArray) -> float:
+    """Return volume divided by surface of a mesh, a length; 0 if it encloses nothing."""
+    if not len(faces):
+        return 0.0
+    corners = vertices[faces]
+    volume, area = abs(volume_of(corners)), float(areas_of(corners).sum())
+    return volume / area if volume > _FLAT * float(np.ptp(vertices, axis=0).max()) ** 3 else 0.0
+
+
+def reach_of(stoutness: FloatArray | float, error: float) -> FloatArray:
+    """Return the largest coordinates at which bodies keep their volumes under a relative rounding ``error``."""
+    return MAX_CHANGE / error * np.asarray(stoutness, np.float64)
+
+
+def own_offset(vertices: FloatArray, faces: IntArray) -> FloatArray | None:
+    """Return the center (3,) of a mesh that is too far from its origin for single precision, else None."""
+    if not len(vertices):
+        return None
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    far = float(max(np.abs(low).max(), np.abs(high).max()))
+    if far <= _NEAR * float((high - low).max()):
+        return None
+    stoutness = stoutness_of(vertices, faces) or _THIN * float(np.linalg.norm(high - low))
+    if far <= _SPARE * reach_of(stoutness, SINGLE.error):
+        return None
+    return np.asarray((low + high) / 2.0, np.float64)
+
+
+def common_offset(points: FloatArray, size: float) -> FloatArray | None:
+    """Return the center (3,) of the places of copies, or of one object over time, that float32 would shift visibly:
+    they are much farther from the origin than from each other and than an object's ``size``. Else None."""
+    low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
+    far = float(np.abs(points).max(initial=0.0))
+    return np.asarray((low + high) / 2.0, np.float64) if far > _FAR * max(size, float((high - low).max())) else None
+
+
+def size_of(entities: Iterable[Entity]) -> float:
+    """Return the largest extent of the boxes of some entities."""
+    boxes = [box for box in map(entity_box, entities) if box is not None]
+    return max((max(box[3] - box[0], box[4] - box[1], box[5] - box[2]) for box in boxes), default=0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Copies:
+    """Copies of meshes: their centers (N, 3), the radii of their spheres (N,) and their stoutness (N,), which is 0 for
+    those that enclose nothing."""
+
+    centers: FloatArray
+    radii: FloatArray
+    stoutness: FloatArray
+
+    @staticmethod
+    def of(vertices: FloatArray, faces: IntArray, matrices: FloatArray) -> Copies:
+        """Return the copies of a mesh under poses (N, 3, 4)."""
+        if not len(vertices):
+            none = np.zeros(len(matrices))
+            return Copies(np.zeros((len(matrices), 3)), none, none)
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        linear = matrices[:, :, :3]
+        squares = np.einsum("nij,nij->n", linear, linear)  # of the Frobenius norm: at least twice the two largest axes
+        least = np.abs(np.linalg.det(linear)) / np.maximum(squares / 2.0, 1e-300)
+        centers = linear @ ((low + high) / 2.0) + matrices[:, :, 3]
+        radii = np.sqrt(squares) * float(np.linalg.norm(high - low)) / 2.0
+        return Copies(centers, radii, stoutness_of(vertices, faces) * least)
+
+    @staticmethod
+    def of_boxes(boxes: FloatArray, matrices: FloatArray) -> Copies:
+        """Return boxes (N, 2, 3) under poses (N, 3, 4); a box is as stout as half its least side."""
+        linear = matrices[:, :, :3]
+        squares = np.einsum("nij,nij->n", linear, linear)
+        least = np.abs(np.linalg.det(linear)) / np.maximum(squares / 2.0, 1e-300)
+        centers = np.einsum("nij,nj->ni", linear, boxes.mean(axis=1)) + matrices[:, :, 3]
+        sides = boxes[:, 1] - boxes[:, 0]
+        radii = np.sqrt(squares) * np.linalg.norm(sides, axis=1) / 2.0
+        return Copies(centers, radii, sides.min(axis=1) / 6.0 * least)
+
+    def thick(self) -> Copies:
+        """Return the copies where those that enclose nothing count as thin plates."""
+        return Copies(
+            self.centers, self.radii, np.where(self.stoutness > 0.0, self.stoutness, 2.0 * _THIN * self.radii)
+        )
+
+    def grouped(self, group: IntArray) -> Copies:
+        """Return one body for each group, ``group`` (N,) being numbers from 0, as stout as its thinnest member."""
+        count = int(group.max(initial=-1)) + 1
+        low, high, stoutness = np.full((count, 3), np.inf), np.full((count, 3), -np.inf), np.full(count, np.inf)
+        np.minimum.at(low, group, self.centers - self.radii[:, None])
+        np.maximum.at(high, group, self.centers + self.radii[:, None])
+        np.minimum.at(stoutness, group, self.stoutness)
+        return Copies((low + high) / 2.0, (high - low).max(axis=1) / 2.0, stoutness)
+
+    @staticmethod
+    def joined(parts: Sequence[Copies]) -> Copies:
+        return Copies(
+            np.concatenate([part.centers for part in parts]),
+            np.concatenate([part.radii for part in parts]),
+            np.concatenate([part.stoutness for part in parts]),
+        )
+
+    def fit(self, error: float, rows: IntArray | None = None, offset: FloatArray | None = None) -> BoolArray:
+        """Return which copies keep their volumes, with coordinates relative to an offset, under a rounding error."""
+        chosen = slice(None) if rows is None else rows
+        centers = self.centers[chosen] - (0.0 if offset is None else offset)
+        far = np.abs(centers).max(axis=1, initial=0.0) + self.radii[chosen]
+        stoutness = self.stoutness[chosen]
+        return np.asarray((far <= reach_of(stoutness, error)) | (stoutness == 0.0), np.bool_)
+
+
+def chunks_of(copies: Copies) -> list[tuple[IntArray, FloatArray]]:
+    """Return the copies in groups that single precision can hold, each with the offset (3,) that it is stored about.
+
+    All are one group about the origin if that does. Otherwise groups are halved across their longest side.
+    """
+    copies = copies.thick()
+    everything = np.arange(len(copies.centers))
+    if copies.fit(SINGLE.error).all():
+        return [(everything, np.zeros(3))]
+    found, waiting = [], [everything]
+    while waiting:
+        rows = waiting.pop()
+        low, high = copies.centers[rows].min(axis=0), copies.centers[rows].max(axis=0)
+        offset = (low + high) / 2.0
+        if len(rows) == 1 or copies.fit(SINGLE.error, rows, offset).all():
+            found.append((rows, offset))
+            continue
+        order = np.argsort(copies.centers[rows, int(np.argmax(high - low))], kind="stable")
+        half = len(rows) // 2
+        waiting += [np.sort(rows[order[half:]]), np.sort(rows[order[:half]])]
+    return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChangedBody:
+    """A body whose volume a format changes.
+
+    Attributes
+    ----------
+    sizes, center : (3,)
+        Of its box in the world.
+    change
+        As a share of its volume.
+    corner
+        Number of a point of the mesh that it is part of.
+    """
+
+    sizes: FloatArray
+    center: FloatArray
+    change: float
+    corner: int
+
+
+def changed_bodies(points: FloatArray, faces: IntArray, poses: FloatArray, rounding: Rounding) -> Iterator[ChangedBody]:
+    """Yield the bodies whose volumes change by more than ``MAX_CHANGE``, of copies of a mesh under poses (N, 3, 4).
+
+    A body is a connected part of the mesh.
+    """
+    if not len(faces):
+        return
+    body = bodies_of(faces)
+    faces = faces[np.argsort(body, kind="stable")]
+    starts = np.flatnonzero(np.diff(np.sort(body), prepend=-1))
+    corner = np.repeat(faces[starts, 0], np.diff(starts, append=len(faces)))
+    size = max(1, _AT_A_TIME // len(points))
+    for first in range(0, len(poses), size):
+        some = poses[first : first + size]
+        world = np.einsum("nij,pj->npi", some[:, :, :3], points) + some[:, None, :, 3]
+        near = world[:, corner]
+        exact, rounded = (_volumes(each, near, faces, starts) for each in (world, rounding.of(world)))
+        for n, k in np.argwhere(np.abs(rounded - exact) > MAX_CHANGE * np.abs(exact)).tolist():
+            mine = world[n, np.unique(faces[starts[k] : (*starts, len(faces))[k + 1]])]
+            low, high = mine.min(axis=0), mine.max(axis=0)
+            if abs(exact[n, k]) > _FLAT * float((high - low).max()) ** 3:
+                change = float(abs(rounded[n, k] - exact[n, k]) / abs(exact[n, k]))
+                yield ChangedBody(high - low, (low + high) / 2.0, change, int(faces[starts[k], 0]))
+
+
+def _volumes(world: FloatArray, near: FloatArray, faces: IntArray, starts: IntArray) -> FloatArray:
+    """Return the volumes (N, B) that the faces from each of ``starts`` on enclose.
+
+    ``near`` (N, F, 3) are points near the faces, about which they are summed.
+    """
+    a, b, c = (world[:, faces[:, k]] - near for k in range(3))
+    parts = np.einsum("nfi,nfi->nf", a, np.cross(b, c)) / 6.0
+    return np.asarray(np.add.reduceat(parts, starts, axis=1), np.float64)
+
+
+def bodies_of(faces: IntArray) -> IntArray:
+    """Return a number (F,) for each face that is equal for faces connected by shared points (label propagation)."""
+    count = int(faces.max(initial=-1)) + 1
+    label = np.arange(count)
+    while True:
+        least = label[faces].min(axis=1)
+        before = label.copy()
+        for corner in range(3):
+            np.minimum.at(label, faces[:, corner], least)
+        label = label[label]  # a step further along each chain
+        if (label == before).all():
+            return np.asarray(label[faces[:, 0]], np.int64)
