@@ -287,15 +287,13 @@ def _meant(error: OSError, made: Path, folder: Path) -> Path:
 
 def _move_all(made: Path, folder: Path, backup: Path) -> None:
     """Move every file to ``folder``; if one fails, restore the files that were replaced."""
-    import shutil
-
     files = sorted(made.iterdir())
     targets = {file: Path(os.path.realpath(folder / file.name)) for file in files}  # links stay
     for target in targets.values():
         if target.is_dir():
             raise IsADirectoryError(21, "it is a directory", str(target))
     if len(files) == 1:
-        shutil.move(files[0], targets[files[0]])
+        _replace(files[0], targets[files[0]])
         return
     backup.mkdir()
     moved: list[Path] = []
@@ -303,15 +301,28 @@ def _move_all(made: Path, folder: Path, backup: Path) -> None:
         for file in files:
             if targets[file].exists():
                 _back_up(targets[file], backup / file.name)
-            shutil.move(file, targets[file])
+            _replace(file, targets[file])
             moved.append(file)
     except BaseException:
         for file in moved:
             if (backup / file.name).exists():
-                shutil.move(backup / file.name, targets[file])
+                _replace(backup / file.name, targets[file])
             else:
                 targets[file].unlink(missing_ok=True)
         raise
+
+
+def _replace(file: Path, target: Path) -> None:
+    """Move a file atomically, to another file system too, where a link may lead."""
+    try:
+        os.replace(file, target)
+    except OSError as error:
+        if error.errno != errno.EXDEV:
+            raise
+        import shutil
+
+        with atomic_write(target) as temporary:
+            shutil.copyfile(file, temporary)
 
 
 def _back_up(target: Path, copy: Path) -> None:

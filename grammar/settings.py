@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _SUFFIXES = {"k": 10**3, "m": 10**6, "g": 10**9}
 _MAX_SIDE = 16_384
+FRAME_RATES = (0.01, 240.0)  # a GIF holds at most 655 s of an image; screens show at most 240 images a second
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,37 +99,31 @@ def whole(text: str) -> int:
 
 def part_of_one(text: str) -> float:
     """Parse a number strictly between 0 and 1."""
-    try:
-        value = float(text)
-    except ValueError:
-        raise ValueError(f"invalid number `{text}`") from None
+    value = _number(text)
     if not 0 < value < 1:
         raise ValueError(f"expected a number between 0 and 1, got `{text}`")
     return value
 
 
-def seconds(text: str) -> float:
-    """Parse a duration in seconds."""
-    value = _number(text)
-    if not 0.1 <= value <= 86_400:
-        raise ValueError(f"expected a number of seconds between 0.1 and 86,400, got `{text}`")
-    return value
+def within(low: float, high: float) -> Callable[[str], float]:
+    """Return a parser of the numbers from ``low`` to ``high``, both inclusive.
+
+    >>> within(0.01, 240)("24")
+    24.0
+    """
+
+    def read(text: str) -> float:
+        value = _number(text)
+        if not low <= value <= high:
+            raise ValueError(f"expected a number from {low:,g} to {high:,g}, got `{text}`")
+        return value
+
+    return read
 
 
-def metres(text: str) -> float:
-    """Parse a scale in metres per scene unit."""
-    value = _number(text)
-    if not 1e-9 <= value <= 1e9:
-        raise ValueError(f"expected a number from 1e-9 to 1e9, got `{text}`")
-    return value
-
-
-def frame_rate(text: str) -> float:
-    """Parse a number of frames per second."""
-    value = _number(text)
-    if not 0 < value <= 1000:
-        raise ValueError(f"expected a number above 0 and at most 1000, got `{text}`")
-    return value
+seconds = within(0.1, 86_400)
+metres = within(1e-9, 1e9)  # per scene unit
+frame_rate = within(*FRAME_RATES)
 
 
 def dollars(text: str) -> float:
@@ -140,11 +135,11 @@ def dollars(text: str) -> float:
 
 
 def _number(text: str) -> float:
-    """Parse a number; return 0, which the callers reject, if ``text`` is not one."""
+    """Parse a number; return NaN, which the callers reject, if ``text`` is not one."""
     try:
         return float(text)
     except ValueError:
-        return 0.0
+        return math.nan
 
 
 def picture_size(text: str) -> tuple[int, int]:
@@ -223,7 +218,7 @@ _EXPECTED = {
     "int": "a whole number", "float": "a finite number", "str": "a string", "bool": "True or False", "bytes": "bytes",
     "str | Path": "a path", "Size": "a size (width, height) in pixels, such as (640, 480)",
     "str | Sequence[str]": "a name or several", "Sequence[str]": "several strings",
-    "Sequence[float]": "several numbers",
+    "Sequence[float]": "several finite numbers",
     "View": "a camera, such as `Camera(azimuth=40)`", "Progress": "a function of one number", "Warn": "a function",
     "str | Path | Sequence[str | Path]": "a path or several", "Sequence[str | Path]": "several paths",
 }  # fmt: skip

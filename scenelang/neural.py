@@ -22,7 +22,7 @@ from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.embeddings import Embeddings, tensors_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.grammar.settings import setting, typed, whole
+from scenelang.grammar.settings import setting, typed, whole, within
 from scenelang.inversion import RunFolder
 from scenelang.scene import Film, Scene, Size, View
 
@@ -88,17 +88,23 @@ class ImagineSettings:
     """
 
     steps: int = setting(50, "number of denoising steps (default 50)", metavar="N", read=whole)
-    guidance: float = setting(7.5, "classifier-free guidance scale (default 7.5)", metavar="X", read=float)
+    guidance: float = setting(
+        7.5, "classifier-free guidance scale (default 7.5)", metavar="X", read=within(0.0, 1000.0)
+    )
     negative: str = setting("", "negative prompt", metavar="TEXT")
     method: str = setting(
         "regional", "layout conditioning: training-free regional attention, GLIGEN or MIGC", choices=METHODS
     )
-    strength: float = setting(10.0, "strength of regional attention (default 10)", metavar="X", read=float)
+    strength: float = setting(
+        10.0, "strength of regional attention (default 10)", metavar="X", read=within(0.0, 1000.0)
+    )
     model: str | None = setting(None, "Stable Diffusion checkpoint on the hub, or a folder", metavar="NAME")
     migc: str | Path | None = setting(None, "weights file of MIGC", metavar="FILE")
     scheduler: str = setting("own", "scheduler: the checkpoint's own, or DDIM", choices=SCHEDULERS)
     control: str | None = setting(None, "depth ControlNet on the hub, or a folder", metavar="NAME", alone="")
-    control_scale: float = setting(1.0, "conditioning scale of the ControlNet (default 1)", metavar="X", read=float)
+    control_scale: float = setting(
+        1.0, "conditioning scale of the ControlNet (default 1)", metavar="X", read=within(0.0, 100.0)
+    )
 
     def __post_init__(self) -> None:
         from scenelang.backends.neural.imagine.sampling import check_sampling

@@ -34,6 +34,7 @@ ELSEWHERE = {
     **dict.fromkeys(["W618", "W620"], "a file or a version is needed: tests/minecraft"),
     **dict.fromkeys(["W621", "W622"], "a text-to-image model's layout, its vectors: tests/imagine"),
     **dict.fromkeys(["E811", "E812", "W806"], "an OpenSCAD program is needed: tests/openscad"),
+    "W643": "the estimate of a large file: tests/exports/test_meshes.py",
     "W625": "a hundred findings are needed: tests/lint/test_caps.py",
     "W619": "it is about looks of the game: tests/deepslate/test_looks.py",
     "W802": "a response is text, as the goldens here are: tests/transpile/test_command.py",

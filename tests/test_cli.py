@@ -182,7 +182,7 @@ def test_count_and_bounds(shell: Shell) -> None:
     assert box["sizes"] == pytest.approx([5.05, 3.05, 2])
     assert shell.json("bounds", "table.scene", "--word", "leg")["max"] == pytest.approx([3.05, 1, 0.05])
     shell("bounds", "table.scene", "--word", "nothing", code=1)
-    assert "E607" in shell.err
+    assert 'no entity has the word "nothing"' in shell.err
     assert "min" in shell("bounds", "table.scene")
 
 
@@ -581,7 +581,7 @@ def test_broken_pipe(command: list[str], tmp_path: Path) -> None:
         said = running.stderr.read()
         code = running.wait()
     assert said == b""
-    assert code in (0, 1)
+    assert code in (0, 141), "0 if all was written before the pipe closed"
 
 
 def test_a_full_disk() -> None:

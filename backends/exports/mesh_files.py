@@ -28,6 +28,7 @@ from scenelang.interpreter.scene.primitives.mesh import triangle_normals
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
+_CONTROLS = re.compile(r"[\x00-\x1f\x7f]")
 _HEAD, _ROW, _NORMAL_ROW = 60, 34, 24  # bytes of the lines of an object, of a point and of a normal in an OBJ file
 _MAX_SHININESS = 1000.0  # maximum of Ns, which is 0 for a rough surface
 
@@ -37,8 +38,9 @@ def _write_obj(job: Job, path: Path) -> None:
     surfaces = Surfaces(job, ".obj", shares=job.solid)
     text = _ObjText(surfaces)
     surfaces.announce(text.estimated_size(), ".obj")
-    library = path.with_suffix(".mtl")
-    with path.open("w", encoding="utf-8", newline="\n") as file:
+    # a name is any bytes, and a line of the file
+    library = path.with_name(_CONTROLS.sub("_", path.stem) + ".mtl")
+    with path.open("w", encoding="utf-8", errors="surrogateescape", newline="\n") as file:
         file.write(f"# scenelang: y up, colours are sRGB\nmtllib {library.name}\n")
         for block in surfaces.blocks():
             file.writelines(text.objects(block))

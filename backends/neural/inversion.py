@@ -33,7 +33,7 @@ from scenelang.backends.neural.prompts import prompt_text
 from scenelang.backends.neural.weights import INSTALL
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.grammar.settings import setting, whole
+from scenelang.grammar.settings import setting, whole, within
 from scenelang.interpreter.scene.entity import Scene, primitive_count
 from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of, frame_numbers, instance_handles, number_scene
 
@@ -148,7 +148,7 @@ class InversionSettings:
     """
 
     steps: int = setting(100, "number of steps (default 100)", metavar="N", read=whole)
-    learning_rate: float = setting(1e-2, "learning rate (default 0.01)", "--rate", metavar="X", read=float)
+    learning_rate: float = setting(1e-2, "learning rate (default 0.01)", "--rate", metavar="X", read=within(1e-9, 10.0))
     batch_size: int = setting(
         4, "batch size: noisy copies of each image per step (default 4)", "--batch", metavar="N", read=whole
     )

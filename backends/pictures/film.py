@@ -29,11 +29,11 @@ from scenelang.backends.files import atomic_write
 from scenelang.backends.geometry.solids import Solids
 from scenelang.backends.pictures.appearance import ENVIRONMENTS, GROUNDS
 from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
-from scenelang.backends.pictures.stage import Shot, Staging, staging_of, still
+from scenelang.backends.pictures.stage import MOST_ORBIT, Shot, Staging, staging_of, still
 from scenelang.backends.pictures.stage import film as shots_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import SceneError, suggest
-from scenelang.grammar.settings import setting, whole
+from scenelang.grammar.settings import FRAME_RATES, frame_rate, setting, whole, within
 from scenelang.interpreter.scene.entity import Scene
 
 Picture = npt.NDArray[np.uint8]
@@ -270,7 +270,6 @@ def save_radiance(radiance: npt.NDArray[np.float32], path: Path | str) -> None:
 
 ENDINGS = (".gif", ".mp4", ".apng", ".webp")
 FPS = 24
-HIGHEST_FPS = 240.0
 _MAX_BYTES = 4_000_000_000  # memory limit for the pictures of one film
 _GIF_COLORS = 255
 
@@ -314,8 +313,9 @@ def save_film(
 
 def check_film(path: Path, fps: float) -> None:
     """Raise SceneError for an invalid frame rate, an unsupported extension, or a missing package."""
-    if not 0.0 < fps <= HIGHEST_FPS:
-        raise SceneError("value", f"the frame rate must be above 0 and at most {HIGHEST_FPS:g} per second, not {fps:g}")
+    low, high = FRAME_RATES
+    if not low <= fps <= high:
+        raise SceneError("value", f"the frame rate must be from {low:g} to {high:g} per second, not {fps:g}")
     ending = path.suffix.lower()
     if ending not in (*ENDINGS, ".png"):
         raise SceneError("backend", f"cannot write a film as `{path.name}`", hint=f"use {' '.join(ENDINGS)}")
@@ -334,8 +334,10 @@ class FilmOptions:
     frames: int | None = setting(
         None, "number of frames of a film (default: the scene's, or 48)", metavar="N", read=whole
     )
-    fps: float | None = setting(None, "frames per second (default 24)", metavar="X", read=float)
-    orbit: float | None = setting(None, "angle of the camera's orbit around the scene", metavar="DEGREES", read=float)
+    fps: float | None = setting(None, "frames per second (default 24)", metavar="X", read=frame_rate)
+    orbit: float | None = setting(
+        None, "angle of the camera's orbit around the scene", metavar="DEGREES", read=within(-MOST_ORBIT, MOST_ORBIT)
+    )
 
     @property
     def is_wanted(self) -> bool:
@@ -560,5 +562,7 @@ def write_exr(layers: Mapping[str, npt.NDArray[np.float32]], path: Path, xyz: fr
         columns.append(grid)
     joined = np.ascontiguousarray(np.concatenate(columns, axis=2))
     bitmap = mi.Bitmap(joined, pixel_format=mi.Bitmap.PixelFormat.MultiChannel, channel_names=names)
+    stream = mi.MemoryStream()  # Mitsuba takes no names that are not UTF-8
+    bitmap.write(stream, mi.Bitmap.FileFormat.OpenEXR)
     with atomic_write(path) as temporary:
-        bitmap.write(str(temporary))
+        temporary.write_bytes(stream.raw_buffer())

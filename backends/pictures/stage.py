@@ -24,6 +24,7 @@ FloatArray = npt.NDArray[np.float64]
 FILM_FRAMES = 48  # length of a turntable by default
 MOST_FRAMES = 10_000
 _MAX_COORDINATE = 1e152  # coordinates beyond this overflow when squared
+MOST_ORBIT = 360_000.0  # degrees, a thousand turns
 _ANGLES = 24  # positions on a full circle from which a turntable must show the whole scene
 
 
@@ -78,8 +79,8 @@ def film(
         raise SceneError("value", f"a film must have 1 to {MOST_FRAMES:,} frames, not {count}")
     own = view.orbit if isinstance(view, Viewpoint) else None
     angle = orbit if orbit is not None else own if own is not None else 0.0 if scene.animated else 360.0
-    if not math.isfinite(angle):
-        raise SceneError("value", "the camera's orbit must be a finite number of degrees")
+    if not -MOST_ORBIT <= angle <= MOST_ORBIT:
+        raise SceneError("value", f"the camera's orbit must be at most {MOST_ORBIT:,.0f} degrees, not {angle:,g}")
     numbers = [i * len(scene.frames) // count for i in range(count)]
     if not angle:
         return [still(scene, view, number, width, height) for number in numbers]

@@ -24,7 +24,7 @@ def cli_page() -> str:
         NOTICE,
         "",
         "`scenelang COMMAND ...`, short `scene COMMAND ...`. The exit code is 0 on success, 1 for a wrong program or",
-        "file, 2 for wrong usage, 130 after an interruption.",
+        "file, 2 for wrong usage, 130 after Ctrl-C, 141 if nothing reads the output any more, 143 after SIGTERM.",
         "",
     ]
     lines += table(

@@ -91,9 +91,9 @@ def word_warnings(program: Program) -> list[Diagnostic]:
             if word not in program.all_words and not is_word(word):
                 if word not in near:
                     near[word] = (
-                        _near_word(word, list(program.all_words))
+                        _near_word(word, _callable_words(program, each))
                         or _near_primitive(word)
-                        or _near_unused(word, program)
+                        or _near_unused(word, program, each)
                         or _slipped(word, calls)
                     )
                 if near[word]:
@@ -125,6 +125,14 @@ def _early_calls(program: Program, facts: FormFacts, bound: set[str]) -> Iterato
             yield Diagnostic("undefined-word", f'"{word}" is called before it is bound', span)
 
 
+def _callable_words(program: Program, facts: FormFacts) -> list[str]:
+    """Return the words that a form may mean: a function without parameters that calls itself never ends, so a word that
+    is similar to its own, such as "scone" in "scene", is another one."""
+    form = facts.form
+    recurs = type(form) is not ast.Bind or type(form.function) is not ast.Lambda or bool(form.function.parameters)
+    return [word for word in program.all_words if recurs or word != facts.word]
+
+
 def _near_word(word: str, known: Sequence[str]) -> str | None:
     from difflib import get_close_matches
 
@@ -137,8 +145,8 @@ def _near_word(word: str, known: Sequence[str]) -> str | None:
     return near[0] if near else None
 
 
-# The words of an English dictionary (104,334 entries) that look like a slip of a primitive's name: none other does.
-_NOUNS = frozenset({"capulet", "horus", "come", "cons", "cubs", "done", "tours"})
+# The words of an English dictionary (133,618 entries) that look like a slip of a primitive's name: none other does.
+_NOUNS = frozenset({"capsful", "capulet", "cine", "come", "conf", "cons", "cubs", "done", "horus", "sone", "tours"})
 _LONG = 6  # letters of a name of which similar words are misspellings
 
 
@@ -171,12 +179,17 @@ def _slipped(word: str, calls: Mapping[str, int]) -> str | None:
     return next(often, None) if calls[word] == 1 else None
 
 
-def _near_unused(word: str, program: Program) -> str | None:
+def _near_unused(word: str, program: Program, facts: FormFacts) -> str | None:
     """Return the bound word that is used nowhere, if there is one that looks a little like a word that is not bound."""
     from difflib import get_close_matches
 
     used = {text for each in program.facts for text in each.strings}
-    near = get_close_matches(word, [other for other in program.words if other not in used], 1, _NEAR_UNUSED)
+    near = get_close_matches(
+        word,
+        [other for other in _callable_words(program, facts) if other in program.words and other not in used],
+        1,
+        _NEAR_UNUSED,
+    )
     return near[0] if near else None
 
 

@@ -31,6 +31,8 @@ class Meaning:
 
 _MATERIAL = "a material is made of `:color`, `:roughness`, `:metallic`, `:opacity`, `:emission` and `:ior`"
 _SIZES = Meaning("the sizes along x, y and z are `:scale [x y z]`", "scale")
+_EDGES = Meaning("a part has its size by `:scale [x y z]`, and is placed by `transform`")
+_STROKES = Meaning('paths of SVG are profiles: `(extrude (svg-path "M 0 0 L 1 0 L 1 1 Z") 1)`')
 _RADIANCE = Meaning("a surface with `:emission` is a light", "emission")
 _CAMERA = Meaning("the camera is no part of the scene: `render --camera azimuth=40,elevation=20,fov=35`")
 _SHADOWS = Meaning("every surface casts and receives shadows in final pictures")
@@ -44,8 +46,9 @@ _PART = 'a word is bound to what it draws: `(bind "word" (lambda () ...))`'
 _IS = 'the primitive is "{}"'
 
 _ROWS: Mapping[Meaning, str] = {
-    _SIZES: "size dimensions dims extents",
-    _RADIANCE: "intensity luminosity lumens irradiance radiance",
+    _SIZES: "size dimensions dims extents local-scale",
+    _EDGES: "dx dy dz xmin xmax ymin ymax zmin zmax x1 y1 x2 y2 cx cy",
+    _RADIANCE: "intensity luminosity lumens irradiance radiance penumbra shadow-soft-size",
     _CAMERA: """
         fov fovy fovx yfov xfov field-of-view focal-length aspect aspect-ratio look-at clip-start clip-end znear zfar
         near-plane far-plane ortho-scale
@@ -56,10 +59,11 @@ _ROWS: Mapping[Meaning, str] = {
         subdivisions $fn $fa $fs theta-start theta-length phi-start phi-length
     """,
     _SIDES: "wireframe double-sided side-orientation open-ended flat-shading smooth-shading",
-    _PLACED: "position pos translation translate",
-    _TURNED: "rotation rotate euler quaternion",
+    _PLACED: "position pos translation translate local-position",
+    _TURNED: "rotation rotate euler quaternion local-rotation local-euler-angles",
     _SHADED: "diffuse specular shininess metalness diffuse-color specular-color base-color",
-    _MESH: "geometry vertices faces indices triangles normals",
+    _MESH: "geometry vertices faces paths indices triangles normal normals",
+    _STROKES: "stroke stroke-width stroke-opacity stroke-dasharray stroke-linecap stroke-linejoin",
 }
 _ATTRIBUTES: Mapping[str, Meaning] = {name: meaning for meaning, names in _ROWS.items() for name in names.split()}
 
@@ -81,7 +85,7 @@ _PRIMITIVES: Mapping[str, str] = {
 _MEASURED = """
     width height depth length radius diameter r d w h l x y z rx ry rz radii x-size y-size z-size r1 r2 radius1 radius2
     radius-top radius-bottom top-radius bottom-radius inner-radius outer-radius radius-inner radius-outer major-radius
-    minor-radius tube p0 p1 rounding corner-radius segments slices stacks sectors facets
+    minor-radius tube p0 p1 rounding corner-radius segments slices stacks sectors facets detail
 """
 _MEASURES = frozenset(_MEASURED.split())
 _SAME = {"r": "radius", "p0": "p0", "p1": "p1", "radius": "radius", "tube": "tube"}  # as the primitives here call them
@@ -89,6 +93,7 @@ _SAME = {"r": "radius", "p0": "p0", "p1": "p1", "radius": "radius", "tube": "tub
 _LIGHTS = (
     "point spot directional ambient area hemisphere hemispheric rect rect-area rectangle-area disk sphere dome mesh"
 )
+_NOUNS = frozenset(("spot-light", "dome-light", "disk-light"))  # lamps, unless written as a class: `SpotLight`
 _UNPLACED = frozenset(("directional-light", "ambient-light", "hemisphere-light", "hemispheric-light", "dome-light"))
 _SOLIDS = {
     "box": "cube", "cube": "cube", "sphere": "sphere", "cylinder": "cylinder", "cone": "cone", "torus": "torus",
@@ -101,7 +106,11 @@ _MATERIALS = """
     mesh-standard mesh-basic mesh-phong mesh-physical mesh-lambert mesh-normal mesh-toon standard pbr phong lambert
 """
 _CAMERAS = "perspective orthographic arc-rotate free universal pinhole intrinsics"
-_OTHERS = "linear-extrude rotate-extrude orbit-controls axes-helper grid-helper skinned-mesh instanced-mesh"
+_OTHERS = """
+    linear-extrude rotate-extrude orbit-controls axes-helper grid-helper skinned-mesh instanced-mesh
+    julia-fractal sphere-sweep bicubic-patch smooth-triangle isosurface
+    a-scene a-entity a-assets a-sky a-light a-camera a-text a-image a-video a-sound a-cursor a-mixin
+"""
 _LIGHT = "a surface with `:emission` is a light, and `--environment` lights the whole scene"
 
 
@@ -133,7 +142,7 @@ def calls_of_other_tools(node: ast.Call, word: str) -> Iterator[Diagnostic]:
     if is_word(word):
         return
     compound = _compounds().get(_normal(word))
-    if compound is not None:
+    if compound is not None and (_normal(word) not in _NOUNS or word != word.lower()):
         yield _compound(node, word, *compound)
         return
     given = list(_given(node))
@@ -141,7 +150,7 @@ def calls_of_other_tools(node: ast.Call, word: str) -> Iterator[Diagnostic]:
     seen: set[str] = set()
     for key, value in given:
         name = _normal(str(key.value))
-        is_text = type(value) is ast.Constant and type(value.value) is str
+        is_text = type(value) is ast.Constant and type(value.value) is str and not name.startswith("stroke")
         meaning = _ATTRIBUTES.get(name)
         if meaning is None and own is not None and name in _MEASURES:
             hint = f"{_IS.format(own)}, with {_listed(own)}" if own else _PART

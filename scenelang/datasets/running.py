@@ -28,7 +28,7 @@ from scenelang.datasets.store import Plan, Store
 from scenelang.datasets.working import Pool, RayPool, in_process
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, error_of
-from scenelang.grammar.settings import setting, typed, whole
+from scenelang.grammar.settings import setting, typed, whole, within
 
 MAX_FAILURES = 100
 _MAX_JOBS = 1_024
@@ -56,7 +56,7 @@ class DatasetSettings:
         MAX_FAILURES, "stop when more samples have failed (default 100)", metavar="N", read=whole
     )
     ray: str | None = setting(None, "run on a Ray cluster: its address, or `auto`", metavar="ADDRESS", read=str)
-    gpus: float = setting(0.0, "share of a GPU for each of Ray's workers", metavar="X", read=float)
+    gpus: float = setting(0.0, "share of a GPU for each of Ray's workers", metavar="X", read=within(0.0, 1024.0))
 
 
 @dataclass(frozen=True, slots=True)

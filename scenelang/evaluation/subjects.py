@@ -13,7 +13,7 @@ from scenelang.backends.files import new_folder
 from scenelang.backends.neural.clip import SCORE_MODEL, ClipName
 from scenelang.backends.neural.descriptions import noun_of
 from scenelang.backends.neural.weights import Models
-from scenelang.backends.pictures.film import HIGHEST_FPS, PictureOptions, check, picture_backend
+from scenelang.backends.pictures.film import PictureOptions, check, picture_backend
 from scenelang.evaluation.running import (
     METRICS,
     Callbacks,
@@ -34,7 +34,7 @@ from scenelang.evaluation.study import Preferences, StudyQuestion, StudyResult, 
 from scenelang.evaluation.tables import ResultTable, tables_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, suggest, usage_errors
-from scenelang.grammar.settings import names, picture_size, setting, typed, whole
+from scenelang.grammar.settings import FRAME_RATES, frame_rate, names, picture_size, setting, typed, whole
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.primer import stated_task
 from scenelang.session import Options, Session
@@ -71,7 +71,7 @@ class MetricOptions:
     environment: str = setting("studio", "environment light, as in `render`", metavar="NAME")
     clip_views: int = setting(120, "number of views for CLIP (default 120)", metavar="N", read=whole)
     lpips_views: int = setting(20, "number of views for LPIPS (default 20)", metavar="N", read=whole)
-    fps: float = setting(24.0, "frame rate of 4D scenes (default 24)", metavar="X", read=float)
+    fps: float = setting(24.0, "frame rate of 4D scenes (default 24)", metavar="X", read=frame_rate)
     clip_model: str | None = setting(None, "OpenCLIP model: architecture/weights, or a folder", metavar="NAME")
     seed: int = 0
     limit: int = 2_000_000
@@ -85,8 +85,9 @@ class MetricOptions:
         for option, count in (("--clip-views", self.clip_views), ("--lpips-views", self.lpips_views)):
             if not 1 <= count <= _MAX_VIEWS:
                 raise UsageError("value", f"expected `{option}` between 1 and {_MAX_VIEWS:,}, got {count:,}")
-        if not 0.0 < self.fps <= HIGHEST_FPS:
-            raise UsageError("value", f"expected `--fps` above 0 and at most {HIGHEST_FPS:g}, got {self.fps:g}")
+        low, high = FRAME_RATES
+        if not low <= self.fps <= high:
+            raise UsageError("value", f"expected `--fps` from {low:g} to {high:g}, got {self.fps:g}")
 
     def drawings(self) -> list[Drawing]:
         """Return the rendering of each backend. Raises UsageError."""

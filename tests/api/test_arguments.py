@@ -37,7 +37,7 @@ WRONG: dict[str, Callable[[sl.Scene], Any]] = {
     "settings: expected a mapping": lambda s: s.render(settings=[1]),
     "progress: expected a function": lambda s: s.render(progress=3),
     "labels: expected True or False": lambda s: s.render(labels="no"),
-    "roughness: expected a number or a vector": lambda s: s.restyled("cube", roughness="x"),
+    "roughness: expected": lambda s: s.restyled("cube", roughness="x"),
     "render: got an unexpected keyword argument": lambda s: s.render(wrong=3),
     "margin: expected at least 0": lambda s: s.maps(size=(8, 8)).crops(margin=-9),
     "nothing is made of the word": lambda s: s.maps(size=(8, 8)).mask("zz"),

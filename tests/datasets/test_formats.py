@@ -190,7 +190,7 @@ def test_kitti_boxes_project_onto_the_things(layouts: Path) -> None:
             turn = np.array([[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]])
             level = corners @ turn.T + [x, y, z]
             pixels = np.hstack([level, np.ones((8, 1))]) @ projection.T
-            pixels = pixels[:, :2] / pixels[:, 2:]
+            pixels = pixels[:, :2] / pixels[:, 2:] + 0.5  # KITTI counts from the center of the first pixel
             full = np.array(thing["bbox_full"])
             # the box holds the thing, so its projection holds the thing's; a tight one for boxes
             assert (pixels.min(axis=0) <= full[:2] + 0.01).all()

@@ -97,7 +97,7 @@ def test_a_checkpoint_as_a_folder(checkpoint: tuple[Path, Networks], tmp_path: P
     latents, cameras = torch.randn(4, 4, 8, 8), torch.randn(4, 16)
     assert torch.equal(predicted(one, latents, cameras), predicted(other, latents, cameras))
     assert torch.equal(one.schedule.alphas_cumprod, other.schedule.alphas_cumprod)
-    with pytest.raises(SceneError, match="cannot write `made`"):
+    with pytest.raises(SceneError, match=r"cannot write `.*made`"):
         convert_mvdream(path, tmp_path / "made", SMALL)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["made"]
 

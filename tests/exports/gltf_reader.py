@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,13 +81,13 @@ class Gltf:
             number, above, names, extras = stack.pop()
             node = self.nodes[number]
             pose = _matrix(fields[number])
-            if node["name"].endswith("/shown"):
+            if re.search(r"/shown(_\d+)?$", node["name"]):
                 assert set(np.diag(pose)[:3]) in ({0.0}, {1.0})
                 if pose[0, 0] == 0.0:
                     continue
             world = above @ pose
-            names = (*names, node["name"])
             extras = node.get("extras", extras)
+            names = (*names, node.get("extras", node).get("word", node["name"]))
             if "mesh" in node:
                 out += [(node["mesh"], world @ own, names, extras) for own in self._instances(node)]
             stack.extend((child, world, names, extras) for child in reversed(node.get("children", ())))

@@ -107,13 +107,14 @@ def test_depth_is_that_of_diffusers(checkpoint: Checkpoint, models: Path) -> Non
 
     torch = seeded(5)
     network = load_control(str(models / "control"))
-    depth = np.tile(np.linspace(0, 255, 64).astype(np.uint8)[:, None, None], (1, 64, 3))
+    depth = np.tile(np.linspace(1.0, 8.0, 64, dtype=np.float32)[:, None], (1, 64))
     plain = generate_image(checkpoint, words(checkpoint), SAMPLING)
     assert np.array_equal(generate_image(checkpoint, words(checkpoint), SAMPLING, None, Control(network, depth)), plain)
     for parameter in network.parameters():
         torch.nn.init.normal_(parameter, std=0.1)
     pipeline = diffusers.StableDiffusionControlNetPipeline(**parts(checkpoint), controlnet=network)
-    shown = torch.from_numpy(depth).permute(2, 0, 1)[None].float() / 255.0
+    inverse = (1.0 / depth - 1.0 / 8.0) / (1.0 - 1.0 / 8.0)
+    shown = torch.from_numpy(0.1 + 0.9 * inverse).expand(1, 3, -1, -1)
     found = generate_image(checkpoint, words(checkpoint), SAMPLING, None, Control(network, depth))
     assert np.abs(found - theirs(pipeline, image=shown)).max() <= 1.0
     assert np.abs(found.astype(int) - plain).max() > 3

@@ -122,7 +122,7 @@ def test_y_of_svg_is_turned_upwards(contours: Contours) -> None:
 def test_fill_rules(number: Numbers) -> None:
     nested = '"M0 0h4v4h-4z M1 1h2v2h-2z"'
     assert number(f"(profile-area (svg-path {nested}))") == pytest.approx(16.0)
-    assert number(f"(profile-area (svg-path {nested} :rule :even-odd))") == pytest.approx(12.0)
+    assert number(f"(profile-area (svg-path {nested} :fill :even-odd))") == pytest.approx(12.0)
     opposite = '"M0 0h4v4h-4z M1 1v2h2v-2z"'
     assert number(f"(profile-area (svg-path {opposite}))") == pytest.approx(12.0)
 
@@ -208,7 +208,7 @@ def test_areas_of_booleans_add_up(shift: float, radius: float, sides: int) -> No
         ("(transform-profile (circle 1) :scale 0)", "without 0"),
         ("(transform-profile (circle 1) :move [1 2 3])", "a number or two"),
         ("(profile-area (* (circle 1) 1e300))", "coordinates below 1,000,000,000,000"),
-        ("(svg-path \"M0 0\" :rule :odd)", "`:nonzero`, `:even-odd`"),
+        ("(svg-path \"M0 0\" :fill :odd)", "`:nonzero`, `:even-odd`"),
     ],
 )  # fmt: skip
 def test_wrong_use(refuses: Refuses, expression: str, part: str) -> None:
@@ -256,9 +256,9 @@ def test_letters_are_extruded_one_by_one(monkeypatch: pytest.MonkeyPatch, number
     taken: list[int] = []
     section_of = computing.section_of
 
-    def counted(contours: Any) -> Any:
+    def counted(contours: Any, *rule: Any) -> Any:
         taken.append(len(contours))
-        return section_of(contours)
+        return section_of(contours, *rule)
 
     monkeypatch.setattr(computing, "section_of", counted)
     words = '"Handgloves and quick brown foxes 0123456789" :size 3.25'

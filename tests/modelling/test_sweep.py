@@ -175,7 +175,7 @@ def test_other_profiles_may_not_fold(refuses: Refuses) -> None:
         ("value", "(sweep (circle 1) [[0 0 0]])", "two different points"),
         ("value", "(sweep (circle 1) (polyline (circle 4) :closed #t) :twist 1)", "do not meet"),
         ("value", "(sweep (circle 1) [[0 0 0] [1 0 0]] :taper -1)", "at least 0"),
-        ("solid", "(volume (sweep (list [[0 0] [0 1] [1 0]]) [[0 0 0] [1 0 0]]))", "nothing inside"),
+        ("solid", "(volume (sweep (list [[0 0] [1 0] [2 0]]) [[0 0 0] [1 0 0]]))", "nothing inside"),
         ("size", "(volume (sweep (circle .01 :segments 1000) (helix 9 9 100)))", "1,000,000 corners"),
         ("size", "(volume (sweep (circle .01 :segments 3) (helix 9 9 500)))", "20,000 points"),
         ("size", "(volume (sweep (circle .3) (helix .2 1 3)))", "folds"),

@@ -105,7 +105,7 @@ def test_wrong_arguments(wrong: dict[str, Any]) -> None:
 
 
 def test_wrong_velocities() -> None:
-    with pytest.raises(sl.SceneError, match="three numbers of at most"):
+    with pytest.raises(sl.SceneError, match="`velocities`: expected a mapping"):
         sl.evaluate(SOUND).simulate(velocities={"cup": (1.0, float("inf"), 0.0)})
 
 

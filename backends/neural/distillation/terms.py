@@ -18,7 +18,7 @@ import numpy as np
 
 from scenelang.backends.neural.splats.gaussians import Gaussians, Splats, apply_pose, concatenate_splats, rotations
 from scenelang.grammar.datum import dataclass
-from scenelang.grammar.settings import setting
+from scenelang.grammar.settings import setting, within
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
@@ -302,7 +302,9 @@ class Guidance:
         Fraction of the contrast rescaling of "reconstruction" (Lin et al. 2024, section 3.4), 0 to 1.
     """
 
-    scale: float = setting(50.0, "classifier-free guidance scale (default 50)", "--guidance", metavar="X", read=float)
+    scale: float = setting(
+        50.0, "classifier-free guidance scale (default 50)", "--guidance", metavar="X", read=within(0.0, 1000.0)
+    )
     weighting: str = setting("reconstruction", "timestep weighting", choices=WEIGHTINGS)
     rescale: float = 0.5
 

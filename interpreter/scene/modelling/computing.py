@@ -481,12 +481,12 @@ def _extrude(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
         )
         made = manifold_of_mesh(Mesh(found[0], None, found[1]), "extrude")
     else:
-        section = Filled(parameters["profile"], _fill_rule(parameters))
+        section = FilledContours(parameters["profile"], _fill_rule(parameters))
         made = _straight(section, height, int(parameters["slices"]), (taper[0], taper[1]))
     return made.translate((0.0, 0.0, -height / 2.0)) if parameters["center"] else made
 
 
-class Filled(NamedTuple):
+class FilledContours(NamedTuple):
     """The contours of a profile and the rule by which they are filled."""
 
     contours: Sequence[FloatArray]
@@ -500,7 +500,7 @@ def _fill_rule(parameters: Parameters) -> str:
     return str(rule)
 
 
-def _straight(profile: Filled, height: float, slices: int, taper: tuple[float, float]) -> Manifold:
+def _straight(profile: FilledContours, height: float, slices: int, taper: tuple[float, float]) -> Manifold:
     """Return an extrusion without a twist; parts that lie apart are made each by itself, as Manifold is quadratic."""
     import manifold3d
 
