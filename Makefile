@@ -82,7 +82,7 @@ chromium:
 # Neighbouring tests go to one worker, so that what a module's tests share is made once; bytecode of the tests is kept.
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal
 
-test: lint chromium $(VENV)/.validator $(VENV)/.textmate
+test: lint chromium $(VENV)/.validator $(VENV)/.three $(VENV)/.textmate
 	$(PYTEST) -m "not gpu and not slow and not browser"
 
 # The tests that need no neural packages, with another Python: `make test-python PY=python3.13`.
@@ -108,6 +108,12 @@ test-nightly: $(VENV)/.dev $(VENV)/.package
 GLTF_VALIDATOR := gltf-validator@2.0.0-dev.3.10
 $(VENV)/.validator: $(VENV)/.run
 	-command -v npm >/dev/null && npm install --silent --no-audit --no-fund --prefix $(VENV)/gltf-validator $(GLTF_VALIDATOR)
+	touch $@
+
+# three.js, whose loader reads GLB files in the tests, where node and npm are; its tests say when it is not there.
+THREE := three@0.187.0
+$(VENV)/.three: $(VENV)/.run
+	-command -v npm >/dev/null && npm install --silent --no-audit --no-fund --prefix $(VENV)/three $(THREE)
 	touch $@
 
 # The engine that VS Code colours by, where node and npm are; its tests say when it is not there.

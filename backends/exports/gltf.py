@@ -176,7 +176,7 @@ class GltfDocument:
 
         three.js finds animated nodes by names without the characters `[].:/`, in which white space is `_`, and numbers
         those that are equal by `_1`, `_2`, ...; it names nodes first, then the parts of meshes (GLTFLoader,
-        PropertyBinding.sanitizeNodeName). So that no number it gives is the name of a node, meshes of several parts
+        PropertyBinding.sanitizeNodeName). Members of objects (`toString`) get another name there, and stay unique. So that no number it gives is the name of a node, meshes of several parts
         are named after a word that no node's name begins with.
         """
         given = {read_name(node["name"]) for node in self.nodes}
@@ -193,14 +193,14 @@ class GltfDocument:
 
     # --- the file ---
 
-    def to_json(self, name: str, uri: str | None = None) -> bytes:
+    def to_json(self, uri: str | None = None) -> bytes:
         """Return the JSON document; ``uri`` locates the binary buffer, None for the chunk of the same file."""
         buffer: dict[str, Any] = {"byteLength": self.size} | ({"uri": uri} if uri is not None else {})
         used = {name for made in self.materials for name in made.get("extensions", ())}
         document: dict[str, Any] = {
             "asset": {"version": "2.0", "generator": _generator()},
             "scene": 0,
-            "scenes": [{"name": name, "nodes": [0]}],
+            "scenes": [{"nodes": [0]}],  # without a name: three.js would number a node of the same one
             "nodes": self.nodes,
             "meshes": self.meshes,
             "materials": self.materials,
@@ -214,9 +214,9 @@ class GltfDocument:
         filled = {key: value for key, value in document.items() if value != []}
         return json.dumps(filled, separators=(",", ":"), ensure_ascii=True, allow_nan=False).encode()
 
-    def to_glb(self, name: str) -> list[bytes]:
+    def to_glb(self) -> list[bytes]:
         """Return the pieces of a .glb file: header, JSON chunk and binary chunk."""
-        text = self.to_json(name)
+        text = self.to_json()
         text += b" " * (-len(text) % 4)
         parts = [struct.pack("<II", len(text), 0x4E4F534A), text]
         if self.size:
@@ -232,9 +232,11 @@ class GltfDocument:
 
 def read_name(name: str) -> str:
     """Return a name as three.js has it."""
-    return _UNREAD.sub("", re.sub(r"\s", "_", name))
+    return _UNREAD.sub("", _SPACES.sub("_", name))
 
 
+# White space of JavaScript, which differs from Python's.
+_SPACES = re.compile("[\t-\r \xa0\u1680\u2000-\u200a\u2028\u2029\u202f\u205f\u3000\ufeff]")
 _UNREAD = re.compile(r"[\[\].:/]")
 
 
@@ -710,10 +712,10 @@ def write(job: Job, path: Path) -> None:
         if document.size:
             with buffer.open("wb") as file:
                 file.writelines(document.chunks)
-        path.write_bytes(document.to_json(job.plan.word, quote(buffer.name)))
+        path.write_bytes(document.to_json(quote(buffer.name)))
         return
     with path.open("wb") as file:
-        file.writelines(document.to_glb(job.plan.word))
+        file.writelines(document.to_glb())
 
 
 def document_of(job: Job) -> GltfDocument:

@@ -205,11 +205,15 @@ def model_of(bodies: BodySet, origin: FloatArray | None = None) -> Any:
     return spec
 
 
-def check_weight(bodies: BodySet, body: RigidBody) -> None:
+_LEAST = 1e-15  # kg and kg m^2, the least that MuJoCo takes
+LEAST_TENSOR = 1.1e-14  # kg m^2: eigenvalues of an inertia tensor below 1e-14 are none to MuJoCo (``mjEPS``)
+
+
+def check_weight(bodies: BodySet, body: RigidBody, least_inertia: float = _LEAST) -> None:
     """Raise SceneError("physics") for a body that is too light to be simulated."""
     unit, moments = bodies.unit, body.moments
     least = float(moments.principal()[0].min()) * unit**2
-    if not (moments.mass > 1e-15 and least > 1e-15 and np.isfinite(moments.inertia).all()):
+    if not (moments.mass > _LEAST and least > least_inertia and np.isfinite(moments.inertia).all()):
         message = f'"{body.name}" is too light to be simulated: {moments.mass:.3g} kg at {unit:.3g} metres per unit'
         raise SceneError("physics", message, "give a larger `--metres-per-unit`", span=bodies.place(body))
 

@@ -27,7 +27,9 @@ FloatArray = npt.NDArray[np.float64]
 # Second moments of a form of volume 1 along x, y and z, about its centre: of the mean of x^2 over its points.
 _MEANS = {BLOCK: (1 / 3, 1 / 3, 1 / 3), BALL: (1 / 5, 1 / 5, 1 / 5), CYLINDER: (1 / 4, 1 / 3, 1 / 4)}
 
-_LEAST_SECOND = 1e-12  # of the largest second moment, some thousand steps of a double
+# Of the largest second moment. MuJoCo writes six digits: two moments of inertia that are rounded by 5e-6 of themselves
+# must still add up to the third.
+_LEAST_SECOND = 2e-5
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,7 +20,15 @@ import numpy as np
 from scenelang.backends.base import Accepts, Backend, BackendOptions, Option, Work, check_settings, frame_of
 from scenelang.backends.files import atomic_write_all, write_text
 from scenelang.backends.physics.colliders import INSTALL, SEGMENTS, Collider, FloatArray
-from scenelang.backends.physics.dynamics import TO_MODEL, check_weight, color_of, compiled, model_of, names_of
+from scenelang.backends.physics.dynamics import (
+    LEAST_TENSOR,
+    TO_MODEL,
+    check_weight,
+    color_of,
+    compiled,
+    model_of,
+    names_of,
+)
 from scenelang.backends.physics.grouping import BodySet, RigidBody, bodies_of
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene
@@ -92,7 +100,7 @@ MJCF = Backend(
 def _write_urdf(scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
     bodies = _bodies(scene, options, URDF)
     for body in bodies.bodies:
-        check_weight(bodies, body)
+        check_weight(bodies, body, LEAST_TENSOR)
     meshes = _MeshFiles(path.stem)
     lines = [
         '<?xml version="1.0"?>', f"<robot name={quoteattr(_plain(scene.word))}>", '  <link name="world"/>',

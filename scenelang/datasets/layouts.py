@@ -463,33 +463,29 @@ def _note_size(sizes: dict[str, Record], thing: Record, number: str) -> None:
 
 
 def _nerfstudio(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
-    """A folder for each sample with ``transforms.json`` (OpenGL cameras), ``images`` and 16-bit ``depths``."""
+    """A folder for each sample with ``transforms.json`` (OpenGL cameras), ``images`` and ``depths``.
+
+    Depths are arrays of thousandths, nerfstudio's default unit: its data parser reads no other from the file, and
+    16-bit images would round them by half a millimetre and end at 65 metres.
+    """
     for place, views in _samples(plan, read, splits):
         own = _folder(folder, place)
         _folder(own, "images"), _folder(own, "depths")
         frames = []
-        unit = _depth_unit(views)
         for item in views:
             name = f"{item.key}.png"
             depth = item["depth.npy"]
             (own / "images" / name).write_bytes(item.picture)
-            code = np.rint(np.where(np.isfinite(depth), depth, 0.0) * _MILLIMETRES / unit)
-            code = np.where(code <= _MAX_DEPTH, code, 0).astype(np.uint16)  # 0 is unknown
-            (own / "depths" / name).write_bytes(png(code))
+            np.save(
+                own / "depths" / f"{item.key}.npy", np.where(np.isfinite(depth), depth, 0.0) * np.float32(_MILLIMETRES)
+            )
             pose = np.linalg.inv(item.world_to_camera) @ np.diag([1.0, -1.0, -1.0, 1.0])
-            frame: Record = {"file_path": f"images/{name}", "depth_file_path": f"depths/{name}"}
+            frame: Record = {"file_path": f"images/{name}", "depth_file_path": f"depths/{item.key}.npy"}
             frames.append(frame | {"transform_matrix": pose.tolist(), **_pinhole(item)})
-        document = {"camera_model": "OPENCV", "depth_unit_scale_factor": unit / _MILLIMETRES, "aabb_scale": 16}
+        document = {"camera_model": "OPENCV", "depth_unit_scale_factor": 1.0 / _MILLIMETRES, "aabb_scale": 16}
         first = _pinhole(views[0])  # what stands for all frames if it is the same in all
         shared = first if all(_pinhole(item) == first for item in views) else {}
         _write_json(own / "transforms.json", document | shared | {"frames": frames})
-
-
-def _depth_unit(views: Sequence[StoredItem]) -> float:
-    """Return the step of the depth images of some views: a tenth of a millimetre, or one where that is too fine."""
-    depths = [item["depth.npy"] for item in views]
-    farthest = max(float(depth[np.isfinite(depth)].max(initial=0.0)) for depth in depths) * _MILLIMETRES
-    return _FINEST_DEPTH if farthest <= _FINEST_DEPTH * _MAX_DEPTH else 1.0
 
 
 def _pinhole(item: StoredItem) -> Record:
