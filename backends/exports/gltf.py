@@ -176,7 +176,7 @@ class GltfDocument:
 
         three.js finds animated nodes by names without the characters `[].:/`, in which white space is `_`, and numbers
         those that are equal by `_1`, `_2`, ...; it names nodes first, then the parts of meshes (GLTFLoader,
-        PropertyBinding.sanitizeNodeName). Members of objects (`toString`) get another name there, and stay unique. So that no number it gives is the name of a node, meshes of several parts
+        PropertyBinding.sanitizeNodeName). So that no number it gives is the name of a node, meshes of several parts
         are named after a word that no node's name begins with.
         """
         given = {read_name(node["name"]) for node in self.nodes}
@@ -237,6 +237,13 @@ def read_name(name: str) -> str:
 
 # White space of JavaScript, which differs from Python's.
 _SPACES = re.compile("[\t-\r \xa0\u1680\u2000-\u200a\u2028\u2029\u202f\u205f\u3000\ufeff]")
+# Names that three.js's table of names, an object of JavaScript, has from the start.
+_MEMBERS = frozenset(
+    """
+    constructor hasOwnProperty isPrototypeOf propertyIsEnumerable toLocaleString toString valueOf
+    __proto__ __defineGetter__ __defineSetter__ __lookupGetter__ __lookupSetter__
+    """.split()  # noqa: SIM905
+)
 _UNREAD = re.compile(r"[\[\].:/]")
 
 
@@ -244,7 +251,7 @@ class _UniqueNames:
     """Numbers equal names: the first stays, the others get numbers that make names that are not ``given``."""
 
     def __init__(self, given: set[str]) -> None:
-        self.taken: set[str] = set()
+        self.taken = set(_MEMBERS)
         self._given = given
         self._numbers: dict[str, int] = {}
 

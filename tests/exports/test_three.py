@@ -113,8 +113,7 @@ def test_names_are_unique_before_they_are_read(kind: str, form: str, named: Load
     """The loader has no name to change, but for the characters that it drops; words are in ``userData``."""
     one = named[kind, form][0]
     nodes = [each for each in one["objects"] if each["node"] is not None]
-    if kind != "members-of-objects":  # which the loader's table, an object, has from the start
-        assert [each["name"] for each in nodes if each["read"]] == [each["read"] for each in nodes if each["read"]]
+    assert [each["name"] for each in nodes if each["read"]] == [each["read"] for each in nodes if each["read"]]
     names = [each["name"] for each in nodes if each["name"]]
     others = {one["scene"], *(each["name"] for each in one["objects"] if each["node"] is None)}
     assert len(set(names)) == len(names)
