@@ -86,7 +86,8 @@ _STARTING = fork_safe_lock()  # threading.stack_size is a process-wide setting
 _MAX_FILE_SIZE = 16_000_000
 MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
 EXPANSION_DEPTH = 60_000
-_MAX_FRAMES = 400
+_MAX_FRAMES = 400  # of Python that are read after a stack overflow, of ten or fewer for each call
+_DEEPEST_CALLS = 40
 _FIX_ROUNDS = 20
 _MAX_IMPORTERS = 300
 _MAX_RECOVERED = 30_000  # characters of a program whose brackets are matched
@@ -871,7 +872,7 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
         chain[0][1] if chain else None,
         hint,
         (),
-        tuple(chain),
+        tuple(chain[:_DEEPEST_CALLS]),
     )
 
 

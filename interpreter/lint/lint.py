@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 from scenelang.grammar import ast
@@ -379,18 +380,21 @@ def _is_followed(dropped: Diagnostic, found: Sequence[Diagnostic]) -> bool:
     return any(d.name == "foreign-syntax" and d.span is not None and d.span.start in line for d in found)
 
 
+_DEFINITIONS = 20  # of one name that are looked at: each is read to its end
+
+
 def _is_defined_wrongly(unbound: Diagnostic, found: Sequence[Diagnostic]) -> bool:
     """Return whether a name is one that a form at top level defines, in which another mistake is reported."""
     span = unbound.span
     if span is None:
         return False
     text = span.source.text
-    match = re.search(rf"^\((?:define|param)\s+\(?{re.escape(span.text)}(?=[\s)])", text, re.M)
-    if match is None:
+    errors = [d.span.start for d in found if d.is_error and d.span is not None and d.span.text != span.text]
+    if not errors:
         return False
-    start, end = piece_at(text, match.start())
-    errors = (d for d in found if d.is_error and d.span is not None and d.span.text != span.text)
-    return any(d.span is not None and start <= d.span.start < end for d in errors)
+    matches = islice(re.finditer(rf"\((?:define|param)\s+\(?{re.escape(span.text)}(?=[\s)])", text), _DEFINITIONS)
+    pieces = ((match.start(), *piece_at(text, match.start())) for match in matches)
+    return any(place == start <= error < end for place, start, end in pieces for error in errors)
 
 
 def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
