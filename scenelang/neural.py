@@ -89,7 +89,7 @@ class ImagineSettings:
 
     steps: int = setting(50, "number of denoising steps (default 50)", metavar="N", read=whole)
     guidance: float = setting(
-        7.5, "classifier-free guidance scale (default 7.5)", metavar="X", read=within(0.0, 1000.0)
+        7.5, "classifier-free guidance scale (default 7.5)", metavar="X", read=within(0.0, 10_000.0)
     )
     negative: str = setting("", "negative prompt", metavar="TEXT")
     method: str = setting(

@@ -140,7 +140,6 @@ def test_frames_have_one_theta_and_their_own_poses(words: list[str]) -> None:
         (["--scene-model", "figures"], 1, "E707"),
         (["--depth", "1", "--entity", "house"], 1, "the scene has no entity `house`"),
         (["--steps", "0"], 2, "at least 1 step"),
-        (["--guidance", "nan"], 2, "`--guidance` must be 0 to 10,000"),
         (["--film", "nowhere/a.gif"], 1, "nowhere"),
         (["--resume", "--start", "b"], 2, "cannot be combined with"),
         (["--resume", "--force"], 2, "cannot be combined with"),

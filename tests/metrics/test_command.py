@@ -218,7 +218,6 @@ def test_a_wrong_program_stops_no_other(place: Path, capsys: pytest.CaptureFixtu
         (["cans.scene", "--backend", "nothing"], 2, "nothing"),
         (["cans.scene", "--backend", "gltf"], 2, "does not draw pictures"),
         (["cans.scene", "--clip-views", "0"], 2, "--clip-views"),
-        (["cans.scene", "--fps", "nan"], 2, "--fps"),
         (["cans.scene", "--study", "page.txt"], 2, ".html"),
         (["--study", "page.html"], 2, "expected programs"),
         (["cans.scene", "--study", "page.html"], 1, "has 1 methods"),

@@ -261,6 +261,7 @@ def test_letters_are_extruded_one_by_one(monkeypatch: pytest.MonkeyPatch, number
         return section_of(contours, *rule)
 
     monkeypatch.setattr(computing, "section_of", counted)
+    monkeypatch.setattr(computing.stored, "load", lambda digest: None)  # an earlier run kept it on disk
     words = '"Handgloves and quick brown foxes 0123456789" :size 3.25'
     volume = sl.evaluate(f'(bind "it" (lambda () (text {words} :depth 2)))').measure().volume
     assert volume == pytest.approx(2.0 * number(f"(profile-area (text-outline {words}))"))

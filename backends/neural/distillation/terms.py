@@ -303,7 +303,7 @@ class Guidance:
     """
 
     scale: float = setting(
-        50.0, "classifier-free guidance scale (default 50)", "--guidance", metavar="X", read=within(0.0, 1000.0)
+        50.0, "classifier-free guidance scale (default 50)", "--guidance", metavar="X", read=within(0.0, 10_000.0)
     )
     weighting: str = setting("reconstruction", "timestep weighting", choices=WEIGHTINGS)
     rescale: float = 0.5
