@@ -67,7 +67,9 @@ def test_two_different_values_are_a_usage_error(command: str, option: str, value
 def test_the_error_comes_before_all_else(run: Run, tmp_path: Path) -> None:
     (tmp_path / "wrong.scene").write_text("(bind")
     for file in ("wrong.scene", "absent.scene"):
-        code, said = run("render", file, "-o", "b.png", "--camera", "top", "--camera", "isometric")
+        words = ["-o", "b.png", "--camera", "top", "--camera", "isometric"]
+        for command in ("render", "simulate", "imagine"):
+            code, said = run(command, file, *words)
         assert code == 2
         assert "given twice" in said
     assert not (tmp_path / "b.png").exists()

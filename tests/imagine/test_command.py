@@ -200,7 +200,6 @@ def test_more_than_thirty_things(place: Path, capsys: pytest.CaptureFixture[str]
         (["-o", "no/a.png"], 1, "the folder no does not exist"),
         (["-o", "a.png", "--count", "0"], 2, "--count"),
         (["-o", "a.png", "--steps", "0"], 2, "--steps"),
-        (["-o", "a.png", "--strength", "-1"], 2, "--strength"),
         (["-o", "a.png", "--size", "60x64"], 1, "must be multiples of 8"),
         (["-o", "a.png", "--camera", "sideways"], 2, "camera"),
         (["-o", "a.png", "--entity", "castle"], 1, "castle"),

@@ -31,7 +31,7 @@ class View:
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.cache, self.record = folder, folder / "cache", folder / "arguments.txt"
-        self.program, self.browser = folder / "a.scene", folder / "my browser"
+        self.program, self.browser = folder / "a.scene", folder / "browser"
         self.program.write_text(PROGRAM)
         self.browser.write_text(
             f'#!/bin/sh\nprintf "%s\\n" "$@" >> "{self.record}.part"\nmv "{self.record}.part" "{self.record}"\n'
@@ -104,7 +104,7 @@ def target_of(page: Path) -> str:
 
 @pytest.mark.parametrize("umask", [0o000, 0o022, 0o077])
 def test_the_browser_gets_a_private_file_that_leads_to_the_page(view: View, umask: int) -> None:
-    with view.run(umask=umask, BROWSER=f"'{view.browser}'") as (process, address):
+    with view.run(umask=umask, BROWSER=str(view.browser)) as (process, address):
         token = token_of(address)
         page = view.opened()
         assert page.is_relative_to(view.cache)
@@ -124,10 +124,10 @@ def test_the_browser_gets_a_private_file_that_leads_to_the_page(view: View, umas
 
 
 def test_each_view_has_its_own_token_and_file(view: View) -> None:
-    with view.run(BROWSER=f"'{view.browser}'") as (_, one):
+    with view.run(BROWSER=str(view.browser)) as (_, one):
         first = view.opened()
         view.record.unlink()
-        with view.run(BROWSER=f"'{view.browser}'") as (_, other):
+        with view.run(BROWSER=str(view.browser)) as (_, other):
             assert view.opened() != first
             assert token_of(one) != token_of(other)
             assert len(view.pages()) == 2
@@ -141,7 +141,7 @@ def test_each_view_has_its_own_token_and_file(view: View) -> None:
 def test_without_a_browser_the_address_is_printed_and_nothing_opened(
     view: View, options: list[str], more: dict[str, str]
 ) -> None:
-    with view.run(*options, **{name: each.format(f"'{view.browser}'") for name, each in more.items()}) as (_, address):
+    with view.run(*options, **{name: each.format(view.browser) for name, each in more.items()}) as (_, address):
         token_of(address)
         with urlopen(address, timeout=PATIENCE) as answer:
             assert answer.status == 200
@@ -151,7 +151,7 @@ def test_without_a_browser_the_address_is_printed_and_nothing_opened(
 
 def test_a_cache_that_cannot_be_written_opens_nothing(view: View) -> None:
     view.cache.write_text("no folder")
-    with view.run(BROWSER=f"'{view.browser}'") as (_, address):
+    with view.run(BROWSER=str(view.browser)) as (_, address):
         token_of(address)
         with urlopen(address, timeout=PATIENCE) as answer:
             assert answer.status == 200
@@ -160,7 +160,7 @@ def test_a_cache_that_cannot_be_written_opens_nothing(view: View) -> None:
 
 def test_a_page_in_a_file_opens_no_browser(view: View) -> None:
     page = view.folder / "page.html"
-    with view.run("--html", str(page), BROWSER=f"'{view.browser}'") as (process, _):
+    with view.run("--html", str(page), BROWSER=str(view.browser)) as (process, _):
         process.wait(PATIENCE)
     assert page.exists()
     assert not view.record.exists()
