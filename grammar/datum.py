@@ -433,6 +433,16 @@ def walk(*datums: Datum) -> Iterator[Datum]:
             stack.extend(subdatums(datum))
 
 
+def is_deeper(datums: Iterable[Datum], most: int) -> bool:
+    """Return whether lists are nested in more than ``most`` levels."""
+    level = [datum for datum in datums if not isinstance(datum, Atom)]
+    for _ in range(most):
+        level = [below for datum in level for below in subdatums(datum) if not isinstance(below, Atom)]
+        if not level:
+            return False
+    return bool(level)
+
+
 # Printing datums as text that reads back equal. It is iterative, so that deep nesting cannot overflow the stack.
 
 

@@ -29,6 +29,7 @@ from scenelang.grammar.datum import (
     Symbol,
     dataclass,
     field,
+    is_deeper,
     rare_collection,
     replace,
     walk,
@@ -42,7 +43,7 @@ from scenelang.grammar.diagnostics import (
     error_of,
     moved_diagnostic,
 )
-from scenelang.grammar.reader import read, read_pieces
+from scenelang.grammar.reader import MAX_NESTING, read, read_pieces
 from scenelang.grammar.settings import typed
 from scenelang.interpreter.kinds.book import findings
 from scenelang.interpreter.lint.lint import (
@@ -391,6 +392,9 @@ class Session:
             elif form is program.scene and isinstance(datum, ListDatum):
                 datum = ListDatum((Atom(Symbol("scene"), datum.span), *datum.items[1:]), None, datum.span)
             datums.append(datum)
+        if is_deeper(datums, MAX_NESTING):
+            message = f"the expansion has more than {MAX_NESTING:,} levels of parentheses, which could not be read"
+            raise SceneError("nesting", message)
         return layout(datums, indents=INDENTS, spelling=spelling)
 
     @typed

@@ -373,12 +373,10 @@ def _export(
 
 def _warn_of_crowded_edges(scene: Scene, warn: Callable[[Diagnostic], None]) -> None:
     """Warn once of the edges along which bodies only touch, which have more faces where readers join equal points."""
-    solids = {id(entity): entity for entity in descendants(*scene.frames) if entity.is_primitive}
-    count = 0
-    for entity in solids.values():
-        solid = solid_of(entity)
-        surface = None if solid is None else solid.surface()
-        count += 0 if surface is None else crowded_edges_of(surface)
+    entities = {entity.shape: entity for entity in descendants(*scene.frames) if entity.is_primitive}  # of all frames
+    solids = map(solid_of, entities.values())
+    surfaces = (solid.surface() for solid in solids if solid is not None)
+    count = sum(crowded_edges_of(surface) for surface in surfaces if surface is not None)
     if count:
         edges = "1 edge belongs" if count == 1 else f"{count:,} edges belong"
         message = f"{edges} to more than two faces, because bodies touch along them"

@@ -183,7 +183,8 @@ class _Names:
         taken = {self.names[variable] for variable in visible if variable in self.names}
         for variable in sorted(variables, key=lambda v: v not in self._fixed):
             is_readable = _reads_back(Symbol(variable.name))
-            stem = variable.name if is_readable else _UNREADABLE.sub("-", variable.name).strip("-") or "v"
+            stem = variable.name if is_readable else _UNREADABLE.sub("-", variable.name).strip("-")
+            stem = stem if is_readable or _reads_back(Symbol(stem)) else "v"
             name, count = stem, 0
             unfit = variable in self._renamed or (name in FORMS and name not in PAPER_FORMS) or name == "else"
             if variable in self._fixed and not is_readable:

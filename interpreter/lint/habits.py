@@ -438,10 +438,15 @@ def _is_decimal(text: str, comma: Tree) -> bool:
     return _DECIMAL.search(text[max(0, comma.start - _MAX_SHOWN) : comma.end + 1]) is not None
 
 
+def _is_unquote(text: str, comma: Tree) -> bool:
+    """Return whether a comma stands before its item only, as in a template: `` `(1 ,size) ``."""
+    return text[comma.start - 1 : comma.start].isspace() and not text[comma.end : comma.end + 1].isspace()
+
+
 def _commas(source: Source, root: Tree) -> Iterator[Habit]:
     """Commas between the items of an array or a call."""
     for tree in [root, *_walk(root)]:
-        commas = [item for item in tree.items if item.text == ","]
+        commas = [item for item in tree.items if item.text == "," and not _is_unquote(source.text, item)]
         if tree.opener == "(" and all(_is_decimal(source.text, comma) for comma in commas):
             continue
         if not commas or tree is root:

@@ -73,7 +73,7 @@ def _is_bounded(arguments: argparse.Namespace) -> bool:
 
 
 def _run_confined(arguments: argparse.Namespace) -> int:
-    """Run a command in its own process, without the keys in the environment unless it is for them."""
+    """Run a command in its own process, without the keys in the environment unless it needs them after evaluation."""
     if COMMANDS[arguments.command].module not in ("models", "neural", "bench"):
         keep_named_variables()
     return _run(arguments)

@@ -592,7 +592,9 @@ def run_lsp(arguments: argparse.Namespace) -> int:
     from importlib.metadata import version
 
     from scenelang.lsp.server import serve
+    from scenelang.sandbox.environment import keep_named_variables
 
+    keep_named_variables()  # macros of the programs that are edited run in this process
     serve(version("scenelang"))
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - the server has closed the original stdout
     return 0

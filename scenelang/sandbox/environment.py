@@ -10,7 +10,10 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+from scenelang.interpreter.runtime.limits import fork_safe_lock
 
 _NAMES = """
     PATH HOME USER LOGNAME SHELL PWD LANG LANGUAGE TZ TERM COLORTERM TERM_PROGRAM COLUMNS LINES NO_COLOR FORCE_COLOR
@@ -46,6 +49,30 @@ def keep_named_variables() -> None:
     if sys.platform == "linux":
         _overwrite(b"".join(os.fsencode(f"{name}={value}") + b"\0" for name, value in kept.items()))
     os.environ.update(kept)
+
+
+_LOCK = fork_safe_lock()
+_HIDDEN: dict[str, str] = {}  # what evaluations that are running have removed; the environment is the process's, too
+_USERS = [0]
+
+
+@contextmanager
+def hidden_variables() -> Iterator[None]:
+    """Remove all other variables while a program is evaluated in a process that needs them before and after."""
+    with _LOCK:
+        _USERS[0] += 1
+        if _USERS[0] == 1:
+            kept = named_variables()
+            _HIDDEN.update((name, value) for name, value in os.environ.items() if name not in kept)
+            keep_named_variables()
+    try:
+        yield
+    finally:
+        with _LOCK:
+            _USERS[0] -= 1
+            if not _USERS[0]:
+                os.environ.update(_HIDDEN)
+                _HIDDEN.clear()
 
 
 def _overwrite(block: bytes) -> None:

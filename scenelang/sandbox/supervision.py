@@ -36,6 +36,7 @@ from scenelang.interpreter.runtime.limits import (
 )
 from scenelang.interpreter.runtime.types import STD
 from scenelang.sandbox.confinement import confine
+from scenelang.sandbox.environment import hidden_variables
 from scenelang.sandbox.status import Chain, Phase, Sampler, Status, cpu_seconds_of, resident_bytes_of
 
 GRACE = 0.5  # CPU seconds beyond the limit, to let the evaluator's own check report first
@@ -130,13 +131,14 @@ class Link:
     @contextmanager
     def evaluating(self, folders: tuple[str, ...]) -> Iterator[None]:
         """Confine the evaluating thread to reading ``folders``, and sample its position."""
-        if self._confined:
-            confine(folders)
-        sampler = Sampler(self._status, threading.get_ident())
-        try:
-            yield
-        finally:
-            sampler.stop()
+        with hidden_variables():
+            if self._confined:
+                confine(folders)
+            sampler = Sampler(self._status, threading.get_ident())
+            try:
+                yield
+            finally:
+                sampler.stop()
 
     def note(self, span: Span | None, name: str | None = None) -> None:
         """Record the position that starts now, for phases without a sampler; rapid sequences are thinned out."""

@@ -18,10 +18,17 @@ from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, Note, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling import stored
-from scenelang.interpreter.scene.modelling.contours import EVEN_ODD, NON_ZERO, apart, section_of
+from scenelang.interpreter.scene.modelling.contours import EVEN_ODD, NON_ZERO, apart, normalized, section_of, untouching
 from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, REPLACING, SEGMENTS, Expression, nodes_of
 from scenelang.interpreter.scene.modelling.stored import ComputedSolid
-from scenelang.interpreter.scene.modelling.sweeping import height_field, lofted, swept, twisted
+from scenelang.interpreter.scene.modelling.sweeping import (
+    FEWER_SLICES,
+    check_corners,
+    height_field,
+    lofted,
+    swept,
+    twisted,
+)
 from scenelang.interpreter.scene.primitives.base import Point, Primitive, mesh_of
 from scenelang.interpreter.scene.primitives.mesh import Mesh, posed, smoothed
 
@@ -476,10 +483,11 @@ def _extrude(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
     taper = tuple(float(factor) for factor in parameters["taper"])
     if twist:
         layers = int(parameters["slices"]) + 1
-        found = twisted(
-            parameters["profile"], height, math.radians(twist), parameters["taper"], layers, _fill_rule(parameters)
-        )
-        made = manifold_of_mesh(Mesh(found[0], None, found[1]), "extrude")
+        filled = normalized(parameters["profile"], _fill_rule(parameters))
+        check_corners("extrude", layers + 1, sum(map(len, filled)), FEWER_SLICES)
+        parts = untouching(filled)
+        surfaces = [twisted(part, height, math.radians(twist), parameters["taper"], layers) for part in parts]
+        made = _united([manifold_of_mesh(Mesh(vertices, None, faces), "extrude") for vertices, faces in surfaces])
     else:
         section = FilledContours(parameters["profile"], _fill_rule(parameters))
         made = _straight(section, height, int(parameters["slices"]), (taper[0], taper[1]))
@@ -545,9 +553,18 @@ def _sweep(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
     import manifold3d
 
     twist, rule = float(parameters["twist"]), _fill_rule(parameters)
-    found = swept(parameters["profile"], parameters["path"], twist, parameters["taper"], rule)
-    pieces = [manifold_of_mesh(Mesh(vertices, None, faces), "sweep") for vertices, faces in found.surfaces]
-    pieces += [manifold3d.Manifold.hull_points(corners) for corners in found.hulls]
+    filled, pieces = normalized(parameters["profile"], rule), []
+    check_corners("sweep", len(parameters["path"]), sum(map(len, filled)))
+    for part in untouching(filled):
+        made = swept(part, parameters["path"], twist, parameters["taper"])
+        pieces += [manifold_of_mesh(Mesh(vertices, None, faces), "sweep") for vertices, faces in made.surfaces]
+        pieces += [manifold3d.Manifold.hull_points(corners) for corners in made.hulls]
+    return _united(pieces)
+
+
+def _united(pieces: list[Manifold]) -> Manifold:
+    import manifold3d
+
     return pieces[0] if len(pieces) == 1 else manifold3d.Manifold.batch_boolean(pieces, manifold3d.OpType.Add)
 
 

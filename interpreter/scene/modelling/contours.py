@@ -35,6 +35,7 @@ MAX_COORDINATE = 1e9
 MAX_OFFSET = 1_000_000  # points of an offset profile before it is simplified
 _MAX_PIECES = 256  # of a flattened curve
 _SAME = 1e-9
+_SAME_AREA = 1e-6  # of the box of a contour; Manifold rounds its points to about nine digits
 
 
 # --- shapes ----------------------------------------------------------------------------------------------------------
@@ -112,6 +113,17 @@ def normalized(contours: Sequence[FloatArray], rule: str = NON_ZERO) -> Contours
     """Return contours without overlaps that bound the same area."""
     check_crossings("a profile", contours)
     return contours_of(section_of(contours, rule))
+
+
+def untouching(contours: Contours, rule: str = NON_ZERO) -> list[Contours]:
+    """Return the parts of a profile, each an outer contour with its holes, if some of them meet at a corner; else one.
+
+    Surfaces over parts that meet would be joined there, along edges with four faces.
+    """
+    corners = np.concatenate(contours) if contours else np.zeros((0, 2))
+    if len(contours) < 2 or len(np.unique(corners, axis=0)) == len(corners):
+        return [contours]
+    return [contours_of(part) for part in section_of(contours, rule).decompose()]
 
 
 def combined(name: str, kind: str, profiles: Sequence[Contours], rule: str = NON_ZERO) -> Contours:
@@ -193,7 +205,7 @@ _MAX_COMPARED = 200_000  # pairs of edges: a test of more would take longer than
 
 
 def crossing_of(contour: FloatArray) -> tuple[float, float] | None:
-    """Return a point at which two edges of a contour cross, or None; edges that only touch do not cross.
+    """Return a point at which a contour crosses itself, or None; edges that only touch do not cross.
 
     A contour of so many edges that the test would take long counts as one that does not cross itself.
     """
@@ -212,11 +224,24 @@ def crossing_of(contour: FloatArray) -> tuple[float, float] | None:
     one, other = order[first], order[second]
     crossed = _are_crossed(starts[one], ends[one], starts[other], ends[other])
     if not crossed.any():
-        return None
+        return _shared_corner(contour)
     at = int(np.argmax(crossed))
     a, b, c, d = starts[one[at]], ends[one[at]], starts[other[at]], ends[other[at]]
     share = float(_cross(c - a, d - c) / _cross(b - a, d - c))
     x, y = (a + share * (b - a)).tolist()
+    return x, y
+
+
+def _shared_corner(contour: FloatArray) -> tuple[float, float] | None:
+    """Return a corner at which a contour without crossing edges crosses itself, or None.
+
+    The area of a simple contour is the same by its corners, by winding and by parity.
+    """
+    areas = [abs(area_of(contour)), *(section_of([contour], rule).area() for rule in (NON_ZERO, EVEN_ODD))]
+    if max(areas) - min(areas) <= _SAME_AREA * float(np.prod(np.ptp(contour, axis=0))):
+        return None
+    _, first, counts = np.unique(contour, axis=0, return_index=True, return_counts=True)
+    x, y = contour[first[counts > 1].min() if (counts > 1).any() else 0].tolist()
     return x, y
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
-from scenelang.interpreter.scene.modelling.contours import NON_ZERO, Contours, area_of, normalized
+from scenelang.interpreter.scene.modelling.contours import Contours, area_of
 from scenelang.interpreter.scene.modelling.curves import PathFrames, frames_of, lengths_to, points_at, rolls
 from scenelang.interpreter.scene.modelling.operations import SEGMENTS
 
@@ -26,6 +26,7 @@ MAX_CORNERS = 1_000_000  # of a surface: it has about twice as many triangles
 _MAX_STATIONS = 20_000  # points of a path, each compared with the others
 _MAX_FOLDED = 30_000  # corners of the convex pieces of a sweep that folds, whose union takes seconds
 _MITRE = 4.0  # a mitred joint is at most so many times as wide as the profile
+FEWER_SLICES = "use fewer :slices; :twist is in radians: `(radians 90)`"
 _LAYERS = 8  # of a loft between two different profiles
 _STRAIGHT = 1e-6  # sine of the smallest turn that leaves a gap
 
@@ -74,8 +75,8 @@ def _caps(contours: Contours) -> IntArray:
 # --- sweeps ----------------------------------------------------------------------------------------------------------
 
 
-def swept(profile: Contours, path: FloatArray, twist: float, taper: FloatArray, rule: str = NON_ZERO) -> Swept:
-    """Sweep a profile along a path (N, 3), its x and y along those of the rotation-minimising frames.
+def swept(contours: Contours, path: FloatArray, twist: float, taper: FloatArray) -> Swept:
+    """Sweep a profile without overlaps along a path (N, 3), its x and y along those of the rotation-minimising frames.
 
     Joints are mitred, so that the cross-section of every straight piece is the profile. A path that comes back to
     itself is swept in runs that do not. Where it bends more tightly than the profile allows, mitred pieces would fold;
@@ -88,7 +89,6 @@ def swept(profile: Contours, path: FloatArray, twist: float, taper: FloatArray, 
     LimitError
         "size" for too many points.
     """
-    contours = normalized(profile, rule)
     if not contours:
         raise SceneError("solid", "`sweep` got a profile with nothing inside")
     frames, spin = _finely(frames_of(path), twist)
@@ -251,19 +251,18 @@ def _runs(frames: PathFrames, reach: float, folded: npt.NDArray[np.bool_]) -> li
 # --- twists ----------------------------------------------------------------------------------------------------------
 
 
-def twisted(
-    profile: Contours, height: float, twist: float, taper: FloatArray, layers: int, rule: str = NON_ZERO
-) -> Surface:
-    """Return the surface of a profile extruded along z, turned by ``twist`` radians and scaled by ``taper`` at the top.
+def twisted(contours: Contours, height: float, twist: float, taper: FloatArray, layers: int) -> Surface:
+    """Return the surface of a profile without overlaps, extruded along z.
+
+    It is turned by ``twist`` radians and scaled by ``taper`` at the top.
 
     The sides between layers are split along their shorter diagonals: the solid is then the mirror image of that of the
     opposite twist, and its volume the closest to that of the smooth one.
     """
-    contours = normalized(profile, rule)
     if not contours:
         raise SceneError("solid", "`extrude` got a profile with nothing inside")
     corners = np.concatenate(contours)
-    check_corners("extrude", layers + 1, len(corners), "use fewer :slices; :twist is in radians: `(radians 90)`")
+    check_corners("extrude", layers + 1, len(corners), FEWER_SLICES)
     share = np.linspace(0.0, 1.0, layers + 1)
     scaled = corners[None] * (1.0 + (taper - 1.0) * share[:, None, None])
     c, s = np.cos(twist * share)[:, None], np.sin(twist * share)[:, None]
