@@ -121,6 +121,7 @@ def atomic_write(path: Path | str, mode: int | None = None) -> Iterator[Path]:
     written.
     """
     target = Path(os.path.realpath(path))  # a link stays
+    check_replaceable(target)
     try:
         _sweep(target.parent)
         import tempfile
@@ -141,6 +142,12 @@ def atomic_write(path: Path | str, mode: int | None = None) -> Iterator[Path]:
         raise _not_written(path, error) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def check_replaceable(path: Path) -> None:
+    """Raise SceneError("file") for a device or pipe: a file would take its place."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise SceneError("file", f"cannot write `{path}`: it is not a regular file")
 
 
 def _not_written(path: Path | str, error: OSError) -> SceneError:
@@ -290,6 +297,7 @@ def _move_all(made: Path, folder: Path, backup: Path) -> None:
     files = sorted(made.iterdir())
     targets = {file: Path(os.path.realpath(folder / file.name)) for file in files}  # links stay
     for target in targets.values():
+        check_replaceable(target)
         if target.is_dir():
             raise IsADirectoryError(21, "it is a directory", str(target))
     if len(files) == 1:

@@ -97,6 +97,13 @@ def whole(text: str) -> int:
     return int(text)
 
 
+def seed(text: str) -> int:
+    """Parse a seed of random numbers, from 0 to 4,294,967,295, as NumPy takes them."""
+    if not text.isdecimal() or len(text) > 10 or int(text) >= 1 << 32:
+        raise ValueError(f"expected a whole number from 0 to {(1 << 32) - 1:,}, got `{text}`")
+    return int(text)
+
+
 def part_of_one(text: str) -> float:
     """Parse a number strictly between 0 and 1."""
     value = _number(text)
@@ -210,6 +217,10 @@ def typed(function: _Function) -> _Function:
             raise
         except OSError as error:  # as of a name that is too long, wherever it is looked for
             raise SceneError("file", f"{error.strerror or error}: {error.filename or 'output'}") from error
+        except OverflowError as error:  # a whole number beyond all floats, wherever it becomes one
+            raise SceneError("value", f"a number is too large: {error}") from error
+        except UnicodeEncodeError as error:  # half a character in a name
+            raise SceneError("value", f"a name cannot be written: {error.reason}") from error
 
     return cast(_Function, checked)
 
@@ -241,6 +252,8 @@ def _expected(annotation: str) -> str:
 def fits(value: Any, annotation: str) -> bool:
     """Return whether a value fits an annotation; a name that is no builtin one is that of a class."""
     kinds = _parts(annotation, "|")
+    if isinstance(value, str) and "\0" in value and "Path" in kinds:  # no name of a file has one
+        return False
     if len(kinds) > 1:
         return any(fits(value, kind) for kind in kinds)
     name, _, inner = annotation.partition("[")
@@ -261,6 +274,13 @@ def _parts(annotation: str, separator: str) -> list[str]:
         else:
             parts[-1] += letter
     return [part.strip() for part in parts]
+
+
+def _is_finite(value: Any) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number that no float holds
+        return False
 
 
 def _is_several(value: Any) -> bool:
@@ -293,11 +313,11 @@ _KINDS: Mapping[str, Callable[[Any], bool]] = {
     "Any": lambda value: True,
     "None": lambda value: value is None,
     "int": lambda value: hasattr(type(value), "__index__") and not isinstance(value, bool),
-    "float": lambda value: isinstance(value, numbers.Real) and not isinstance(value, bool) and math.isfinite(value),
+    "float": lambda value: isinstance(value, numbers.Real) and not isinstance(value, bool) and _is_finite(value),
     "str": lambda value: isinstance(value, str),
     "bytes": lambda value: isinstance(value, bytes),
     "bool": lambda value: isinstance(value, bool) or type(value).__name__ == "bool_",
-    "Path": lambda value: isinstance(value, str | os.PathLike),
+    "Path": lambda value: isinstance(value, str | os.PathLike) and "\0" not in os.fsdecode(value),
     "Size": _is_size,
     "Progress": callable,
     "Warn": callable,

@@ -15,6 +15,7 @@ import pytest
 from safetensors.numpy import save_file
 from support import interruptible, wait_until, worked_in_all
 
+import scenelang as sl
 from scenelang.backends.files import atomic_write, read_regular
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
@@ -197,3 +198,22 @@ def test_a_broken_file_of_embeddings_says_what_is_broken(name: str, tmp_path: Pa
         read_z(path)
     assert caught.value.name == "z-file"
     assert said in caught.value.message
+
+
+def test_numbers_that_no_float_holds_are_told() -> None:
+    huge = "1" + "0" * 400
+    with pytest.raises(sl.SceneError):
+        sl.evaluate(f'(bind "a" (lambda () (call "cube" :scale {huge})))')
+    scene = sl.evaluate('(bind "a" (lambda () (call "cube")))')
+    with pytest.raises(sl.SceneError):
+        scene.physics(metres_per_unit=10**400)
+    with pytest.raises(sl.SceneError):
+        scene.export("a\0.obj")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
+def test_a_file_takes_the_place_of_no_pipe(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "a.obj")
+    with pytest.raises(sl.SceneError, match="not a regular file"):
+        sl.evaluate('(bind "a" (lambda () (call "cube")))').export(tmp_path / "a.obj")
+    assert (tmp_path / "a.obj").is_fifo()

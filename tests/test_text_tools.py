@@ -292,3 +292,20 @@ def test_a_loop_over_a_call_has_a_code(command: str, tmp_path: Path, capsys: pyt
     program.write_text('(bind "a" (lambda () (do (((call "a") 0 (+ i 4))) ((> i 3) 1))))')
     assert main([command, str(program)]) == 1
     assert re.search(r"error\[E2\d\d\]: ", capsys.readouterr().err)
+
+
+FOLD = '(bind "p" (lambda () (call "cube" :scale ({form} ((n 1)) ((i (range 2)) (j (range 2))) (+ n 1)))))'
+
+
+@pytest.mark.parametrize(("form", "size"), [("for*/fold", 5.0), ("for/fold", 3.0)])
+def test_folds_over_several_sequences_expand_to_themselves(form: str, size: float) -> None:
+    program = FOLD.format(form=form)
+    for text in (program, sl.expand(program)):
+        low, high = sl.evaluate(text).bounds
+        assert high[0] - low[0] == size
+
+
+def test_the_second_of_a_pair_may_be_a_number() -> None:
+    program = '(bind "p" (lambda () (let (((a . b) (cons 1 2))) (call "cube" :scale (+ a b)))))'
+    assert sl.check(program).diagnostics == ()
+    assert sl.expand(program)

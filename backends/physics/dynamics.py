@@ -360,7 +360,11 @@ def simulate(
         message = f"{seconds:g} s of {len(joints):,} bodies are more steps than the limit of {MAX_STEPS:,}"
         raise LimitError("size", message, "simulate a shorter time")
     with _quiet(mujoco):
-        motion = _run(mujoco, model, data, bodies, joints, (samples, each), progress or (lambda _: None))
+        try:
+            motion = _run(mujoco, model, data, bodies, joints, (samples, each), progress or (lambda _: None))
+        except mujoco.FatalError as error:  # as of contacts that need more than its memory
+            message = f"{len(joints):,} bodies cannot be simulated: {error}"
+            raise LimitError("size", message, "simulate fewer bodies, or a shorter time") from error
     supports = tuple((points + origin, below) for points, below in motion.supports)
     return replace(motion, centers=motion.centers + origin, supports=supports)
 

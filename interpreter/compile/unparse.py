@@ -339,8 +339,10 @@ class _Unparser:
         parts: list[Datum] = [_symbol(name)]
         if node.accumulators:
             parts.append(_list(*(_list(self.target(a.target), self.form(a.value)) for a in node.accumulators)))
-            parts[0] = _symbol("for/fold")
         parallel = any(len(clause.targets) > 1 for clause in node.clauses)
+        is_nested = sum(clause.kind == "each" for clause in node.clauses) > 1 and not parallel
+        if node.accumulators:
+            parts[0] = _symbol("for*/fold" if is_nested else "for/fold")
         if parallel and not node.accumulators:
             parts[0] = _symbol(name.replace("for*", "for"))
         clauses: list[Datum] = []

@@ -324,7 +324,8 @@ class KindInference:
         for index, item in enumerate(items):
             self.bind(item, known[index] if known is not None else _or_any(each), span)
         if has_rest:
-            self.bind(rest, list_of(known[len(items) :]) if known is not None else LIST, span)
+            others = LIST if kind.tag in ("List", "Vector") else ANY  # the second of a pair may be anything
+            self.bind(rest, list_of(known[len(items) :]) if known is not None else others, span)
 
     # --- functions ---------------------------------------------------------------------------------------------
 

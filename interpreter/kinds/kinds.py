@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
@@ -471,8 +472,8 @@ def is_keyword(node: Any) -> bool:
 
 
 def number_of(node: Any) -> float | None:
-    """Return the value of a literal number."""
-    if type(node) is ast.Constant and type(node.value) in (int, float):
+    """Return the value of a literal number, None for one that no float holds."""
+    if type(node) is ast.Constant and type(node.value) in (int, float) and abs(node.value) <= sys.float_info.max:
         return float(node.value)
     return None
 

@@ -162,6 +162,12 @@ def calls_of_other_tools(node: ast.Call, word: str) -> Iterator[Diagnostic]:
             yield _attribute(word, key, meaning, _fix(node, key, given, own, meaning))
 
 
+def hint_for_primitive(name: str) -> tuple[str, str | None] | None:
+    """Return what an attribute of other tools is on a primitive here: a hint, and the attribute if there is one."""
+    meaning = _ATTRIBUTES.get(_normal(name))
+    return None if meaning is None else (meaning.hint, meaning.attribute)
+
+
 def _is_number(value: Any) -> bool:
     return type(value) is ast.Constant and isinstance(value.value, (int, float))
 

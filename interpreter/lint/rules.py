@@ -15,7 +15,7 @@ from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError, nea
 from scenelang.grammar.reader import read
 from scenelang.interpreter.compile.analyse import called_builtin, children, pattern_variables, strings_in, walk
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.lint.other_tools import calls_of_other_tools
+from scenelang.interpreter.lint.other_tools import calls_of_other_tools, hint_for_primitive
 from scenelang.interpreter.runtime.types import Builtin
 from scenelang.interpreter.runtime.values import Keyword
 from scenelang.interpreter.scene.primitives import (
@@ -667,8 +667,11 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
                 is_geometric = geometry_attributes(word) is not None
                 is_described = not is_geometric and id(argument) in texts  # `:scales "emerald"` of a dragon
                 hint = unread_hint(word, name) if is_geometric else None if is_described else _semantic_hint(word, name)
+                foreign = hint_for_primitive(name) if is_geometric and hint is None else None
+                if foreign is not None and name not in (geometry_attributes(word) or ()):
+                    hint = foreign[0]
                 if hint is not None:
-                    near = near_attribute(word, name) or _named_in(hint)
+                    near = near_attribute(word, name) or (foreign[1] if foreign else _named_in(hint))
                     fixes = (Fix(f"Change to `:{near}`", (Edit(span, f":{near}"),)),) if near else ()
                     message = f'the primitive "{word}" does not use the attribute `:{name}`'
                     yield (

@@ -152,7 +152,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
 
 
 def add_seed(group: Any) -> None:
-    group.add_argument("--seed", type=int, default=0, metavar="N", help="random seed (default 0)")
+    group.add_argument("--seed", type=reader(settings.seed), default=0, metavar="N", help="random seed (default 0)")
 
 
 def add_limits(parser: argparse.ArgumentParser) -> None:

@@ -624,8 +624,18 @@ def run_mcp(arguments: argparse.Namespace) -> int:
 
     from scenelang.mcp.server import serve
 
-    serve(folder.resolve(), limits_of(arguments), version("scenelang"), not arguments.read_only)
+    try:
+        serve(folder.resolve(), limits_of(arguments), version("scenelang"), not arguments.read_only)
+    except* OSError as group:  # of the tasks that read and write
+        raise _first(group) from None
     return 0
+
+
+def _first(error: BaseException) -> BaseException:
+    """Return the first exception in a group of groups."""
+    while isinstance(error, BaseExceptionGroup):
+        error = error.exceptions[0]
+    return error
 
 
 # --- completion ------------------------------------------------------------------------------------------------------

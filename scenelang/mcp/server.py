@@ -160,6 +160,7 @@ def _unreadable(error: Exception) -> JSONRPCError:
             data = json.loads(str(first["input"]))
             number, code = data.get("id") if isinstance(data, dict) else None, INVALID_REQUEST
     number = number if isinstance(number, int | str) and not isinstance(number, bool) else None
+    number = None if isinstance(number, str) and _HALF.search(number) else number
     return JSONRPCError(jsonrpc="2.0", id=number, error=ErrorData(code=code, message=clipped(reason)))
 
 

@@ -146,3 +146,23 @@ def test_measures_checks_and_labels_do_not_depend_on_the_place(distance: float) 
     assert np.abs(maps["depth"][both] - own["depth"][both]).max() < 0.02
     image, at_origin = (np.asarray(each.render(sl.Camera(azimuth=30), size=(48, 48))) for each in (scene, near))
     assert np.abs(image.astype(int) - at_origin.astype(int)).mean() < 1.0
+
+
+PLACED = '(transform (call "cube") (translate [1e7 8e5 -4e6]))'
+OPERATIONS = {
+    f'(hull {PLACED} (transform (call "sphere" :radius .3) (translate [10000002 8e5 -4e6])))': 2.007,
+    f'(minkowski {PLACED} (call "sphere" :radius .1))': 1.694,
+    f'(minkowski (call "sphere" :radius .1) {PLACED})': 1.694,
+    f"(shell {PLACED} .05)": 0.271,
+    f"(offset-solid {PLACED} .1)": 1.694,
+    f"(rounded {PLACED} .1)": 0.972,
+}
+
+
+@pytest.mark.parametrize("operation", OPERATIONS)
+def test_operations_on_operands_far_away(operation: str) -> None:
+    """Not the solid but its operands are far: the volume is that of the same operation at the origin."""
+    near = operation.replace("[1e7 8e5 -4e6]", "[0 0 0]").replace("[10000002 8e5 -4e6]", "[2 0 0]")
+    far, own = (sl.evaluate(f'(bind "a" (lambda () {text}))').measure().volume for text in (operation, near))
+    assert own == pytest.approx(OPERATIONS[operation], rel=0.1)
+    assert far == pytest.approx(own, rel=1e-3)

@@ -89,3 +89,15 @@ def test_a_template_without_fields(template: str, warns: bool) -> None:
         d.code for d in sl.check(f'(define a (format "{template}" 3))' + drawn('(print a) (call "cube")')).diagnostics
     ]
     assert codes == ["W408"] * warns
+
+
+@pytest.mark.parametrize(
+    ("call", "near"),
+    [
+        ('(call "sphere" :size 3)', ":scale"), ('(call "torus" :intensity 3)', ":emission"), ('(call "cube" :fov 3)', None),
+        ('(call "sphere" :radius 3 :emission 2)', ""),
+    ],
+)  # fmt: skip
+def test_attributes_of_other_tools_on_our_primitives(call: str, near: str | None) -> None:
+    found = reported(drawn(call))
+    assert [d.near for d in found] == ([] if near == "" else [(near,) if near else ()])

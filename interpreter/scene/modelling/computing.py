@@ -272,9 +272,33 @@ def _operated(node: Expression, operands: Sequence[Manifold]) -> Manifold:
     if operation is None:
         raise SceneError("solid", f"`{node.operation}` is no operation on solids")
     try:
+        if node.operation in REPLACING:
+            return _near_origin(node.operation, operation, node.parameters, operands)
         return operation(node.parameters, operands)
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise SceneError("solid", f"`{node.operation}` cannot be computed: {error}") from error
+
+
+def _near_origin(name: str, operation: Operation, parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
+    """Carry out an operation that makes new surfaces with its operands at the origin, and move the result back.
+
+    Hulls and sums compare points by distances of about 1e-12 of their coordinates, which far away are those of parts. A
+    sum is as far away as its operands together; of the other operations only the solid itself may be far.
+    """
+    if not operands or any(each.is_empty() for each in operands):
+        return operation(parameters, operands)
+    boxes = [np.array(each.bounding_box()).reshape(2, 3) for each in operands]
+    middles = [box.mean(axis=0) for box in boxes]
+    if name == "hull":
+        middles = [(np.min([box[0] for box in boxes], axis=0) + np.max([box[1] for box in boxes], axis=0)) / 2.0] * len(
+            boxes
+        )
+        back = middles[0]
+    else:
+        middles = [middle if name == "minkowski" or i == 0 else np.zeros(3) for i, middle in enumerate(middles)]
+        back = np.sum(middles, axis=0)
+    moved = [each.translate((-middle).tolist()) for each, middle in zip(operands, middles, strict=True)]
+    return operation(parameters, moved).translate(back.tolist())
 
 
 def _placed(made: _Made, pose: Sequence[float], color: Point | None) -> _Made:

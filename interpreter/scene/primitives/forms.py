@@ -375,7 +375,8 @@ def revolved_mesh(radius: FloatArray, y: FloatArray, normal: FloatArray, segment
 def segments_within(tolerance: float, radius: float) -> int:
     """Return the number of sides of a polygon within ``tolerance`` of its circumscribed circle, from 8 to 512."""
     share = min(1.0, tolerance / radius) if radius > 0.0 else 1.0  # sagitta: radius * (1 - cos(pi / n))
-    return min(512, max(8, math.ceil(math.pi / math.acos(1.0 - share)))) if share > 0.0 else 512
+    angle = math.acos(1.0 - share)  # 0 for a share below the steps of a double
+    return min(512, max(8, math.ceil(math.pi / angle))) if angle > 0.0 else 512
 
 
 def axis_rows(p0: Sequence[float], p1: Sequence[float], radius: float) -> Rows | None:
