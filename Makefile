@@ -262,7 +262,7 @@ tables: $(VENV)/.dev install
 
 # What the extension for VS Code takes from the language; committed, so that its folder packages by itself.
 editors: install
-	$(BIN)/python -P -m scenelang.highlight editors/vscode
+	$(BIN)/python -P -m scenelang.reference.highlight editors/vscode
 
 clean:
 	rm -rf $(VENV) .site build out *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
+from types import FunctionType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from scenelang.grammar.datum import dataclass, field
@@ -295,6 +296,8 @@ class PluginRegistry(Generic[Plugin]):
 
 
 BACKENDS = PluginRegistry(GROUP, "backend", Backend)
+# Functions of a name and candidates that return the candidate closest in meaning, None if they cannot tell.
+SIMILARITIES: PluginRegistry[Any] = PluginRegistry("scenelang.similarities", "measure of similarity", FunctionType)
 
 
 def names() -> list[str]:

@@ -6,10 +6,10 @@ import gzip
 from pathlib import Path
 
 from scenelang.backends.minecraft.blocks import Build
-from scenelang.interpreter.runtime.values import ANONYMOUS, Embedding, Pair, Vector
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.pose import translation
 from scenelang.interpreter.scene.primitives import shape_of
+from scenelang.interpreter.values.values import ANONYMOUS, Embedding, Pair, Vector
 
 Laid = tuple[tuple[int, int, int], int, str]  # where it begins, its cells along each axis, the block
 

@@ -21,11 +21,11 @@ from loading import peak_memory
 
 from scenelang.backends.base import BackendOptions, for_file
 from scenelang.backends.exports.plan import SEGMENTS, segments_for, surface_of
-from scenelang.backends.pictures.appearance import look_of, to_srgb
+from scenelang.backends.surfaces.appearance import look_of, to_srgb
 from scenelang.grammar.datum import Source
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 COUNT = 100_000
 _COLORS = '(define paint (list (color "gold") (color "tomato") (color "steelblue") (color "ivory") (color "seagreen")))'

@@ -17,14 +17,14 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.convex import Bodies, bodies_of, clusters
-from scenelang.backends.geometry.distance import depths
 from scenelang.backends.geometry.stability import is_airborne, is_part_of_thing
+from scenelang.backends.surfaces.convex import Bodies, bodies_of, clusters
+from scenelang.backends.surfaces.distance import depths
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, ListDatum, Source, Symbol, subdatums
 from scenelang.grammar.reader import read
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.scene.primitives.cube import BLOCK
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 FloatArray = npt.NDArray[np.float64]
 

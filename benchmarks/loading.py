@@ -22,7 +22,7 @@ from scenelang.backends.pictures.mitsuba import MITSUBA, MitsubaPainter
 from scenelang.backends.pictures.mitsuba_scene import surroundings
 from scenelang.backends.pictures.stage import staging_of, still
 from scenelang.grammar.datum import Source
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 
 def main(way: str, level: int) -> None:

@@ -21,7 +21,7 @@ from faulty import KINDS, Fault, Planter, Program
 from scenelang.backends.geometry.lint import CheckedFrame
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 ROOT = Path(__file__).parent.parent
 OVERLAP = frozenset(("deep", "through", "buried", "twin"))

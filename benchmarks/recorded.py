@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scenelang.backends.neural.descriptions import color_words
+from scenelang.console.reports import table
 from scenelang.grammar.diagnostics import render_text
 from scenelang.interpreter.scene.entity import Entity, count_words, descendants, instance_counts
 from scenelang.interpreter.scene.primitives import items_of
-from scenelang.reports import table
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 RESPONSES = Path(__file__).parent.parent / "tests" / "transpile" / "responses"
 

@@ -20,8 +20,8 @@ from planted import half_of, programs
 
 from scenelang.grammar.datum import Source
 from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.repairing import Repair, repaired
-from scenelang.session import Session
+from scenelang.repair.repairing import Repair, repaired
+from scenelang.session.session import Session
 
 DOC = Path(__file__).parent.parent / "docs" / "relations.md"
 MARKS = ("<!-- repairs -->", "<!-- end of repairs -->")

@@ -47,21 +47,21 @@ from scenelang.backends.minecraft.build_files import game_version, write_schemat
 from scenelang.backends.minecraft.export import read as read_build
 from scenelang.backends.minecraft.voxels import voxelised
 from scenelang.backends.pictures.film import PictureOptions, render
-from scenelang.editing import Editing
 from scenelang.grammar.datum import Source
 from scenelang.grammar.formatter import format_text
 from scenelang.grammar.reader import read
+from scenelang.interpreter.evaluation.evaluate import ProgramRun
 from scenelang.interpreter.expand.forms import INDENTS
-from scenelang.interpreter.runtime.evaluate import ProgramRun
-from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.transpile.translate import translate
+from scenelang.interpreter.values.limits import Limits
 from scenelang.repl.evaluation import ReplEvaluation
 from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import Worker
-from scenelang.session import Session, run_with_room
+from scenelang.session.editing import Editing
+from scenelang.session.session import Session, run_with_room
 from scenelang.viewer import workspace
 
 ROUNDS = 5

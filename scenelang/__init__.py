@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from scenelang.datasets.running import dataset_status as dataset_status
     from scenelang.datasets.running import merge_datasets as merge_datasets
     from scenelang.datasets.running import verify_dataset as verify_dataset
-    from scenelang.embeddings import Embeddings as Embeddings
     from scenelang.evaluation.subjects import MetricOptions as MetricOptions
     from scenelang.evaluation.subjects import MetricReport as MetricReport
     from scenelang.evaluation.subjects import evaluate_metrics as evaluate_metrics
@@ -68,29 +67,30 @@ if TYPE_CHECKING:
     from scenelang.inference.generation import runs as runs
     from scenelang.inference.records import InferenceSettings as InferenceSettings
     from scenelang.inference.records import Run as Run
-    from scenelang.interpreter.runtime.limits import Limits as Limits
     from scenelang.interpreter.scene.entity import Entity as Entity
-    from scenelang.inversion import InversionModels as InversionModels
-    from scenelang.inversion import PictureSubject as PictureSubject
-    from scenelang.inversion import RunFolder as RunFolder
-    from scenelang.inversion import invert as invert
-    from scenelang.inversion import learn_style as learn_style
-    from scenelang.neural import DistillationModels as DistillationModels
-    from scenelang.neural import ImagineSettings as ImagineSettings
-    from scenelang.neural import distill as distill
-    from scenelang.neural import imagine as imagine
-    from scenelang.neural import imagine_layout as imagine_layout
-    from scenelang.repairing import Repair as Repair
-    from scenelang.scene import Camera as Camera
-    from scenelang.scene import Film as Film
-    from scenelang.scene import Image as Image
-    from scenelang.scene import Maps as Maps
-    from scenelang.scene import Primitives as Primitives
-    from scenelang.scene import Scene as Scene
-    from scenelang.session import Checked as Checked
-    from scenelang.session import Evaluated as Evaluated
-    from scenelang.session import Options as Options
-    from scenelang.session import Session as Session
+    from scenelang.interpreter.values.limits import Limits as Limits
+    from scenelang.learning.embeddings import Embeddings as Embeddings
+    from scenelang.learning.inversion import InversionModels as InversionModels
+    from scenelang.learning.inversion import PictureSubject as PictureSubject
+    from scenelang.learning.inversion import RunFolder as RunFolder
+    from scenelang.learning.inversion import invert as invert
+    from scenelang.learning.inversion import learn_style as learn_style
+    from scenelang.learning.neural import DistillationModels as DistillationModels
+    from scenelang.learning.neural import ImagineSettings as ImagineSettings
+    from scenelang.learning.neural import distill as distill
+    from scenelang.learning.neural import imagine as imagine
+    from scenelang.learning.neural import imagine_layout as imagine_layout
+    from scenelang.repair.repairing import Repair as Repair
+    from scenelang.scenes.scene import Camera as Camera
+    from scenelang.scenes.scene import Film as Film
+    from scenelang.scenes.scene import Image as Image
+    from scenelang.scenes.scene import Maps as Maps
+    from scenelang.scenes.scene import Primitives as Primitives
+    from scenelang.scenes.scene import Scene as Scene
+    from scenelang.session.session import Checked as Checked
+    from scenelang.session.session import Evaluated as Evaluated
+    from scenelang.session.session import Options as Options
+    from scenelang.session.session import Session as Session
 
 # In a checkout the other packages are siblings of this folder; extend the path to import them from here.
 if not os.path.isdir(os.path.join(os.path.dirname(__file__), "grammar")):
@@ -108,18 +108,24 @@ _HOMES = {
     "DatasetProgress": "datasets.running", "DatasetReport": "datasets.running", "dataset": "datasets.running",
     "dataset_sample": "datasets.running", "dataset_status": "datasets.running", "merge_datasets": "datasets.running",
     "preview_dataset": "datasets.describing", "verify_dataset": "datasets.running", "Models": "backends.neural.weights",
-    "Embeddings": "embeddings", "MetricOptions": "evaluation.subjects", "MetricReport": "evaluation.subjects",
+    "Embeddings": "learning.embeddings", "MetricOptions": "evaluation.subjects", "MetricReport": "evaluation.subjects",
     "evaluate_metrics": "evaluation.subjects", "Datum": "grammar.datum", "Source": "grammar.datum",
     "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics", "UsageError": "grammar.diagnostics",
     "ReadResult": "grammar.reader", "Edited": "inference.generation", "Estimate": "inference.generation",
     "Generated": "inference.generation", "edit": "inference.generation", "estimate": "inference.generation",
     "generate": "inference.generation", "resume": "inference.generation", "runs": "inference.generation",
-    "InferenceSettings": "inference.records", "Run": "inference.records", "Limits": "interpreter.runtime.limits",
-    "Entity": "interpreter.scene.entity", "InversionModels": "inversion", "PictureSubject": "inversion",
-    "RunFolder": "inversion", "invert": "inversion", "learn_style": "inversion", "DistillationModels": "neural",
-    "ImagineSettings": "neural", "distill": "neural", "imagine": "neural", "imagine_layout": "neural",
-    "Camera": "scene", "Film": "scene", "Image": "scene", "Maps": "scene", "Primitives": "scene", "Repair": "repairing",
-    "Scene": "scene", "Checked": "session", "Evaluated": "session", "Options": "session", "Session": "session",
+    "InferenceSettings": "inference.records", "Run": "inference.records", "Limits": "interpreter.values.limits",
+    "Entity": "interpreter.scene.entity", "InversionModels": "learning.inversion",
+    "PictureSubject": "learning.inversion",
+    "RunFolder": "learning.inversion", "invert": "learning.inversion", "learn_style": "learning.inversion",
+    "DistillationModels": "learning.neural",
+    "ImagineSettings": "learning.neural", "distill": "learning.neural", "imagine": "learning.neural",
+    "imagine_layout": "learning.neural",
+    "Camera": "scenes.scene", "Film": "scenes.scene", "Image": "scenes.scene", "Maps": "scenes.scene",
+    "Primitives": "scenes.scene",
+    "Repair": "repair.repairing",
+    "Scene": "scenes.scene", "Checked": "session.session",
+    "Evaluated": "session.session", "Options": "session.session", "Session": "session.session",
 }  # fmt: skip
 __all__ = sorted(_HOMES)
 
@@ -134,7 +140,7 @@ def __getattr__(name: str) -> Any:
 
 def load_ipython_extension(shell: Any) -> None:
     """Register the cell magic ``%%scene``; called by ``%load_ext scenelang``."""
-    from scenelang.notebook import register
+    from scenelang.notebook.magic import register
 
     register(shell)
 

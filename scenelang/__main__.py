@@ -34,7 +34,7 @@ def _run(handles_sigint: bool) -> NoReturn:
     gc.set_threshold(50_000, 20, 50)  # what is imported stays
     if "_ARGCOMPLETE" in os.environ:  # called by the shell's completion
         from scenelang.cli.main import build_parser
-        from scenelang.shell_completion import complete
+        from scenelang.console.shell_completion import complete
 
         complete(build_parser)
     if not sys.warnoptions:  # library warnings are for developers

@@ -11,19 +11,19 @@ from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, diagnostic_asked, error_of, explained
 from scenelang.grammar.reader import ReadResult, read
 from scenelang.grammar.settings import typed
-from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.runtime import ZEntry
-from scenelang.scene import Scene, literal, scene_of
-from scenelang.session import Checked, Options, Session
+from scenelang.interpreter.values.limits import Limits
+from scenelang.scenes.scene import Scene, literal, scene_of
+from scenelang.session.session import Checked, Options, Session
 
 if TYPE_CHECKING:
     from scenelang.backends.base import Backend
-    from scenelang.doctor import Check
-    from scenelang.instance_edits import EditedText
+    from scenelang.console.doctor import Check
     from scenelang.interpreter.transpile.translate import Translation
-    from scenelang.repairing import Repair
-    from scenelang.scene_changes import Changes
-    from scenelang.searching import SearchResult
+    from scenelang.reference.searching import SearchResult
+    from scenelang.repair.instance_edits import EditedText
+    from scenelang.repair.repairing import Repair
+    from scenelang.session.scene_changes import Changes
 
 
 @typed
@@ -237,8 +237,8 @@ def repair(text: str, *declarations: str, name: str = "<text>", geometry: bool =
     >>> repair(box + pile + '(scene "pile")', '(count "box" 1)', '(on "cube" "box" :any)').edits[0].new
     '1'
     """
-    from scenelang.repairing import repaired
-    from scenelang.scene_relations import declarations_of
+    from scenelang.repair.repairing import repaired
+    from scenelang.session.declarations import declarations_of
 
     session = Session()
     stated = [each for declaration in declarations for each in declarations_of(session, declaration)]
@@ -291,7 +291,7 @@ def edit_instance(
     >>> edit_instance(pair, "cone", move=(0, 1, 0)).new
     '(transform (call "cone") (translate [2 1 0]))'
     """
-    from scenelang.instance_edits import InstanceEdit, edited
+    from scenelang.repair.instance_edits import InstanceEdit, edited
 
     offset = None if move is None else tuple(map(float, move))
     if offset is not None and len(offset) != 3:
@@ -308,7 +308,7 @@ def search(query: str, limit: int = 8) -> list[SearchResult]:
     >>> [found.name for found in search("repeat along a curve", 1)]
     ['along']
     """
-    from scenelang.searching import search as found
+    from scenelang.reference.searching import search as found
 
     return found(query, limit)
 
@@ -431,7 +431,7 @@ def list_backends() -> tuple[Backend, ...]:
 
 def check_installation() -> tuple[Check, ...]:
     """Check the installation: run a quick test of every feature in a separate process, and report what is missing."""
-    from scenelang.doctor import checks
+    from scenelang.console.doctor import checks
 
     return tuple(checks())
 
@@ -461,7 +461,7 @@ def _options(
 
 
 def _entries(path: Path, embeddings: str | Path | None) -> Mapping[str, ZEntry]:
-    from scenelang import zfile
+    from scenelang.files import zfile
 
     if embeddings is None:
         return {}

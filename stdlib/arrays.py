@@ -10,7 +10,8 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.values.values import (
     IDENTITY,
     NIL,
     Matrix,
@@ -20,7 +21,6 @@ from scenelang.interpreter.runtime.values import (
     Vector,
     make_list,
 )
-from scenelang.interpreter.scene import pose
 from scenelang.stdlib.numbers import add, bounded, check_operand, multiply
 from scenelang.stdlib.operands import (
     INT64,

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.diagnostics import SceneError, near_names
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.runtime.values import Vector
 from scenelang.interpreter.scene.primitives.base import linear
+from scenelang.interpreter.values.values import Vector
 from scenelang.stdlib.operands import wrong_type
 
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import Symbol
 from scenelang.grammar.diagnostics import CODES, SceneError, suggest
+from scenelang.interpreter.runtime.declaring import declared
 from scenelang.interpreter.runtime.procedures import Condition
 from scenelang.interpreter.runtime.show import MAX_LENGTH, show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.runtime.values import make_list
-from scenelang.interpreter.scene.declarations import declared
+from scenelang.interpreter.values.values import make_list
 from scenelang.stdlib.operands import is_true, items, iterate, wrong_type
 
 if TYPE_CHECKING:

@@ -7,13 +7,14 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.runtime import parts
 from scenelang.interpreter.runtime.procedures import items_of
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Mismatch, Registry, numbers_of, type_name, vector_of
-from scenelang.interpreter.runtime.values import NIL, Embedding, Keyword, Matrix, Pair, Procedure, Vector, make_list
-from scenelang.interpreter.scene import parts, pose
+from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.bounds import UNIT_BOX, parts_box
 from scenelang.interpreter.scene.entity import Entity, Frames, contains_blocks
+from scenelang.interpreter.values.values import NIL, Embedding, Keyword, Matrix, Pair, Procedure, Vector, make_list
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.types import Builtin, Registry
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.values.values import (
     NIL,
     Array,
     HandleList,
@@ -21,7 +22,6 @@ from scenelang.interpreter.runtime.values import (
     Vector,
     make_list,
 )
-from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib.operands import (
     bad_index,
     blocks,

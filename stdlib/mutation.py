@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry, type_name
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.values.values import (
     NIL,
     Embedding,
     Keyword,

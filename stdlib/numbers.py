@@ -15,7 +15,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry, vector_of
-from scenelang.interpreter.runtime.values import NIL, MutableList, Pair, Vector, make_list
+from scenelang.interpreter.values.values import NIL, MutableList, Pair, Vector, make_list
 from scenelang.stdlib.operands import (
     INT64,
     Numpy,

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
-from scenelang.interpreter.runtime import values
 from scenelang.interpreter.runtime.procedures import array_rows, warn_set_order
 from scenelang.interpreter.runtime.show import from_numpy as from_numpy
 from scenelang.interpreter.runtime.show import numbers_to_numpy as numbers_to_numpy
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import type_name, vector_of
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.values import values
+from scenelang.interpreter.values.values import (
     NIL,
     Array,
     Embedding,
@@ -32,8 +34,6 @@ from scenelang.interpreter.runtime.values import (
     list_items,
     make_list,
 )
-from scenelang.interpreter.scene import pose
-from scenelang.interpreter.scene.entity import Entity
 
 if TYPE_CHECKING:
     import numpy.typing as npt

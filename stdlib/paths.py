@@ -8,9 +8,9 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.runtime.values import Matrix, Vector, make_list
 from scenelang.interpreter.scene.modelling import curves
 from scenelang.interpreter.scene.modelling.operations import SEGMENTS
+from scenelang.interpreter.values.values import Matrix, Vector, make_list
 from scenelang.stdlib.operands import Numpy, from_numpy, to_numpy
 from scenelang.stdlib.profiles import MAX_POINTS, finite, points_of, positive, segment_count
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from scenelang.interpreter.runtime import values
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.values import values
+from scenelang.interpreter.values.values import (
     NIL,
     Embedding,
     HandleList,
@@ -25,8 +27,6 @@ from scenelang.interpreter.runtime.values import (
     Table,
     Vector,
 )
-from scenelang.interpreter.scene import pose
-from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib.operands import identical, is_array, record_read
 
 if TYPE_CHECKING:

@@ -10,12 +10,12 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.runtime.values import NIL, Keyword, MutableList, Pair, Vector, make_list
 from scenelang.interpreter.scene.modelling import contours as shapes
 from scenelang.interpreter.scene.modelling import curves
 from scenelang.interpreter.scene.modelling.contours import Contours
 from scenelang.interpreter.scene.modelling.operations import SEGMENTS
 from scenelang.interpreter.scene.modelling.outlines import TextStyle, Typeface, bundled, text_outline
+from scenelang.interpreter.values.values import NIL, Keyword, MutableList, Pair, Vector, make_list
 from scenelang.stdlib.operands import Numpy, from_numpy, items, to_numpy
 
 if TYPE_CHECKING:

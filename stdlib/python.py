@@ -16,10 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
-from scenelang.interpreter.runtime import values
+from scenelang.interpreter.runtime import parts
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry, type_name, vector_of
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.values import values
+from scenelang.interpreter.values.values import (
     NIL,
     Keyword,
     Matrix,
@@ -35,8 +37,6 @@ from scenelang.interpreter.runtime.values import (
     make_list,
     table_key,
 )
-from scenelang.interpreter.scene import parts
-from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib import numbers, sequences
 from scenelang.stdlib.numbers import charge_digits
 from scenelang.stdlib.operands import (

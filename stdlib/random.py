@@ -12,7 +12,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.runtime.values import NIL, Stream, Vector, make_list
+from scenelang.interpreter.values.values import NIL, Stream, Vector, make_list
 from scenelang.stdlib.numbers import charge_digits
 from scenelang.stdlib.operands import (
     Numpy,

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry, type_name
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.values.values import (
     NIL,
     Array,
     Embedding,
@@ -30,7 +31,6 @@ from scenelang.interpreter.runtime.values import (
     make_list,
     table_key,
 )
-from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib.lists import car_of, cdr_of, drop_front, list_ref, take_front
 from scenelang.stdlib.operands import (
     ARRAYS,

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
+from scenelang.interpreter.runtime import parts
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Matrix, Procedure, Vector, make_list
-from scenelang.interpreter.scene import parts, pose
+from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling import curves
 from scenelang.interpreter.scene.modelling.contours import NON_ZERO, Contours, crossing_of
@@ -21,6 +21,7 @@ from scenelang.interpreter.scene.modelling.solid import SolidShape, operand_of
 from scenelang.interpreter.scene.modelling.sweeping import check_corners
 from scenelang.interpreter.scene.primitives.base import MATERIALS, PHYSICS, color_of
 from scenelang.interpreter.scene.primitives.mesh import flat_mesh, posed, sample_surface
+from scenelang.interpreter.values.values import IDENTITY, Embedding, Matrix, Procedure, Vector, make_list
 from scenelang.stdlib.operands import from_numpy, items, to_numpy
 from scenelang.stdlib.paths import path_of
 from scenelang.stdlib.profiles import (

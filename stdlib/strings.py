@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.runtime.values import Symbol, make_list
+from scenelang.interpreter.values.values import Symbol, make_list
 from scenelang.stdlib.numbers import charge_digits
 from scenelang.stdlib.operands import bad_index, items, wrong_type
 

@@ -16,13 +16,13 @@ from support import geometry, session
 
 from scenelang import Source
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.lint.lint import find_root
-from scenelang.interpreter.program.program import Program
-from scenelang.interpreter.runtime.evaluate import ProgramRun
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.checker.lint import find_root
+from scenelang.interpreter.checker.program import Program
+from scenelang.interpreter.evaluation.evaluate import ProgramRun
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
-from scenelang.session import run_with_room
+from scenelang.interpreter.values.limits import Limits
+from scenelang.session.session import run_with_room
 
 TESTS = Path(__file__).parent
 import warnings

@@ -19,14 +19,14 @@ import pytest
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Source
 from scenelang.grammar.diagnostics import SceneError, render_text
-from scenelang.interpreter.lint.lint import find_root
-from scenelang.interpreter.runtime.evaluate import ProgramRun
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.checker.lint import find_root
+from scenelang.interpreter.evaluation.evaluate import ProgramRun
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import flatten
-from scenelang.session import Options, Session, run_with_room
+from scenelang.interpreter.values.limits import Limits
+from scenelang.session.session import Options, Session, run_with_room
 
 PATIENCE = 300.0  # seconds to wait for what comes at once on an idle machine
 
@@ -158,7 +158,7 @@ def session(**options: Any) -> Session:
 def unchecked() -> Iterator[None]:
     """Programs whose kinds are not checked, so that mistakes are found when they run."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("scenelang.session.findings", lambda program, root, is_written=True: [])
+        patch.setattr("scenelang.session.session.findings", lambda program, root, is_written=True: [])
         yield
 
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 from scenelang import Session, Source
-from scenelang.alternatives import with_tested
-from scenelang.checking import Examination
 from scenelang.grammar.diagnostics import Diagnostic
-from scenelang.session import Evaluated
+from scenelang.repair.alternatives import with_tested
+from scenelang.repair.checking import Examination
+from scenelang.session.session import Evaluated
 
 SESSION = Session()
 

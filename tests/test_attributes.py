@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from support import evaluate
 
-from scenelang.backends.pictures.appearance import MATERIALS, look_of
+from scenelang.backends.surfaces.appearance import MATERIALS, look_of
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.primitives import (
     PHYSICS,
@@ -20,7 +20,7 @@ from scenelang.interpreter.scene.primitives import (
     shape_of,
     words,
 )
-from scenelang.primer import attribute_doc, attribute_names, attributes_of
+from scenelang.reference.primer import attribute_doc, attribute_names, attributes_of
 
 DOCS = Path(__file__).parents[1] / "docs"
 OTHER = {

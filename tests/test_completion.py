@@ -126,7 +126,7 @@ def test_commands_are_described(folder: Path) -> None:
 def test_a_parser_imports_nothing_heavy() -> None:
     """A shell waits, and so does everybody who starts a command."""
     code = (
-        "import sys, scenelang.shell_completion; from scenelang.cli.main import build_parser\n"
+        "import sys, scenelang.console.shell_completion; from scenelang.cli.main import build_parser\n"
         "build_parser('check'); first = {'numpy', 'lark'} & set(sys.modules)\n"
         "build_parser(); print(sorted(first | {'torch', 'diffusers', 'open_clip', 'mitsuba', 'PIL'} & set(sys.modules)))"
     )

@@ -17,7 +17,7 @@ from searching import many
 from support import calls, evaluate, peak_bytes
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.scene.difference import (
+from scenelang.interpreter.inspection.difference import (
     ComparedFrame,
     ComparedSolid,
     FrameDifference,
@@ -26,7 +26,7 @@ from scenelang.interpreter.scene.difference import (
     solid_of,
 )
 from scenelang.interpreter.scene.flatten import flatten
-from scenelang.scene_changes import read_compared_frames
+from scenelang.session.scene_changes import read_compared_frames
 
 CORPUS = Path(__file__).parent / "corpus"
 Row = tuple[ComparedSolid, Any]  # a solid and the upper rows of its matrix

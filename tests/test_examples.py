@@ -15,11 +15,11 @@ from PIL import Image
 
 from scenelang import Entity, Options, Session
 from scenelang.grammar.diagnostics import render_text
+from scenelang.interpreter.inspection.outline import outline
 from scenelang.interpreter.scene.bounds import parts_box, word_box
 from scenelang.interpreter.scene.entity import Scene, count_words, descendants
 from scenelang.interpreter.scene.flatten import flatten
 from scenelang.interpreter.scene.modelling.solid import SolidShape
-from scenelang.interpreter.scene.outline import outline
 from scenelang.stdlib.reference import combinators
 
 ROOT = Path(__file__).parents[1]

@@ -11,10 +11,10 @@ from support import session
 
 from scenelang import Source
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.evaluate import ProgramRun
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.evaluation.evaluate import ProgramRun
 from scenelang.interpreter.runtime.runtime import Runtime
-from scenelang.session import run_with_room
+from scenelang.interpreter.values.limits import Limits
+from scenelang.session.session import run_with_room
 
 SESSION = session()
 

@@ -14,13 +14,13 @@ from searching import many
 from support import calls, evaluate, peak_bytes
 
 from scenelang.grammar.diagnostics import LimitError
-from scenelang.interpreter.runtime.values import ANONYMOUS, Embedding, Matrix, Pair, Vector
+from scenelang.interpreter.inspection.numbering import instances, number_scene, primitive_handles
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, count_words, primitive_count
 from scenelang.interpreter.scene.flatten import flatten, flatten_entity
-from scenelang.interpreter.scene.numbering import instances, number_scene, primitive_handles
 from scenelang.interpreter.scene.primitives import shape_of
+from scenelang.interpreter.values.values import ANONYMOUS, Embedding, Matrix, Pair, Vector
 
 SEGMENTS = 720
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from pygments.lexers import get_lexer_by_name, get_lexer_for_filename
 from pygments.token import Comment, Error, Keyword, Name, Number, Punctuation, String
 
-from scenelang.highlight import SceneLexer
 from scenelang.interpreter.expand.forms import FORMS
+from scenelang.reference.highlight import SceneLexer
 from scenelang.stdlib.library import build_library
 
 ROOT = Path(__file__).parents[1]
@@ -73,6 +73,6 @@ def test_it_is_an_entry_point() -> None:
 
 
 def test_importing_it_is_cheap() -> None:
-    code = "import sys, scenelang.highlight; print([m for m in sys.modules if m.startswith('scenelang.')], 'numpy' in sys.modules)"
+    code = "import sys, scenelang.reference.highlight; print([m for m in sys.modules if m.startswith('scenelang.')], 'numpy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "['scenelang.highlight'] False"
+    assert done.stdout.strip() == "['scenelang.reference.highlight'] False"

@@ -15,11 +15,11 @@ import pytest
 from support import geometry
 
 from scenelang import Options, Session, Source
-from scenelang.editing import Editing
 from scenelang.grammar.diagnostics import render_text
-from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.scene.entity import descendants
-from scenelang.session import Evaluated
+from scenelang.interpreter.values.limits import Limits
+from scenelang.session.editing import Editing
+from scenelang.session.session import Evaluated
 
 LIMITS = Limits(steps=200_000, depth=2_000)  # programs without end take little time
 WORDS = ("leg", "top", "table", "room", "lamp", "hall")

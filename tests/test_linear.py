@@ -11,11 +11,11 @@ from support import calls
 from scenelang.grammar.datum import Source
 from scenelang.grammar.formatter import format_text
 from scenelang.grammar.reader import read
+from scenelang.interpreter.checker import lint
+from scenelang.interpreter.checker.idioms import SPELLINGS
 from scenelang.interpreter.compile.analyse import analyse
 from scenelang.interpreter.expand.forms import INDENTS
-from scenelang.interpreter.lint import lint
-from scenelang.interpreter.lint.idioms import SPELLINGS
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 TEXTS: dict[str, Callable[[int], str]] = {
     "numbers": lambda n: "\n".join(f"{i:09d}" for i in range(n)),

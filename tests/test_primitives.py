@@ -19,7 +19,6 @@ from support import evaluate
 
 from scenelang.backends.base import BackendOptions, find
 from scenelang.backends.exports.scene_json import read_scene, write_scene
-from scenelang.backends.geometry.assets import AssetFiles
 from scenelang.backends.geometry.lint import bodies_of
 from scenelang.backends.labels.ground_truth import Truth, boxes_in, truth_of
 from scenelang.backends.minecraft.filling import filled
@@ -28,12 +27,12 @@ from scenelang.backends.pictures.draft import draw
 from scenelang.backends.pictures.film import PictureOptions
 from scenelang.backends.pictures.mitsuba import MitsubaPainter
 from scenelang.backends.pictures.stage import Shot, Stage, staging_of, still, unit_size
+from scenelang.backends.surfaces.assets import AssetFiles
 from scenelang.backends.viewer.packet import instances_of
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Matrix, Pair, Vector
+from scenelang.interpreter.inspection.difference import compare_frames, compared_frame
 from scenelang.interpreter.scene import pose, primitives
 from scenelang.interpreter.scene.bounds import entity_box
-from scenelang.interpreter.scene.difference import compare_frames, compared_frame
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.base import Primitive
@@ -45,7 +44,8 @@ from scenelang.interpreter.scene.primitives.mesh import (
     triangle_normals,
     volume_of,
 )
-from scenelang.primer import attribute_doc, attributes_of, description
+from scenelang.interpreter.values.values import IDENTITY, Embedding, Matrix, Pair, Vector
+from scenelang.reference.primer import attribute_doc, attributes_of, description
 
 trimesh = later("trimesh")
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from scenelang import Session, Source
-from scenelang.checking import Examination
 from scenelang.grammar import diagnostics
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.recovery import Recovered, bracket_edits, wrong_chunks
+from scenelang.repair.checking import Examination
 
 
 def fixed(text: str, diagnostics: list[Diagnostic]) -> str:

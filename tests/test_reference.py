@@ -19,11 +19,11 @@ from test_docs import blocks
 from scenelang import Options, Session, Source
 from scenelang.cli import main as cli
 from scenelang.cli.main import build_parser
+from scenelang.console.shell_completion import subcommands
 from scenelang.grammar.diagnostics import CODES, REMEDIES, render_text
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import FORM_EXAMPLES, FORMS
 from scenelang.interpreter.scene.declarations import RELATIONS
-from scenelang.shell_completion import subcommands
 from scenelang.stdlib.reference import combinators, records
 
 DOCS = ROOT / "docs"

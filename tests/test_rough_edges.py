@@ -18,8 +18,8 @@ from support import interruptible, wait_until, worked_in_all
 import scenelang as sl
 from scenelang.backends.files import atomic_write, read_regular
 from scenelang.cli.main import main
+from scenelang.files.zfile import read_z, set_entry
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.zfile import read_z, set_entry
 
 CUBE = '(bind "a" (lambda () (call "cube")))\n'
 ESCAPES = '(bind "a\x1b[31mred" (lambda () (call "b\x07\x1b]0;title\x07")))\n'

@@ -9,8 +9,8 @@ from searching import many
 from support import evaluate, failure, outcome, session, value
 
 from scenelang.grammar.datum import Source
-from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.scene.entity import count_words
+from scenelang.interpreter.values.limits import Limits
 
 WORDS = ["wa", "wb", "wc", "wd"]
 

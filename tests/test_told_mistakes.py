@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 import scenelang as sl
-from scenelang import doctor
 from scenelang.cli.main import main
+from scenelang.console import doctor
 
 PROGRAM = """
 (bind "a" (lambda () (union (call "cube") (transform (call "ball") (translate [2 0 0])))))
@@ -167,7 +167,7 @@ def test_what_is_named_is_right(ending: str, run: Run, tmp_path: Path) -> None:
 
 
 def test_doctor_prints_every_extra_once(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr("scenelang.doctor.work_checks", lambda: iter(()))
+    monkeypatch.setattr("scenelang.console.doctor.work_checks", lambda: iter(()))
     main(["doctor"])
     shown = capsys.readouterr().out
     block = shown.partition("\nExtras\n")[2].partition("\nServices\n")[0]

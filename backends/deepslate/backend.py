@@ -25,7 +25,6 @@ import numpy.typing as npt
 from scenelang.backends.base import Accepts, Option, Progress, Work, require
 from scenelang.backends.deepslate.builds import WATER_TEXTURES, Builds, builds_of
 from scenelang.backends.deepslate.looks import BlockLooks, layers_for, looks_of
-from scenelang.backends.pictures.appearance import Studio, from_srgb, studio_for, to_srgb, tone_map
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json, place
 from scenelang.backends.pictures.film import (
     STILL_ENDINGS,
@@ -37,6 +36,7 @@ from scenelang.backends.pictures.film import (
     write_still,
 )
 from scenelang.backends.pictures.stage import BELOW, Shot, Staging, box_of, unit_size
+from scenelang.backends.surfaces.appearance import Studio, from_srgb, studio_for, to_srgb, tone_map
 from scenelang.backends.viewer.packet import inline_page
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
@@ -273,7 +273,7 @@ def page_of_scene(scene: Scene, textures: str = "", limit: int = 2_000_000) -> S
 
 def page_of(name: str, builds: Builds, looks: BlockLooks, around: PageSurroundings, camera: Camera) -> str:
     """Return the page that shows all frames of ``builds``; ``camera`` determines the direction of the light."""
-    studio = studio_for(camera.rescaled(around.center, around.scale), around.environment, around.ground)
+    studio = studio_for(camera.rescaled(around.center, around.scale).right, around.environment, around.ground)
     data = _data(name, builds, looks, around, studio)
     return inline_page(_text("page.html"), _text("page.js"), _text("page.css"), "build", data)
 

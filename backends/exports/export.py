@@ -35,9 +35,11 @@ from scenelang.backends.exports.plan import (
     vertex_count,
 )
 from scenelang.backends.files import atomic_write_all
-from scenelang.backends.geometry.convex import clusters
-from scenelang.backends.geometry.distance import neighbours
-from scenelang.backends.geometry.precision import (
+from scenelang.backends.minecraft.models import as_cubes
+from scenelang.backends.surfaces.appearance import Look, look_of, to_srgb
+from scenelang.backends.surfaces.convex import clusters
+from scenelang.backends.surfaces.distance import neighbours
+from scenelang.backends.surfaces.precision import (
     SINGLE,
     ChangedBody,
     Copies,
@@ -46,18 +48,16 @@ from scenelang.backends.geometry.precision import (
     chunks_of,
     own_offset,
 )
-from scenelang.backends.minecraft.models import as_cubes
-from scenelang.backends.pictures.appearance import Look, look_of, to_srgb
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.runtime.show import plain_attributes
-from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY, Embedding, Matrix, Pair
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, count_words, descendants, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.modelling.solid import joined as joined_solid
+from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Embedding, Matrix, Pair
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]

@@ -44,12 +44,12 @@ from scenelang.backends.exports.plan import (
     solid_of,
 )
 from scenelang.backends.exports.trs import Decomposition, decompose, decompose_track
-from scenelang.backends.geometry.precision import common_offset, size_of
-from scenelang.backends.pictures.appearance import Look, look_of
+from scenelang.backends.surfaces.appearance import Look, look_of
+from scenelang.backends.surfaces.precision import common_offset, size_of
 from scenelang.grammar.diagnostics import LimitError
-from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 # A glTF 2.0 document under construction; arrays, meshes and materials are deduplicated.
 

@@ -32,20 +32,20 @@ from scenelang.backends.exports.plan import (
     solid_of,
     unit_surface,
 )
-from scenelang.backends.geometry.solids import solids_of
-from scenelang.backends.pictures.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.mitsuba import MITSUBA, use
 from scenelang.backends.pictures.mitsuba_scene import UNIT_SEGMENTS, dissolves, surroundings, unit_parts
 from scenelang.backends.pictures.mitsuba_scene import surface as bsdf_of
 from scenelang.backends.pictures.stage import Staging, box_of, still, unit_size
+from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
+from scenelang.backends.surfaces.solids import solids_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import printable
-from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY, Matrix
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
+from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Matrix
 
 # Mitsuba's scene dictionaries as XML elements.
 

@@ -15,13 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
-from scenelang.backends.geometry.contraction import contracted, crowded_edges
-from scenelang.backends.geometry.precision import Copies, chunks_of, own_offset
-from scenelang.backends.geometry.solids import keeps_own_colors, own_mesh
 from scenelang.backends.minecraft.models import as_cubes
-from scenelang.backends.pictures.appearance import Look, check_seen, look_of
+from scenelang.backends.surfaces.appearance import Look, check_seen, look_of
+from scenelang.backends.surfaces.contraction import contracted, crowded_edges
+from scenelang.backends.surfaces.precision import Copies, chunks_of, own_offset
+from scenelang.backends.surfaces.solids import keeps_own_colors, own_mesh
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
-from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
@@ -29,6 +28,7 @@ from scenelang.interpreter.scene.modelling.computing import welded
 from scenelang.interpreter.scene.primitives import Primitive
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import Mesh, posed_points
+from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 MAX_NODES = 1_000_000  # of a strict tree
 _MAX_COORDINATE = 1e30  # limit for single precision, with a margin for products

@@ -12,14 +12,14 @@ from typing import Any, NoReturn
 
 from scenelang.backends.base import Accepts, Backend, BackendOptions, Work, check_settings, frame_of
 from scenelang.backends.files import atomic_write, read_regular
-from scenelang.backends.geometry.assets import AssetFiles
+from scenelang.backends.surfaces.assets import AssetFiles
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
-from scenelang.interpreter.runtime.values import Embedding, Matrix, Pair
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.modelling.operations import from_plain, to_plain
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.primitives import Primitive, class_of
+from scenelang.interpreter.values.values import Embedding, Matrix, Pair
 
 FORMAT = "scenelang-scene"
 VERSION = 1

@@ -26,7 +26,7 @@ from scenelang.backends.exports.export import (
     mesh_backend,
 )
 from scenelang.backends.exports.plan import ExportSurface, points_of
-from scenelang.backends.pictures.appearance import Look, to_srgb
+from scenelang.backends.surfaces.appearance import Look, to_srgb
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from itertools import permutations, product
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.interpreter.runtime.values import Matrix
+from scenelang.interpreter.values.values import Matrix
 
 FloatArray = npt.NDArray[np.float64]
 

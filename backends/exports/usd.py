@@ -51,12 +51,12 @@ from scenelang.backends.exports.plan import (
     unit_surface,
 )
 from scenelang.backends.exports.trs import decompose, unsheared
-from scenelang.backends.geometry.precision import common_offset, size_of
-from scenelang.backends.pictures.appearance import Look, look_of
+from scenelang.backends.surfaces.appearance import Look, look_of
+from scenelang.backends.surfaces.precision import common_offset, size_of
 from scenelang.grammar.diagnostics import LimitError
-from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
+from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]

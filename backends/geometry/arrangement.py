@@ -14,18 +14,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.convex import MAX_PAIRS, Bodies, bodies_of, clusters
-from scenelang.backends.geometry.distance import IntArray, Pairs, depths, distances, neighbours
 from scenelang.backends.geometry.lint import ground_height
-from scenelang.backends.geometry.solids import FloatArray
+from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, bodies_of, clusters
+from scenelang.backends.surfaces.distance import IntArray, Pairs, depths, distances, neighbours
+from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.runtime.values import Matrix, Pair
+from scenelang.interpreter.inspection.instance_paths import Locator, is_handle, is_plain
+from scenelang.interpreter.inspection.numbering import Ancestry, ancestry_of, frame_numbers, some_handles
 from scenelang.interpreter.scene.bounds import parts_box
 from scenelang.interpreter.scene.entity import Entity, Scene, contains_blocks
-from scenelang.interpreter.scene.instance_paths import Locator, is_handle, is_plain
 from scenelang.interpreter.scene.modelling.computing import leaf_mesh, manifold_of_mesh
-from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of, frame_numbers, some_handles
 from scenelang.interpreter.scene.primitives.mesh import Mesh
+from scenelang.interpreter.values.values import Matrix, Pair
 
 if TYPE_CHECKING:
     from manifold3d import Manifold

@@ -15,9 +15,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.convex import MAX_PAIRS, Bodies, bodies_of, clusters
-from scenelang.backends.geometry.distance import IntArray, depths, distances
-from scenelang.backends.geometry.solids import FloatArray, PosedForms
 from scenelang.backends.geometry.stability import (
     Contacts,
     boxes_of_things,
@@ -33,6 +30,9 @@ from scenelang.backends.geometry.stability import (
     unstable,
 )
 from scenelang.backends.pictures.exhibit import Marks, save_marked
+from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, bodies_of, clusters
+from scenelang.backends.surfaces.distance import IntArray, depths, distances
+from scenelang.backends.surfaces.solids import FloatArray, PosedForms
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, Note
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.geometry.arrangement import SUNK, Arrangement, Thing, Vector, paired, share_of
-from scenelang.backends.geometry.convex import bodies_of
-from scenelang.backends.geometry.distance import IntArray
 from scenelang.backends.geometry.lint import rounded
-from scenelang.backends.geometry.solids import FloatArray
+from scenelang.backends.surfaces.convex import bodies_of
+from scenelang.backends.surfaces.distance import IntArray
+from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import (
     Diagnostic,

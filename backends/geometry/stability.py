@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.convex import MAX_EXACT, Bodies, beyond_edge, clusters, hull_of, width_of
-from scenelang.backends.geometry.distance import IntArray
-from scenelang.backends.geometry.solids import FloatArray
+from scenelang.backends.surfaces.convex import MAX_EXACT, Bodies, beyond_edge, clusters, hull_of, width_of
+from scenelang.backends.surfaces.distance import IntArray
+from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.grammar.datum import dataclass
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.primitives import find

@@ -33,10 +33,10 @@ from scenelang.backends.labels.ground_truth import (
 from scenelang.backends.labels.things import is_thing
 from scenelang.backends.labels.views import LabelledView, SceneFacts, labelled_view
 from scenelang.backends.minecraft.models import as_cubes
-from scenelang.backends.pictures.appearance import encode, tint
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json
 from scenelang.backends.pictures.film import PictureBackend, PictureOptions, save_picture, write_exr
 from scenelang.backends.pictures.stage import box_of
+from scenelang.backends.surfaces.appearance import encode, word_color
 from scenelang.grammar.datum import dataclass, replace
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import setting, whole
@@ -149,14 +149,6 @@ _BLACK = (0, 0, 0)
 _LINE = 18  # height of a legend's row in pixels
 _MAX_ROWS = 200
 _MAX_BOXES = 400
-
-
-def word_color(word: str) -> tuple[int, int, int]:
-    """Return a bright colour for a word, stable across machines."""
-    level = hashlib.blake2s(word.encode("utf-8", "surrogatepass"), digest_size=2).digest()
-    saturation, value = (0.40, 0.65, 0.90)[level[0] % 3], (0.60, 0.80, 1.0)[level[1] % 3]
-    red, green, blue = encode(np.array(tint(word, saturation, value))).tolist()
-    return (red, green, blue)
 
 
 def instance_color(number: int) -> tuple[int, int, int]:

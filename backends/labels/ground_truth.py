@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.solids import Solids, normalized, solids_of
 from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.pictures.rays import NEAR, camera_rays, caster_for, ids_of
 from scenelang.backends.pictures.stage import Shot, check_size
+from scenelang.backends.surfaces.solids import Solids, normalized, solids_of
+from scenelang.interpreter.inspection.numbering import Ancestry, ancestry_of
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
-from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Ratios, nearest_hit
 from scenelang.interpreter.scene.primitives.mesh import inverses_of
 

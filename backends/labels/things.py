@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.solids import is_semantic, normalized
 from scenelang.backends.labels.ground_truth import NOTHING, Boxes, Truth, boxes_in, boxes_of
 from scenelang.backends.pictures.rays import camera_rays, caster_for
+from scenelang.backends.surfaces.solids import is_semantic, normalized
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene.entity import Entity
 

@@ -17,8 +17,8 @@ from scenelang.backends.pictures.film import Image, Painter, PictureBackend, Pic
 from scenelang.backends.pictures.stage import Shot, still, unit_size
 from scenelang.grammar.datum import replace
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.inspection.numbering import ancestry_of, frame_numbers, instance_handles, some_handles
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.interpreter.scene.numbering import ancestry_of, frame_numbers, instance_handles, some_handles
 
 FloatArray = npt.NDArray[np.float64]
 View = Viewpoint | Camera

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.base import SIMILARITIES
 from scenelang.backends.minecraft.blocks import (
     AIR_STATE,
     SIDES,
@@ -26,7 +27,6 @@ from scenelang.backends.minecraft.blocks import (
     unified,
 )
 from scenelang.backends.minecraft.voxels import NAMESPACE, Voxels, ignored, modern, namespaced
-from scenelang.backends.neural.clip import nearest_by_meaning
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, suggest
 
@@ -332,6 +332,12 @@ class Settled:
 
     build: Build
     warnings: tuple[Diagnostic, ...]
+
+
+def nearest_by_meaning(name: str, candidates: Sequence[str]) -> str | None:
+    """Return the candidate closest in meaning, None if nothing that measures meanings is installed."""
+    nearest = (measure(name, candidates) for measure in SIMILARITIES.all())
+    return next((candidate for candidate in nearest if candidate is not None), None)
 
 
 def settled(voxels: Voxels, table: BlockTable | None = None, similar: Similar | None = nearest_by_meaning) -> Settled:

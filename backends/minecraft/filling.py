@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from scenelang.backends.base import require
-from scenelang.backends.geometry.solids import Solids, solids_of
 from scenelang.backends.minecraft.blocks import (
     AIR_STATE,
     BlockKind,
@@ -27,8 +26,8 @@ from scenelang.backends.minecraft.blocks import (
 )
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.minecraft.voxels import BoolArray, FloatArray, IntArray, namespaced
-from scenelang.backends.neural.descriptions import oklab
-from scenelang.backends.pictures.appearance import Looks, from_srgb
+from scenelang.backends.surfaces.appearance import Looks, from_srgb, oklab
+from scenelang.backends.surfaces.solids import Solids, solids_of
 from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count

@@ -40,15 +40,15 @@ from scenelang.backends.minecraft.voxels import (
     place_of,
     whole_sizes,
 )
-from scenelang.backends.pictures.appearance import Look, from_srgb, look_of
+from scenelang.backends.surfaces.appearance import Look, from_srgb, look_of
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, LimitError
-from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY, Embedding, Matrix, Pair, Vector
+from scenelang.interpreter.inspection.numbering import Ancestry, ancestry_of
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of
 from scenelang.interpreter.scene.primitives.cube import Cube as CubeShape
+from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Embedding, Matrix, Pair, Vector
 
 Point = tuple[float, float, float]
 Properties = Mapping[str, str]

@@ -34,11 +34,11 @@ from scenelang.backends.minecraft.blocks import (
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.runtime.show import NotPlain, plain_value
-from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix, Pair
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts, primitive_count
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
 from scenelang.interpreter.scene.primitives import block_words
 from scenelang.interpreter.scene.primitives.blocks import SetCuboid
+from scenelang.interpreter.values.values import ANONYMOUS, Matrix, Pair
 
 # Requested states: the block and the properties given by the program, before validation.
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.pictures.appearance import MATERIALS, Look, from_srgb, look_of
+from scenelang.backends.surfaces.appearance import MATERIALS, Look, from_srgb, look_of, oklab
 from scenelang.grammar.datum import Keyword, Symbol
 from scenelang.interpreter.runtime.show import plain_attributes
 from scenelang.interpreter.scene.bounds import entity_box
@@ -103,23 +103,6 @@ def color_names() -> tuple[tuple[str, str], ...]:
 FloatArray = npt.NDArray[np.float64]
 
 _CHUNK = 4096  # colours compared at once, to bound memory
-# Oklab (Ottosson 2020): linear sRGB to cone responses, and their cube roots to lightness and two opponent axes.
-_CONES = np.array([
-    [0.4122214708, 0.5363325363, 0.0514459929],
-    [0.2119034982, 0.6806995451, 0.1073969566],
-    [0.0883024619, 0.2817188376, 0.6299787005],
-])  # fmt: skip
-_OPPONENTS = np.array([
-    [0.2104542553, 0.7936177850, -0.0040720468],
-    [1.9779984951, -2.4285922050, 0.4505937099],
-    [0.0259040371, 0.7827717662, -0.8086757660],
-])  # fmt: skip
-
-
-def oklab(linear: npt.ArrayLike) -> FloatArray:
-    """Convert linear sRGB (..., 3) to Oklab (..., 3): lightness and two opponent axes."""
-    cones = np.asarray(linear, np.float64) @ _CONES.T
-    return np.asarray(np.cbrt(cones) @ _OPPONENTS.T, np.float64)
 
 
 @cache

@@ -34,8 +34,14 @@ from scenelang.backends.neural.weights import INSTALL
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.grammar.settings import setting, whole, within
+from scenelang.interpreter.inspection.numbering import (
+    Ancestry,
+    ancestry_of,
+    frame_numbers,
+    instance_handles,
+    number_scene,
+)
 from scenelang.interpreter.scene.entity import Scene, primitive_count
-from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of, frame_numbers, instance_handles, number_scene
 
 if TYPE_CHECKING:
     from torch import Tensor

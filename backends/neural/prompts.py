@@ -27,9 +27,9 @@ from scenelang.backends.neural.wording import (
 from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.grammar.settings import setting, whole
+from scenelang.interpreter.inspection.numbering import Ancestry, ancestry_of, frame_numbers, instance_handles
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
-from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of, frame_numbers, instance_handles
 from scenelang.interpreter.scene.primitives import Box
 
 # Prompts of entities, with learned vectors where Z has them (the paper, section 4: template c, embedding z =

@@ -16,9 +16,9 @@ import numpy.typing as npt
 
 from scenelang.backends.neural.descriptions import Describe, Description, Member, describe_all, has_meaning, noun_of
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.inspection.numbering import ancestry_of, number_scene, primitive_handles
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import flatten
-from scenelang.interpreter.scene.numbering import ancestry_of, number_scene, primitive_handles
 
 # Run-length encoding of handles: numbers whose differences repeat with a period, as those of repeated objects do, are
 # stored as one item.

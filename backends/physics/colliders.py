@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import require
-from scenelang.backends.geometry.solids import own_mesh
+from scenelang.backends.surfaces.solids import own_mesh
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import read_cached, write_cached
 from scenelang.interpreter.scene.modelling.computing import welded

@@ -22,8 +22,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.convex import beyond_edge, clusters
-from scenelang.backends.geometry.distance import neighbours
 from scenelang.backends.geometry.stability import (
     ChainLink,
     are_one_thing,
@@ -45,13 +43,15 @@ from scenelang.backends.physics.colliders import (
 )
 from scenelang.backends.physics.dynamics import Distances, Overlap
 from scenelang.backends.physics.masses import Moments, entity_moments, primitive_moments, total, united_moments
-from scenelang.backends.pictures.appearance import look_of
+from scenelang.backends.surfaces.appearance import look_of
+from scenelang.backends.surfaces.convex import beyond_edge, clusters
+from scenelang.backends.surfaces.distance import neighbours
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, Note, SceneError
-from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.entity import Entity, descendants
 from scenelang.interpreter.scene.pose import compose
 from scenelang.interpreter.scene.primitives.base import PHYSICS
+from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 IntArray = npt.NDArray[np.int64]
 

@@ -14,13 +14,13 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling.measuring import Measures, measured, measures_of, operands_of
 from scenelang.interpreter.scene.primitives.base import Primitive
 from scenelang.interpreter.scene.primitives.cube import BLOCK
 from scenelang.interpreter.scene.primitives.cylinder import CYLINDER
 from scenelang.interpreter.scene.primitives.sphere import BALL
+from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -19,9 +19,9 @@ from scenelang.backends.physics.dynamics import Motion, simulate
 from scenelang.backends.physics.grouping import BodySet, bodies_of
 from scenelang.backends.physics.verdicts import PhysicsReport, reported
 from scenelang.grammar.datum import Source
-from scenelang.interpreter.runtime.values import Matrix, Pair
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.values.values import Matrix, Pair
 
 SETTLE_SECONDS = 5.0
 _STILL = 1e-3  # of a body's size, and radians: what moved less keeps its pose

@@ -23,10 +23,10 @@ from scenelang.backends.physics.colliders import SEGMENTS, Collider, FloatArray
 from scenelang.backends.physics.dynamics import FRICTION, GRAVITY, check_weight, quaternion
 from scenelang.backends.physics.grouping import BodySet, RigidBody, bodies_of
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix, Pair
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.pose import translation
 from scenelang.interpreter.scene.primitives.sphere import BALL
+from scenelang.interpreter.values.values import ANONYMOUS, Matrix, Pair
 
 PHYSICS = Option("physics", "add rigid bodies, colliders and masses (UsdPhysics) of one frame", False)
 _RESERVED = ("Materials", "Prototypes", "Shapes")

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.base import Progress
-from scenelang.backends.geometry.convex import beyond_edge, hull_of
 from scenelang.backends.physics.colliders import FloatArray
 from scenelang.backends.physics.dynamics import GRAVITY, Motion, simulate
 from scenelang.backends.physics.grouping import BodySet, bodies_of
 from scenelang.backends.pictures.exhibit import Marks, save_marked
+from scenelang.backends.surfaces.convex import beyond_edge, hull_of
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import Scene

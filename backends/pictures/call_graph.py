@@ -17,12 +17,12 @@ from pathlib import Path
 
 from scenelang.backends.base import frame_of, require
 from scenelang.backends.files import write_text
-from scenelang.backends.labels.dataset import word_color
 from scenelang.backends.pictures.film import PictureOptions, render
+from scenelang.backends.surfaces.appearance import word_color
 from scenelang.grammar.diagnostics import printable
+from scenelang.interpreter.inspection.numbering import first_handles
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts
-from scenelang.interpreter.scene.numbering import first_handles
 
 MAX_NODES = 400
 _MAX_HANDLES = 2

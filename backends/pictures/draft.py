@@ -14,8 +14,6 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Accepts, Option, Progress, Work
-from scenelang.backends.geometry.solids import Solids
-from scenelang.backends.pictures.appearance import encode, tone_map
 from scenelang.backends.pictures.draft_light import (
     GROUND,
     SKY,
@@ -46,6 +44,8 @@ from scenelang.backends.pictures.film import (
 )
 from scenelang.backends.pictures.rays import NOTHING, Caster, Keys, Rays, camera_rays, caster_for, depths_of, ids_of
 from scenelang.backends.pictures.stage import Shot, Stage, Staging
+from scenelang.backends.surfaces.appearance import encode, tone_map
+from scenelang.backends.surfaces.solids import Solids
 
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.solids import Solids
-from scenelang.backends.pictures.appearance import BRIGHTEST, GROUND_EDGE, ground_colors
 from scenelang.backends.pictures.rays import caster_for, depths_of, parallel_rays
 from scenelang.backends.pictures.stage import Stage
+from scenelang.backends.surfaces.appearance import BRIGHTEST, GROUND_EDGE, ground_colors
+from scenelang.backends.surfaces.solids import Solids
 from scenelang.interpreter.scene.primitives.mesh import inverses_of
 
 FloatArray = npt.NDArray[np.float64]

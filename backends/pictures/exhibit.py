@@ -14,7 +14,6 @@ import numpy.typing as npt
 from scenelang.backends.files import check_folder
 from scenelang.grammar.datum import dataclass, replace
 from scenelang.grammar.diagnostics import UsageError
-from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Matrix, Pair, Vector
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.modelling.computing import boundary_edges, welded
@@ -22,6 +21,7 @@ from scenelang.interpreter.scene.primitives.base import Point, Primitive
 from scenelang.interpreter.scene.primitives.cylinder import Cylinder
 from scenelang.interpreter.scene.primitives.mesh import Mesh
 from scenelang.interpreter.scene.primitives.sphere import Sphere
+from scenelang.interpreter.values.values import IDENTITY, Embedding, Matrix, Pair, Vector
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -26,11 +26,11 @@ from scenelang.backends.base import (
     sub_progress,
 )
 from scenelang.backends.files import atomic_write
-from scenelang.backends.geometry.solids import Solids
-from scenelang.backends.pictures.appearance import ENVIRONMENTS, GROUNDS
 from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
 from scenelang.backends.pictures.stage import MOST_ORBIT, Shot, Staging, staging_of, still
 from scenelang.backends.pictures.stage import film as shots_of
+from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS
+from scenelang.backends.surfaces.solids import Solids
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.settings import FRAME_RATES, frame_rate, setting, whole, within

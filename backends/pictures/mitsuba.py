@@ -17,8 +17,6 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Option, Progress, Work, require, sub_progress
-from scenelang.backends.geometry.solids import Solids
-from scenelang.backends.pictures.appearance import Look, encode, tone_map
 from scenelang.backends.pictures.draft import Draft, DraftCache, draw
 from scenelang.backends.pictures.film import (
     STILL_ENDINGS,
@@ -41,6 +39,8 @@ from scenelang.backends.pictures.mitsuba_scene import (
     unit_group,
 )
 from scenelang.backends.pictures.stage import Shot, Stage, Staging
+from scenelang.backends.surfaces.appearance import Look, encode, tone_map
+from scenelang.backends.surfaces.solids import Solids
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.solids import Solids, composed, normalized, own_mesh, solids_of, thinness
-from scenelang.backends.pictures.appearance import (
+from scenelang.backends.pictures.camera import Camera
+from scenelang.backends.pictures.stage import Stage, Staging
+from scenelang.backends.surfaces.appearance import (
     BRIGHTEST,
     CHECKER,
     CHECKER_EDGE,
@@ -21,8 +22,7 @@ from scenelang.backends.pictures.appearance import (
     Studio,
     look_of,
 )
-from scenelang.backends.pictures.camera import Camera
-from scenelang.backends.pictures.stage import Stage, Staging
+from scenelang.backends.surfaces.solids import Solids, composed, normalized, own_mesh, solids_of, thinness
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import TRIANGLE, CanonicalForm

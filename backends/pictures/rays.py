@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.solids import PosedForms
 from scenelang.backends.pictures.camera import Camera
+from scenelang.backends.surfaces.solids import PosedForms
 from scenelang.interpreter.scene.primitives.forms import (
     TRIANGLE,
     CanonicalForm,

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
-from scenelang.backends.geometry.solids import Solids, normalized, parted, solids_of
 from scenelang.backends.minecraft.models import as_cubes
-from scenelang.backends.pictures.appearance import Studio, check_seen, studio_for
 from scenelang.backends.pictures.camera import Camera, Viewpoint, checked, place
+from scenelang.backends.surfaces.appearance import Studio, check_seen, studio_for
+from scenelang.backends.surfaces.solids import Solids, normalized, parted, solids_of
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
@@ -188,7 +188,7 @@ class Staging:
     def stage(self, shot: Shot) -> Stage:
         """Return the stage of one shot; all shots of one camera differ only in the moving solids."""
         camera = shot.camera.rescaled(self.center, self.scale)
-        studio = studio_for(camera, self.environment, self.ground)
+        studio = studio_for(camera.right, self.environment, self.ground)
         solids = self.moving[shot.frame]
         if self.fixed is not None:
             solids = self.fixed.followed_by(solids)

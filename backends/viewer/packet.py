@@ -32,24 +32,24 @@ import numpy.typing as npt
 
 from scenelang.backends.base import require
 from scenelang.backends.files import check_folder
-from scenelang.backends.geometry.precision import own_offset
-from scenelang.backends.geometry.solids import composed, is_semantic, keeps_own_colors, own_mesh
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.neural.weights import INSTALL
-from scenelang.backends.pictures.appearance import BRIGHTEST, ENVIRONMENTS, GLASS, SHOULDER, look_of, to_srgb
 from scenelang.backends.pictures.stage import box_of, unit_size
+from scenelang.backends.surfaces.appearance import BRIGHTEST, ENVIRONMENTS, GLASS, SHOULDER, look_of, to_srgb
+from scenelang.backends.surfaces.precision import own_offset
+from scenelang.backends.surfaces.solids import composed, is_semantic, keeps_own_colors, own_mesh
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, SceneError, UsageError
+from scenelang.interpreter.inspection.numbering import number_scene
 from scenelang.interpreter.loading import user_folder
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import STD
-from scenelang.interpreter.runtime.values import Embedding
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten
-from scenelang.interpreter.scene.numbering import number_scene
 from scenelang.interpreter.scene.primitives import Primitive
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import Mesh, triangle_normals
+from scenelang.interpreter.values.values import Embedding
 
 if TYPE_CHECKING:
     from scenelang.backends.neural.splats.gaussians import Splats

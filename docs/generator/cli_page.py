@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from generator.markdown import NOTICE, anchor, table
 from scenelang.cli.main import build_parser
-from scenelang.shell_completion import subcommands
+from scenelang.console.shell_completion import subcommands
 
 Options = tuple[tuple[str, str], ...]
 

@@ -8,7 +8,7 @@ from generator.markdown import NOTICE, anchor, block, formatted, table, valued
 from scenelang.interpreter.expand.forms import ABSENT, FORM_EXAMPLES, FORMS
 from scenelang.interpreter.scene.declarations import RELATIONS, example_of
 from scenelang.interpreter.scene.primitives import all_primitives
-from scenelang.primer import attribute_doc, attribute_names
+from scenelang.reference.primer import attribute_doc, attribute_names
 from scenelang.stdlib.reference import TOPICS, ReferenceRecord, records
 
 _TABLES = ("constants", "types")

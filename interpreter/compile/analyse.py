@@ -18,7 +18,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import UNDEFINED, Frame, Node
 from scenelang.interpreter.runtime.types import STD, Builtin
-from scenelang.interpreter.runtime.values import Pair
+from scenelang.interpreter.values.values import Pair
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime

@@ -10,6 +10,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile.analyse import undefined
+from scenelang.interpreter.runtime.parts import call_embeddings, copy_table, parts_of, transformed
 from scenelang.interpreter.runtime.procedures import (
     TAIL,
     UNDEFINED,
@@ -26,7 +27,8 @@ from scenelang.interpreter.runtime.procedures import (
 )
 from scenelang.interpreter.runtime.show import array_literal, show
 from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter, Mismatch, type_name
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.values.values import (
     ANONYMOUS,
     IDENTITY,
     NIL,
@@ -39,8 +41,6 @@ from scenelang.interpreter.runtime.values import (
     Vector,
     make_list,
 )
-from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.parts import call_embeddings, copy_table, parts_of, transformed
 
 if TYPE_CHECKING:
     from scenelang.interpreter.compile.analyse import FrameLayout

@@ -30,7 +30,6 @@ from scenelang.interpreter.compile.analyse import (
     undefined,
 )
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.runtime.limits import STEPS_OF_ERROR
 from scenelang.interpreter.runtime.procedures import (
     UNDEFINED,
     Cell,
@@ -46,7 +45,8 @@ from scenelang.interpreter.runtime.procedures import (
 from scenelang.interpreter.runtime.runtime import Runtime, raised_value
 from scenelang.interpreter.runtime.show import array_literal
 from scenelang.interpreter.runtime.types import Builtin
-from scenelang.interpreter.runtime.values import Pair, make_list
+from scenelang.interpreter.values.limits import STEPS_OF_ERROR
+from scenelang.interpreter.values.values import Pair, make_list
 
 
 @dataclass(frozen=True, slots=True, eq=False)

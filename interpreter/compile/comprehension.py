@@ -10,11 +10,11 @@ from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile.analyse import FrameLayout
 from scenelang.interpreter.compile.calls import item_adder, unpacker
+from scenelang.interpreter.runtime.parts import parts_of
 from scenelang.interpreter.runtime.procedures import Frame, Node, items_of, iterate
 from scenelang.interpreter.runtime.types import type_name
-from scenelang.interpreter.runtime.values import IDENTITY, Matrix, Pair, make_list, table_key
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.parts import parts_of
+from scenelang.interpreter.values.values import IDENTITY, Matrix, Pair, make_list, table_key
 
 if TYPE_CHECKING:
     from scenelang.interpreter.compile.compile import Compiler, Context

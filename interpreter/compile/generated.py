@@ -42,7 +42,9 @@ from scenelang.interpreter.runtime.procedures import (
     python_error,
 )
 from scenelang.interpreter.runtime.types import Builtin, Mismatch
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.pose import compose
+from scenelang.interpreter.values.values import (
     IDENTITY,
     NIL,
     Matrix,
@@ -53,8 +55,6 @@ from scenelang.interpreter.runtime.values import (
     Vector,
     make_list,
 )
-from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.pose import compose
 
 if TYPE_CHECKING:
     from scenelang.interpreter.compile.compile import Compiler

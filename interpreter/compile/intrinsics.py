@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from scenelang.interpreter.runtime.procedures import Frame, Node
-from scenelang.interpreter.runtime.values import NIL, Matrix, Pair, Vector
 from scenelang.interpreter.scene.pose import compose
+from scenelang.interpreter.values.values import NIL, Matrix, Pair, Vector
 
 Slow = Callable[[Any, Any], Any]
 _NUMBERS = frozenset((int, float))

@@ -26,14 +26,13 @@ from scenelang.grammar.datum import (
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.compile.analyse import children, pattern_variables, walk
-from scenelang.interpreter.expand.forms import FORMS
+from scenelang.interpreter.expand.forms import FORMS, PAPER_FORMS
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.program.program import PAPER_FORMS
 from scenelang.interpreter.runtime.procedures import MAKE_RECORD
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Builtin
-from scenelang.interpreter.runtime.values import NIL, Array, Embedding, Matrix, Pair, Procedure, Vector
 from scenelang.interpreter.scene.pose import to_array
+from scenelang.interpreter.values.values import NIL, Array, Embedding, Matrix, Pair, Procedure, Vector
 
 _NOWHERE = Span(Source("<expansion>", ""), 0, 0)
 _UNREADABLE = re.compile(r"[^A-Za-z0-9!?*<>=/_-]+")

@@ -538,3 +538,7 @@ def _rule_name(head: str) -> str:
     """Return the rule name of a form, such as ``let_star_values_form``."""
     spelled = head.replace("*", "_star").replace("!", "").replace("/", "_").replace("-", "_")
     return f"{spelled}_form"
+
+
+# The functions of the paper, of which the compiler knows the forms.
+PAPER_FORMS = {"call": "CALL", "union": "UNION", "union-loop": "UNION_LOOP", "transform": "TRANSFORM"}

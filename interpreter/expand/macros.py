@@ -35,7 +35,7 @@ from scenelang.interpreter.expand.scope import (
 )
 from scenelang.interpreter.runtime.show import array_literal
 from scenelang.interpreter.runtime.types import type_name
-from scenelang.interpreter.runtime.values import NIL, Embedding, MutableList, Pair, Vector, make_list
+from scenelang.interpreter.values.values import NIL, Embedding, MutableList, Pair, Vector, make_list
 
 if TYPE_CHECKING:
     from scenelang.interpreter.expand.expand import Expander

@@ -17,7 +17,9 @@ from scenelang.interpreter.runtime.types import (
     expected_name,
     type_name,
 )
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.primitives.base import PHYSICS
+from scenelang.interpreter.values.values import (
     NIL,
     Array,
     Embedding,
@@ -36,9 +38,7 @@ from scenelang.interpreter.runtime.values import (
     Vector,
     make_list,
 )
-from scenelang.interpreter.runtime.values import Condition as Condition
-from scenelang.interpreter.scene import pose
-from scenelang.interpreter.scene.primitives.base import PHYSICS
+from scenelang.interpreter.values.values import Condition as Condition
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime

@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.loading import np
-from scenelang.interpreter.runtime import procedures
-from scenelang.interpreter.runtime.limits import Limits, Meter
+from scenelang.interpreter.runtime import parts, procedures
 from scenelang.interpreter.runtime.procedures import (
     TAIL,
     Closure,
@@ -34,7 +33,14 @@ from scenelang.interpreter.runtime.procedures import (
 )
 from scenelang.interpreter.runtime.show import MAX_LENGTH, show
 from scenelang.interpreter.runtime.types import Builtin, Library, type_name
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene.declarations import Declaration
+from scenelang.interpreter.scene.entity import Entity, Frames
+from scenelang.interpreter.scene.modelling.operations import Expression
+from scenelang.interpreter.scene.modelling.solid import SolidShape
+from scenelang.interpreter.scene.primitives import class_of
+from scenelang.interpreter.scene.primitives.asset import Asset
+from scenelang.interpreter.values.limits import Limits, Meter
+from scenelang.interpreter.values.values import (
     NIL,
     Embedding,
     HandleList,
@@ -47,13 +53,6 @@ from scenelang.interpreter.runtime.values import (
     embedding_key,
     memo_key,
 )
-from scenelang.interpreter.scene import parts
-from scenelang.interpreter.scene.declarations import Declaration
-from scenelang.interpreter.scene.entity import Entity, Frames
-from scenelang.interpreter.scene.modelling.operations import Expression
-from scenelang.interpreter.scene.modelling.solid import SolidShape
-from scenelang.interpreter.scene.primitives import class_of
-from scenelang.interpreter.scene.primitives.asset import Asset
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.modelling.outlines import Typeface
@@ -755,9 +754,8 @@ class Runtime:
 
 
 def _known_names(library: Library) -> set[str]:
-    from scenelang.interpreter.program.program import prelude_of
-
-    return set(prelude_of(library).names())
+    """Return the predefined names; those of the prelude that start with `%` are its own."""
+    return {*library.builtins, *library.constants, *(name for name in library.prelude_names if name[0] != "%")}
 
 
 def raised_value(error: SceneError) -> Any:

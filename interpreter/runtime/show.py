@@ -11,7 +11,9 @@ from scenelang.grammar.datum import atom_text, number_text, string_text
 from scenelang.grammar.diagnostics import CODES, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.types import TypeReader, numbers_of, type_name
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.entity import Entity, Frames
+from scenelang.interpreter.values.values import (
     NIL,
     Array,
     Condition,
@@ -34,8 +36,6 @@ from scenelang.interpreter.runtime.values import (
     make_list,
     table_key,
 )
-from scenelang.interpreter.scene import pose
-from scenelang.interpreter.scene.entity import Entity, Frames
 
 if TYPE_CHECKING:
     import numpy.typing as npt

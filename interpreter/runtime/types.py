@@ -10,7 +10,9 @@ from typing import Any, Protocol
 
 from scenelang.grammar.datum import dataclass, field
 from scenelang.interpreter.loading import np
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.entity import Entity, Frames
+from scenelang.interpreter.values.values import (
     NIL,
     Array,
     Condition,
@@ -34,8 +36,6 @@ from scenelang.interpreter.runtime.values import (
     list_items,
     make_list,
 )
-from scenelang.interpreter.scene import pose
-from scenelang.interpreter.scene.entity import Entity, Frames
 
 
 class Mismatch(Exception):

@@ -14,10 +14,9 @@ from math import isfinite
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.values import IDENTITY, Pair
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
-from scenelang.interpreter.scene.instance_paths import is_plain, part_of
 from scenelang.interpreter.scene.primitives.base import Box
+from scenelang.interpreter.values.values import IDENTITY, Pair
 
 UNIT_BOX: Box = (-0.5, -0.5, -0.5, 0.5, 0.5, 0.5)
 _INFINITY = float("inf")
@@ -178,14 +177,12 @@ def _maximize(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, bes
 
 
 def word_box(scene: Scene, word: str | None) -> Box | None:
-    """Return the exact world-space box of the scene over all frames, or of all entities of a word or path.
+    """Return the exact world-space box of the scene over all frames, or of all entities of a word.
 
     Returns None if there is no geometry. For a word, a filtered copy of the DAG is measured, so that nothing is
-    expanded. Raises SceneError for a path that means nothing.
+    expanded.
     """
     boxes = []
-    if word is not None and not is_plain(word):
-        scene, word = part_of(scene, word), None
     for root in scene.frames:
         selected = root if word is None else _filter_by_word(root, word)
         box = entity_box(selected) if selected is not None else None

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import Span
-from scenelang.interpreter.runtime.values import Embedding, Matrix
 from scenelang.interpreter.scene.primitives.base import Box, Primitive
+from scenelang.interpreter.values.values import Embedding, Matrix
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.declarations import Declaration

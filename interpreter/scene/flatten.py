@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
-from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
 from scenelang.interpreter.scene.pose import stacked
+from scenelang.interpreter.values.values import IDENTITY
 
 if TYPE_CHECKING:
     import numpy.typing as npt

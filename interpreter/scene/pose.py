@@ -12,7 +12,7 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from scenelang.interpreter.loading import np
-from scenelang.interpreter.runtime.values import Matrix
+from scenelang.interpreter.values.values import Matrix
 
 if TYPE_CHECKING:
     import numpy.typing as npt

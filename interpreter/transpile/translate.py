@@ -13,6 +13,7 @@ from scenelang.interpreter.transpile.analysis.collect import find_collections
 from scenelang.interpreter.transpile.analysis.infer import Departures, infer
 from scenelang.interpreter.transpile.analysis.inference import TypeFacts
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
+from scenelang.interpreter.transpile.analysis.python_text import HELPERS, PythonText, parse_python, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
     Function,
     LibraryPaths,
@@ -21,7 +22,6 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     registered_words,
     resolve,
 )
-from scenelang.interpreter.transpile.python_text import HELPERS, PythonText, parse_python, walk_tree
 from scenelang.interpreter.transpile.writing.code import Code, Finish, Namer, Output, prose
 from scenelang.interpreter.transpile.writing.expressions import write_expression
 from scenelang.interpreter.transpile.writing.statements import header_texts, write_program, write_statement

@@ -19,14 +19,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenelang.bench.mistake_kinds import KINDS, MistakeKind, Text, TextChange
-from scenelang.checking import Examination
 from scenelang.grammar.datum import Source, TextEdit, with_edits
 from scenelang.grammar.diagnostics import SceneError, capped, to_json
 from scenelang.grammar.reader import lexemes
-from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
-from scenelang.session import Options, Session, linted
+from scenelang.interpreter.values.limits import Limits
+from scenelang.repair.checking import Examination
+from scenelang.session.session import Options, Session, linted
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -14,11 +14,11 @@ from scenelang.bench.tasks import KEEP, BenchTask
 from scenelang.grammar.datum import Source, dataclass, replace
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.inference.brief import TaskKind
-from scenelang.interpreter.runtime.values import Matrix, Pair
 from scenelang.interpreter.scene.bounds import entity_box, parts_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
-from scenelang.session import Options, Session
+from scenelang.interpreter.values.values import Matrix, Pair
+from scenelang.session.session import Options, Session
 
 _SAME = 1e-3  # of the scene's diagonal: what is nearer is where it was
 _SAME_COLOR = 0.02

@@ -11,15 +11,15 @@ from importlib.resources import files
 from pathlib import Path
 
 from scenelang.backends.files import read_regular
+from scenelang.files.toml_places import TomlTable, parsed
 from scenelang.grammar.datum import Source, dataclass
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.reader import read
 from scenelang.inference.brief import TaskKind
 from scenelang.interpreter.scene.declarations import Declaration
 from scenelang.interpreter.scene.primitives import block_words, solid_words
-from scenelang.scene_relations import declaration_source
-from scenelang.session import Session
-from scenelang.toml_places import TomlTable, parsed
+from scenelang.session.declarations import declaration_source
+from scenelang.session.session import Session
 
 KEEP = "keep"  # what a near miss of an edit fails, besides declarations
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")

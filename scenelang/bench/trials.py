@@ -34,7 +34,7 @@ from scenelang.inference.steps import (
     encoded,
     sample_steps,
 )
-from scenelang.session import Options
+from scenelang.session.session import Options
 
 TRIALS, PROGRAMS, SETTINGS = "trials.jsonl", "programs", "run.json"
 _FORMAT = 1

@@ -12,8 +12,8 @@ from scenelang.bench.tasks import load_tasks
 from scenelang.bench.trials import MODES, applicable
 from scenelang.cli.models import settings_from
 from scenelang.cli.options import UsageError, add_fields, done, print_result, progress
+from scenelang.console.reports import say, table
 from scenelang.inference.records import InferenceSettings
-from scenelang.reports import say, table
 
 _MODEL = ("model", "effort", "max_tokens", "provider", "max_cost", "price", "prompt_dir", "timeout", "uses_replies")
 

@@ -14,9 +14,9 @@ from importlib import import_module
 from typing import Any, NamedTuple
 
 from scenelang.cli.options import ReportedError, add_common, add_file, add_output, report
+from scenelang.console.reports import Parser
 from scenelang.grammar.diagnostics import SceneError, UsageError, printable, render_text, suggest
-from scenelang.interpreter.runtime.limits import Limits
-from scenelang.reports import Parser
+from scenelang.interpreter.values.limits import Limits
 from scenelang.sandbox.environment import keep_named_variables
 from scenelang.sandbox.supervision import (
     CLOSED,

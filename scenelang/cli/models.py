@@ -35,15 +35,15 @@ from scenelang.cli.options import (
     whole,
     z_path,
 )
-from scenelang.embeddings import Embeddings, check_program, wording_table
+from scenelang.console.reports import painted, print_json, say
 from scenelang.grammar.diagnostics import SceneError, printable
 from scenelang.inference import generation
 from scenelang.inference.brief import Ablation, Notation, TaskKind
 from scenelang.inference.conductor import Inference, NoProgram
 from scenelang.inference.generation import describer
 from scenelang.inference.records import RENEWABLE, InferenceSettings, all_runs, check_limits, find_run, runs_folder
-from scenelang.reports import painted, print_json, say
-from scenelang.session import Options
+from scenelang.learning.embeddings import Embeddings, check_program, wording_table
+from scenelang.session.session import Options
 
 if TYPE_CHECKING:
     from scenelang.inference.brief import Task
@@ -61,12 +61,12 @@ from scenelang.cli.options import (
     session_limit,
     warnings,
 )
+from scenelang.console.reports import deliver
 from scenelang.evaluation.running import entries_of
 from scenelang.evaluation.study import preferences
 from scenelang.evaluation.subjects import MetricOptions, measured, study_of, subjects_of
 from scenelang.evaluation.tables import LAYOUTS, as_data
 from scenelang.grammar.settings import settings_in
-from scenelang.reports import deliver
 
 if TYPE_CHECKING:
     from scenelang.evaluation.running import EvaluationEntry, Measure, Subject
@@ -289,7 +289,7 @@ def run_generate(arguments: argparse.Namespace) -> int:
 def _check_inversion(arguments: argparse.Namespace) -> None:
     """Check the prerequisites of ``--invert`` before the language model costs money; raises UsageError without an input
     image or output, SceneError without the packages."""
-    from scenelang.inversion import check_installed
+    from scenelang.learning.inversion import check_installed
 
     if not arguments.image or arguments.output is None:
         raise UsageError("value", "--invert requires an input image and an output program: give --image and -o")
@@ -411,7 +411,7 @@ def _pictured(found: Edited, path: Path) -> Path | None:
 
 
 def _show_edit(arguments: argparse.Namespace, found: Edited) -> None:
-    from scenelang.scene_changes import OF_AN_EDIT, change_lines
+    from scenelang.session.scene_changes import OF_AN_EDIT, change_lines
 
     sys.stdout.writelines(painted(map(printable, found.diff.splitlines()), use_color(arguments, sys.stdout)))
     say("\n".join(change_lines(found.changes, arguments.limit, OF_AN_EDIT)))

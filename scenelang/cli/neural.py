@@ -10,7 +10,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from scenelang import inversion, neural
 from scenelang.backends.neural.distillation.terms import Guidance
 from scenelang.backends.neural.distillation.training import DistillationSettings
 from scenelang.backends.neural.inversion import InversionSettings
@@ -38,7 +37,12 @@ from scenelang.cli.options import (
     whole,
     z_path,
 )
-from scenelang.embeddings import (
+from scenelang.console.reports import print_json, say
+from scenelang.files.zfile import beside
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.settings import amount, settings_in
+from scenelang.learning import inversion, neural
+from scenelang.learning.embeddings import (
     Embeddings,
     attribute_of,
     check_export,
@@ -47,19 +51,15 @@ from scenelang.embeddings import (
     rows_table,
     similar_table,
 )
-from scenelang.grammar.diagnostics import SceneError
-from scenelang.grammar.settings import amount, settings_in
-from scenelang.inversion import InversionModels, PictureSubject, RunFolder
-from scenelang.neural import DistillationModels, ImagineSettings
-from scenelang.reports import print_json, say
+from scenelang.learning.inversion import InversionModels, PictureSubject, RunFolder
+from scenelang.learning.neural import DistillationModels, ImagineSettings
 from scenelang.sandbox.supervision import interruptions
-from scenelang.zfile import beside
 
 if TYPE_CHECKING:
     from scenelang.backends.language_models.catalogue import ImageContent
-    from scenelang.inversion import Inversion
-    from scenelang.neural import Distillation
-    from scenelang.scene import Scene
+    from scenelang.learning.inversion import Inversion
+    from scenelang.learning.neural import Distillation
+    from scenelang.scenes.scene import Scene
 
 
 Learned = TypeVar("Learned", "Inversion", "Distillation")

@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
 from scenelang.backends.files import check_folder as check_folder
+from scenelang.console.reports import once, print_diagnostics, print_json, progress_line, say
 from scenelang.grammar import settings
 from scenelang.grammar.diagnostics import Diagnostic, capped, printable
 from scenelang.grammar.diagnostics import UsageError as UsageError
 from scenelang.grammar.diagnostics import usage_errors as usage_errors
 from scenelang.grammar.settings import Setting, settings_in
-from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.scene.modelling.solid import compute_all
-from scenelang.reports import once, print_diagnostics, print_json, progress_line, say
+from scenelang.interpreter.values.limits import Limits
 
 if TYPE_CHECKING:
     from scenelang.backends.neural.weights import Models
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import ZEntry
     from scenelang.interpreter.scene.entity import Entity
     from scenelang.interpreter.scene.entity import Scene as EntityScene
-    from scenelang.scene import Scene
-    from scenelang.session import Evaluated, Session
+    from scenelang.scenes.scene import Scene
+    from scenelang.session.session import Evaluated, Session
 
 
 Fields = TypeVar("Fields")
@@ -180,7 +180,7 @@ def models_of(arguments: argparse.Namespace) -> Models:
 
 def z_path(arguments: argparse.Namespace) -> Path | None:
     """Return the embeddings file to use: the given one, else the one beside the program if it exists."""
-    from scenelang.zfile import beside
+    from scenelang.files.zfile import beside
 
     if arguments.z is not None or arguments.file == "-":
         return None if arguments.z is None else Path(arguments.z)
@@ -189,7 +189,7 @@ def z_path(arguments: argparse.Namespace) -> Path | None:
 
 
 def z_entries(arguments: argparse.Namespace) -> dict[str, ZEntry]:
-    from scenelang.zfile import read_entries
+    from scenelang.files.zfile import read_entries
 
     path = z_path(arguments)
     return read_entries(path) if path is not None else {}
@@ -203,7 +203,7 @@ def session_of(arguments: argparse.Namespace) -> Session:
     SceneError
         If an option is malformed.
     """
-    from scenelang.session import Options, Session, definition
+    from scenelang.session.session import Options, Session, definition
 
     options = Options(
         root=arguments.root,
@@ -237,7 +237,7 @@ def evaluated(arguments: argparse.Namespace) -> EntityScene:
 def scene_of(arguments: argparse.Namespace, fresh: bool = False) -> Scene:
     """Return the scene of the command's file; raises Told if the program has errors. With ``fresh``, the embeddings
     file does not exist yet and is not read."""
-    from scenelang.scene import scene_from
+    from scenelang.scenes.scene import scene_from
 
     own = argparse.Namespace(**{**vars(arguments), "z": None, "file": "-"}) if fresh else arguments
     result, source, session = opened(arguments, session_of(own))

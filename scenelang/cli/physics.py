@@ -22,10 +22,10 @@ from scenelang.cli.options import (
     scene_of,
     usage_errors,
 )
+from scenelang.console.reports import say, table
 from scenelang.grammar.datum import replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError
 from scenelang.grammar.settings import amount, frame_rate, metres
-from scenelang.reports import say, table
 from scenelang.sandbox.supervision import limited
 
 _GUARD = 4.0  # CPU seconds for each unit of effort, which takes about one
@@ -56,7 +56,7 @@ def add_simulate(parser: argparse.ArgumentParser) -> None:
 
 def velocity(text: str) -> tuple[str, tuple[float, float, float]]:
     """Return the word and the three numbers of ``WORD=X,Y,Z``; raises ValueError."""
-    from scenelang.scene_physics import MAX_SPEED
+    from scenelang.session.motion import MAX_SPEED
 
     word, equals, numbers = text.rpartition("=")
     try:
@@ -111,8 +111,8 @@ def add_settle(parser: argparse.ArgumentParser) -> None:
 def run_settle(arguments: argparse.Namespace) -> int:
     from scenelang.backends.exports.scene_json import holds_scene, write_scene
     from scenelang.backends.physics.settling import SETTLE_SECONDS, EditedProgram, edited_program, settled
-    from scenelang.scene_physics import checked_scale, translated
-    from scenelang.session import is_python
+    from scenelang.session.motion import checked_scale, translated
+    from scenelang.session.session import is_python
 
     asked = Path(arguments.output) if arguments.output else None
     if asked is not None and asked.suffix.lower() not in (".scene", ".json"):
@@ -180,8 +180,8 @@ def add_repair(parser: argparse.ArgumentParser) -> None:
 
 
 def run_repair(arguments: argparse.Namespace) -> int:
-    from scenelang.repairing import imports_of, repaired
-    from scenelang.scene_relations import declarations_of
+    from scenelang.repair.repairing import imports_of, repaired
+    from scenelang.session.declarations import declarations_of
 
     result, source, session = opened(arguments)
     if result.scene is None:

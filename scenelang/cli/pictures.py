@@ -39,13 +39,13 @@ from scenelang.cli.options import (
     whole,
 )
 from scenelang.cli.options import warnings as warnings_of
+from scenelang.console.reports import deliver, table
 from scenelang.grammar.settings import port
-from scenelang.reports import deliver, table
 
 if TYPE_CHECKING:
     from scenelang.backends.labels.dataset import DatasetItem, LabelledScene
     from scenelang.backends.viewer.packet import SplatsOf
-    from scenelang.session import Session
+    from scenelang.session.session import Session
     from scenelang.viewer.workspace import Evaluate, Workspace
 
 _SIZE = (512, 512)

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.base import require
-from scenelang.checking import Examination
 from scenelang.cli.options import (
     UsageError,
     add_limits,
@@ -36,6 +35,7 @@ from scenelang.cli.options import (
     whole,
 )
 from scenelang.cli.physics import add_physics
+from scenelang.console.reports import deliver, painted, print_json, say, table
 from scenelang.grammar.diagnostics import (
     Diagnostic,
     SceneError,
@@ -47,16 +47,16 @@ from scenelang.grammar.diagnostics import (
 )
 from scenelang.grammar.settings import line_range, part_of_one
 from scenelang.interpreter.scene.entity import count_words
-from scenelang.reports import deliver, painted, print_json, say, table
-from scenelang.scene_relations import declarations_of
+from scenelang.repair.checking import Examination
+from scenelang.session.declarations import declarations_of
 
 if TYPE_CHECKING:
-    from scenelang.formatting import FormattedFile
+    from scenelang.interpreter.inspection.difference import ComparedFrame
     from scenelang.interpreter.scene.declarations import Declaration
-    from scenelang.interpreter.scene.difference import ComparedFrame
     from scenelang.interpreter.scene.entity import Scene as EntityScene
     from scenelang.repl.loop import ModelRequest
-    from scenelang.session import Session
+    from scenelang.session.formatting import FormattedFile
+    from scenelang.session.session import Session
 
 _FIRST_LINES = 10_000
 
@@ -140,7 +140,7 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
 
 
 def _picture_finding(arguments: argparse.Namespace, scene: EntityScene, stated: Sequence[Declaration]) -> None:
-    from scenelang.scene_physics import picture_finding
+    from scenelang.session.motion import picture_finding
 
     simulated = (arguments.seconds, arguments.metres_per_unit) if arguments.physics else None
     with bounded(arguments):
@@ -163,7 +163,7 @@ def _say_shown(arguments: argparse.Namespace, what: str) -> None:
 
 
 def run_run(arguments: argparse.Namespace) -> int:
-    from scenelang.interpreter.scene.outline import summary, summary_rows
+    from scenelang.interpreter.inspection.outline import summary, summary_rows
 
     session = session_of(arguments)
     source = session.source(arguments.file)
@@ -201,7 +201,7 @@ def add_tree(parser: argparse.ArgumentParser) -> None:
 
 
 def run_tree(arguments: argparse.Namespace) -> int:
-    from scenelang.interpreter.scene.outline import outline, outline_data
+    from scenelang.interpreter.inspection.outline import outline, outline_data
 
     with bounded(arguments):
         scene = evaluated(arguments)
@@ -219,9 +219,9 @@ def run_tree(arguments: argparse.Namespace) -> int:
 
 
 def run_flatten(arguments: argparse.Namespace) -> int:
+    from scenelang.interpreter.inspection.numbering import primitive_handles
+    from scenelang.interpreter.inspection.outline import flat_json
     from scenelang.interpreter.scene.flatten import flatten as flatten_scene
-    from scenelang.interpreter.scene.numbering import primitive_handles
-    from scenelang.interpreter.scene.outline import flat_json
 
     with bounded(arguments):
         scene = evaluated(arguments)
@@ -302,7 +302,7 @@ def add_fmt(parser: argparse.ArgumentParser) -> None:
 
 def run_fmt(arguments: argparse.Namespace) -> int:
     from scenelang.backends.files import program_files
-    from scenelang.formatting import FormattedFile, format_file
+    from scenelang.session.formatting import FormattedFile, format_file
 
     names = program_files(arguments.files)
     if arguments.lines is not None and len(names) != 1:
@@ -364,7 +364,7 @@ def add_diff(parser: argparse.ArgumentParser) -> None:
 
 
 def run_diff(arguments: argparse.Namespace) -> int:
-    from scenelang.scene_changes import change_lines, changes_between
+    from scenelang.session.scene_changes import change_lines, changes_between
 
     if arguments.a == arguments.b == "-":
         raise UsageError("file", "only one of the two inputs can be standard input")
@@ -380,7 +380,7 @@ def run_diff(arguments: argparse.Namespace) -> int:
 
 def _compared_frames(arguments: argparse.Namespace, path: str) -> Sequence[ComparedFrame]:
     """Return the frames of a program or a JSON file; raises Told if the program has errors."""
-    from scenelang.scene_changes import compared_frames, compared_frames_in
+    from scenelang.session.scene_changes import compared_frames, compared_frames_in
 
     limit = session_limit(arguments)
     sheets = compared_frames_in(path, limit)
@@ -403,7 +403,7 @@ def add_transpile(parser: argparse.ArgumentParser) -> None:
 
 
 def run_transpile(arguments: argparse.Namespace) -> int:
-    from scenelang.session import Options, Session
+    from scenelang.session.session import Options, Session
 
     if arguments.output is not None and Path(arguments.output).resolve() == Path(arguments.file).resolve():
         raise UsageError("file", "the output would overwrite the input")
@@ -422,7 +422,7 @@ def add_lift(parser: argparse.ArgumentParser) -> None:
 
 
 def run_lift(arguments: argparse.Namespace) -> int:
-    from scenelang.formatting import difference
+    from scenelang.session.formatting import difference
 
     session = session_of(arguments)
     source = session.source(arguments.file)
@@ -446,7 +446,7 @@ def add_import(parser: argparse.ArgumentParser) -> None:
 def run_import(arguments: argparse.Namespace) -> int:
     from scenelang.backends.minecraft import export as minecraft
     from scenelang.backends.openscad import converting as openscad
-    from scenelang.session import other_file_error
+    from scenelang.session.session import other_file_error
 
     output = Path(arguments.output) if arguments.output else None
     if output is not None:
@@ -507,7 +507,7 @@ def add_search(parser: argparse.ArgumentParser) -> None:
 
 
 def run_search(arguments: argparse.Namespace) -> int:
-    from scenelang.searching import search
+    from scenelang.reference.searching import search
 
     found = search(" ".join(arguments.words), arguments.limit)
     text = "\n".join(each.text() for each in found)
@@ -522,7 +522,7 @@ def add_doctor(parser: argparse.ArgumentParser) -> None:
 
 
 def run_doctor(arguments: argparse.Namespace) -> int:
-    from scenelang.doctor import CheckState, checks, report_lines
+    from scenelang.console.doctor import CheckState, checks, report_lines
 
     found = list(checks())
     lines = report_lines(found, use_color(arguments, sys.stdout))

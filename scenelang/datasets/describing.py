@@ -16,11 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import require
-from scenelang.backends.labels.dataset import depth_picture, flow_picture, instance_color, with_tracks, word_color
+from scenelang.backends.labels.dataset import depth_picture, flow_picture, instance_color, with_tracks
 from scenelang.backends.labels.ground_truth import HIDDEN, VISIBLE, Flow, Tracks
 from scenelang.backends.labels.things import OTHER
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.film import save_picture
+from scenelang.backends.surfaces.appearance import word_color
 from scenelang.datasets.making import Maker, SampleFailure, decoded
 from scenelang.datasets.owned import CARD, CARD_TITLE
 from scenelang.datasets.sampler import draw_sample, views_of

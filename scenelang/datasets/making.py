@@ -23,10 +23,10 @@ from scenelang.backends.labels import things as labels
 from scenelang.backends.labels.things import Things
 from scenelang.backends.labels.views import LabelledView, SceneFacts, View
 from scenelang.backends.minecraft.models import as_cubes
-from scenelang.backends.pictures.appearance import encode
 from scenelang.backends.pictures.camera import Camera, camera_to_json
 from scenelang.backends.pictures.film import Painter, PictureOptions, painters, picture_backend
 from scenelang.backends.pictures.stage import Shot, box_of
+from scenelang.backends.surfaces.appearance import encode
 from scenelang.datasets.naming import classes_of, named_program
 from scenelang.datasets.sampler import Draw, draw_sample, key_of, split_of_scene, stream, views_of
 from scenelang.datasets.spec import CODE, PREDICATES, Spec
@@ -35,8 +35,8 @@ from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import count_words, descendants, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.modelling.solid import compute_all
-from scenelang.scene import Scene, literal
-from scenelang.session import Options, Session
+from scenelang.scenes.scene import Scene, literal
+from scenelang.session.session import Options, Session
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -11,16 +11,16 @@ from typing import Any
 
 from scenelang.backends.labels import things as labels
 from scenelang.datasets.spec import CODE, Distribution, Spec
+from scenelang.files.toml_places import KeyPath, parsed, shown
 from scenelang.grammar.datum import Atom, Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, near_names, suggest
 from scenelang.grammar.reader import read
-from scenelang.interpreter.program.program import Param
+from scenelang.interpreter.checker.program import Param
 from scenelang.interpreter.scene.entity import descendants
 from scenelang.interpreter.scene.primitives import geometric_words
 from scenelang.interpreter.scene.primitives import words as primitive_words
 from scenelang.interpreter.scene.primitives.base import COLOR, MATERIALS
-from scenelang.session import Session
-from scenelang.toml_places import KeyPath, parsed, shown
+from scenelang.session.session import Session
 
 _CALLED = re.compile(r'\(call\s+("(?:[^"\\]|\\.)*")', re.DOTALL)
 _COUNTED = re.compile(r"\{count:([^{}]+)\}")

@@ -20,14 +20,14 @@ import numpy as np
 
 from scenelang.backends.base import require
 from scenelang.backends.files import program_files, read_regular
+from scenelang.files.toml_places import TomlTable, parsed, shown
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.reader import read
 from scenelang.interpreter.loading import entry_points_of
-from scenelang.interpreter.runtime.limits import Limits
-from scenelang.scene_relations import declaration_problem
-from scenelang.session import IMPORT_FORM
-from scenelang.toml_places import TomlTable, parsed, shown
+from scenelang.interpreter.values.limits import Limits
+from scenelang.session.declarations import declaration_problem
+from scenelang.session.session import IMPORT_FORM
 
 CODE = "dataset"
 VERSION = 1
@@ -605,8 +605,8 @@ def _camera_files(table: TomlTable, folder: Path) -> tuple[str, ...]:
 
 
 def _pictures(table: TomlTable) -> PicturePlan:
-    from scenelang.backends.pictures.appearance import ENVIRONMENTS, GROUNDS
     from scenelang.backends.pictures.film import PictureOptions, check, picture_backend
+    from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS
 
     width, height = _size(table)
     environment = _names(table, "environment", "studio", tuple(ENVIRONMENTS))

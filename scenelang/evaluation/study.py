@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from scenelang.console.reports import table
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.reports import table
 
 FORMAT, VERSION = "scenelang-study", 1
 _MAX_BYTES = 500_000_000  # maximum size of a page

@@ -36,8 +36,8 @@ from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, suggest, usage_errors
 from scenelang.grammar.settings import FRAME_RATES, frame_rate, names, picture_size, setting, typed, whole
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.primer import stated_task
-from scenelang.session import Options, Session
+from scenelang.reference.primer import stated_task
+from scenelang.session.session import Options, Session
 
 if TYPE_CHECKING:
     from scenelang.backends.pictures.stage import Shot

@@ -22,9 +22,9 @@ from scenelang.interpreter.scene.primitives import (
     docs_of_words,
     solid_words,
 )
-from scenelang.interpreter.transpile.python_text import HELPERS, code_of
-from scenelang.primer import primer
-from scenelang.session import Session
+from scenelang.interpreter.transpile.analysis.python_text import HELPERS, code_of
+from scenelang.reference.primer import primer
+from scenelang.session.session import Session
 from scenelang.stdlib.reference import helper_header, in_json
 
 # Prompt templates: files with placeholders ``{{name}}``. A user's file of the same name overrides the package's file.

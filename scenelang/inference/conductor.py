@@ -30,8 +30,8 @@ from scenelang.inference.steps import (
     judge_steps,
     sample_steps,
 )
-from scenelang.interpreter.runtime.limits import Limits
-from scenelang.session import Options
+from scenelang.interpreter.values.limits import Limits
+from scenelang.session.session import Options
 
 if TYPE_CHECKING:
     pass

@@ -29,17 +29,17 @@ from scenelang.inference.records import (
     runs_folder,
 )
 from scenelang.inference.steps import Verdict, geometry_findings, has_blocks, read_picture
-from scenelang.interpreter.program.program import Program
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.checker.program import Program
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene as SceneGraph
-from scenelang.interpreter.transpile.python_text import code_of, find_code
-from scenelang.scene_changes import Changes, changes_between, compared_frames, paired_by_path
-from scenelang.session import Evaluated, Options, Session, is_python, is_scene_file
+from scenelang.interpreter.transpile.analysis.python_text import code_of, find_code
+from scenelang.interpreter.values.limits import Limits
+from scenelang.session.scene_changes import Changes, changes_between, compared_frames, paired_by_path
+from scenelang.session.session import Evaluated, Options, Session, is_python, is_scene_file
 
 if TYPE_CHECKING:
     from scenelang.backends.language_models.catalogue import Usage
-    from scenelang.scene import Image, Scene
+    from scenelang.scenes.scene import Image, Scene
 
 _MAX_TASK_LENGTH = 100_000  # characters
 _MAX_IMAGES = 20
@@ -332,7 +332,7 @@ def _write(target: Path, text: str) -> Path:
 
 def generated(run: Run, result: Result, options: Options) -> Generated:
     """Return the result of a run as a scene."""
-    from scenelang.scene import Scene
+    from scenelang.scenes.scene import Scene
 
     best = result.best
     assert best.scene is not None
@@ -343,7 +343,7 @@ def generated(run: Run, result: Result, options: Options) -> Generated:
 
 def edited(inference: Inference, run: Run, path: Path, live: TextIO | None = None) -> Edited:
     """Run the edit to its end, and compute its effect. Raises SceneError."""
-    from scenelang.scene import Scene
+    from scenelang.scenes.scene import Scene
 
     result = play(inference, run, live)
     before = scene_before(path, inference.task, inference.options)

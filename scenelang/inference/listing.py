@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, NoReturn
 
-from scenelang.formatting import formatted
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Symbol, number_text, print_datum, string_text
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.reader import read
@@ -25,7 +24,8 @@ from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten
 from scenelang.interpreter.scene.primitives import is_word
-from scenelang.interpreter.transpile.python_text import HELPERS
+from scenelang.interpreter.transpile.analysis.python_text import HELPERS
+from scenelang.session.formatting import formatted
 
 MAX_ITEMS = 5_000
 _FENCE = re.compile(r"^[ \t]*+```[ \t]*+(?:json)?[ \t]*+\n(.*?)^[ \t]*+```", re.M | re.S)

@@ -37,13 +37,13 @@ from scenelang.backends.language_models.client import (
     reply_of,
 )
 from scenelang.backends.language_models.provider import Provider, connect, find_family
+from scenelang.console.reports import table
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import SceneError, UsageError, printable, suggest, to_json
 from scenelang.grammar.settings import dollars, seconds, setting, settings_in, whole
 from scenelang.inference.brief import Notation
 from scenelang.inference.steps import SamplePlan, Speaker, Verdict
 from scenelang.interpreter.loading import user_folder
-from scenelang.reports import table
 
 _PRIVATE = 0o700
 _VERSION = 1

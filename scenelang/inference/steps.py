@@ -30,7 +30,6 @@ from scenelang.backends.language_models.catalogue import (
     text_message,
 )
 from scenelang.backends.language_models.catalogue import ImageContent as Encoded
-from scenelang.formatting import formatted
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
 from scenelang.inference.brief import NO_CHANGES, Brief, Notation, Prompts, Task, TaskKind, fenced
@@ -38,11 +37,12 @@ from scenelang.inference.listing import program_of
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
 from scenelang.interpreter.scene.primitives import block_words
-from scenelang.interpreter.transpile.python_text import code_of
+from scenelang.interpreter.transpile.analysis.python_text import code_of
 from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import trial
-from scenelang.scene_changes import changes_between, compared_frames
-from scenelang.session import Options, Session, linted
+from scenelang.session.formatting import formatted
+from scenelang.session.scene_changes import changes_between, compared_frames
+from scenelang.session.session import Options, Session, linted
 from scenelang.stdlib.reference import about_names
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ class AnswerReader:
         This needs no model, and saves a turn with it. Edits of a person's program and lists of primitives stay as they
         are, and so does a program with other errors, which the model has to repair anyway.
         """
-        from scenelang.repairing import repaired
+        from scenelang.repair.repairing import repaired
 
         unresolved = [d for d in verdict.diagnostics if d.is_error and d.name != "declaration"]
         failed = any(d.name == "declaration" for d in verdict.diagnostics)

@@ -11,14 +11,14 @@ from lsprotocol import types as lsp
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, comment_above
+from scenelang.interpreter.checker.program import Param
 from scenelang.interpreter.expand.forms import FORMS, snippet
 from scenelang.interpreter.expand.scope import ConstantBinding, Macro, PaperForm, Special, Variable
-from scenelang.interpreter.program.program import Param
 from scenelang.interpreter.runtime.types import BASE_TYPES, STD, Builtin
 from scenelang.interpreter.scene.primitives import docs_of_words, geometry_attributes, words
 from scenelang.lsp.names import Around, CursorContext, Names, context, local_bindings, range_of
 from scenelang.lsp.references import Document
-from scenelang.primer import attribute_doc, attributes_of
+from scenelang.reference.primer import attribute_doc, attributes_of
 from scenelang.stdlib.colors import named_colors
 from scenelang.stdlib.reference import RecordKind, ReferenceRecord, lookup, records
 

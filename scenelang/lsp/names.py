@@ -16,13 +16,13 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.reader import lexemes, read
+from scenelang.interpreter.checker.program import FileExpander, SourceFile, TopForm
 from scenelang.interpreter.compile.analyse import pattern_variables
+from scenelang.interpreter.evaluation.interactive import Piece, Version
 from scenelang.interpreter.expand.expand import Expander, Use
 from scenelang.interpreter.expand.scope import Macro, PaperForm, Scope, Variable, base_name
-from scenelang.interpreter.program.interactive import Piece, Version
-from scenelang.interpreter.program.program import FileExpander, SourceFile, TopForm
 from scenelang.interpreter.runtime.types import STD
-from scenelang.session import run_with_room
+from scenelang.session.session import run_with_room
 
 _TAKES_WORD = frozenset(("call", "bind", "retrieve", "bound?", "scene", "primitive"))
 _LIBRARY = Path(__file__).parents[2]

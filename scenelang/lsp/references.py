@@ -12,16 +12,16 @@ from typing import Any
 from lsprotocol import types as lsp
 
 from scenelang.backends.files import read_regular
-from scenelang.editing import Editing, VersionAnalysis
 from scenelang.grammar.datum import Atom, Datum, Handle, Keyword, ListDatum, Source, Span, walk
 from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.interpreter.checker.lint import apply_fixes
+from scenelang.interpreter.evaluation.interactive import Piece, Version
 from scenelang.interpreter.expand.scope import ConstantBinding, Macro, PaperForm, Special, Variable, base_name
-from scenelang.interpreter.lint.lint import apply_fixes
-from scenelang.interpreter.program.interactive import Piece, Version
 from scenelang.interpreter.runtime.types import STD, Builtin
 from scenelang.interpreter.scene.primitives import is_word
 from scenelang.lsp.names import Names, file_of, offset, range_of, shown, uses_of, words_of
-from scenelang.session import IMPORT_FORM, Options, Session
+from scenelang.session.editing import Editing, VersionAnalysis
+from scenelang.session.session import IMPORT_FORM, Options, Session
 
 # Open documents with their analysis.
 

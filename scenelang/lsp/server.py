@@ -13,22 +13,22 @@ from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 
-from scenelang.formatting import indents_of
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.formatter import UnreadableError, edit_between, format_range, format_text
 from scenelang.grammar.reader import lexemes
+from scenelang.interpreter.checker.kinds import ANY, Kind, describe
 from scenelang.interpreter.compile.analyse import walk
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.kinds.kinds import ANY, Kind, describe
 from scenelang.interpreter.runtime.types import Builtin
-from scenelang.interpreter.runtime.values import Keyword
 from scenelang.interpreter.scene.primitives.base import encoded, linear
+from scenelang.interpreter.values.values import Keyword
 from scenelang.lsp import completion, references
 from scenelang.lsp.completion import of_attribute, of_binding, of_word
 from scenelang.lsp.names import file_of, offset, path_of, position, range_of, shown, uri_of
 from scenelang.lsp.references import Document, Documents
+from scenelang.session.formatting import indents_of
 from scenelang.stdlib.colors import color_of
 
 # Inlay hints: the parameters that literal arguments are for, and the kinds of definitions where they are requested.

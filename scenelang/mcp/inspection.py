@@ -19,17 +19,17 @@ import numpy.typing as npt
 from scenelang.backends.base import frame_of
 from scenelang.backends.geometry.arrangement import Arrangement, Thing
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.scene.instance_paths import Locator, outermost
+from scenelang.interpreter.inspection.instance_paths import Locator, outermost
 from scenelang.mcp.tools import Project, ProjectProgram, ToolAnswer, answer, camera_in, frame_in, of_scene
-from scenelang.scene import Scene as Api
-from scenelang.scene import scene_from
-from scenelang.scene_relations import declarations_of
-from scenelang.session import Options, Session
+from scenelang.scenes.scene import Scene as Api
+from scenelang.scenes.scene import scene_from
+from scenelang.session.declarations import declarations_of
+from scenelang.session.session import Options, Session
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Scene
-    from scenelang.session import Evaluated
+    from scenelang.session.session import Evaluated
 
 Pixels = npt.NDArray[np.uint8]
 

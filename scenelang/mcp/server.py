@@ -36,15 +36,15 @@ from mcp.types import (
 from pydantic import Field, ValidationError
 
 from scenelang.grammar.diagnostics import CODES, Diagnostic, SceneError, suggest, to_json
-from scenelang.instance_edits import InstanceEdit
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.values.limits import Limits
 from scenelang.mcp import inspection, tools, workbench
 from scenelang.mcp.tools import Project, ProjectProgram, ToolAnswer, WrongArguments, clipped, fitted, refused
 from scenelang.mcp.workbench import TextSpan, Workbench, WorkingProgram
+from scenelang.reference.searching import example_names, example_text, search
+from scenelang.repair.instance_edits import InstanceEdit
 from scenelang.sandbox.supervision import Ended
 from scenelang.sandbox.worker import Worker
-from scenelang.scene_changes import TOLERANCE
-from scenelang.searching import example_names, example_text, search
+from scenelang.session.scene_changes import TOLERANCE
 
 PRIMER = "scenelang://primer"
 EXAMPLES = "scenelang://examples"

@@ -13,27 +13,33 @@ from typing import TYPE_CHECKING, Any
 from scenelang.backends.base import frame_of
 from scenelang.backends.geometry.lint import check_geometry
 from scenelang.backends.geometry.relations import check_declarations
+from scenelang.files.zfile import beside, read_entries
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, printable, render_text, suggest, to_json
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.inspection.instance_paths import part_of
+from scenelang.interpreter.inspection.outline import summary, summary_rows
 from scenelang.interpreter.scene.entity import Scene, count_words
-from scenelang.interpreter.scene.instance_paths import part_of
-from scenelang.interpreter.scene.outline import summary, summary_rows
 from scenelang.interpreter.scene.primitives import docs_of_words
 from scenelang.interpreter.scene.primitives.asset import is_hidden
-from scenelang.primer import description, known_names, primer
+from scenelang.interpreter.values.limits import Limits
+from scenelang.reference.primer import description, known_names, primer
 from scenelang.sandbox.supervision import limited
-from scenelang.scene_changes import TOLERANCE, change_lines, changes_between, compared_frames, compared_frames_in
-from scenelang.scene_relations import declaration_source
-from scenelang.session import Options, Session, linted
+from scenelang.session.declarations import declaration_source
+from scenelang.session.scene_changes import (
+    TOLERANCE,
+    change_lines,
+    changes_between,
+    compared_frames,
+    compared_frames_in,
+)
+from scenelang.session.session import Options, Session, linted
 from scenelang.stdlib.reference import TOPICS, records
-from scenelang.zfile import beside, read_entries
 
 if TYPE_CHECKING:
     from scenelang.backends.pictures.camera import Camera, Viewpoint
+    from scenelang.interpreter.inspection.difference import ComparedFrame
     from scenelang.interpreter.runtime.runtime import ZEntry
-    from scenelang.interpreter.scene.difference import ComparedFrame
-    from scenelang.session import Evaluated
+    from scenelang.session.session import Evaluated
 
 
 # Answers of tools: text for people and models, data for programs, an image. All parts are limited in size and contain

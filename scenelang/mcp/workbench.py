@@ -17,7 +17,6 @@ from scenelang.backends import base
 from scenelang.backends.files import atomic_write_all, read_regular, write_text
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, printable, to_json
-from scenelang.instance_edits import InstanceEdit, edited
 from scenelang.mcp.tools import (
     MAX_PROGRAM_LENGTH,
     Project,
@@ -29,10 +28,11 @@ from scenelang.mcp.tools import (
     diagnosed,
     refused,
 )
-from scenelang.repairing import repaired
+from scenelang.repair.instance_edits import InstanceEdit, edited
+from scenelang.repair.repairing import repaired
 from scenelang.sandbox.supervision import limited
-from scenelang.scene_relations import declaration_source
-from scenelang.session import is_python
+from scenelang.session.declarations import declaration_source
+from scenelang.session.session import is_python
 
 MAX_SESSIONS = 16
 MAX_EXPORT = 200_000_000  # bytes

@@ -337,7 +337,7 @@ def _edit(repl: Repl, rest: str) -> None:
     from scenelang.inference.brief import Ablation
     from scenelang.inference.conductor import Inference
     from scenelang.inference.generation import edit_of, edit_task, imported_files
-    from scenelang.scene_changes import OF_AN_EDIT, change_lines
+    from scenelang.session.scene_changes import OF_AN_EDIT, change_lines
 
     request = _request(repl, "edit", rest, "an instruction, such as ,edit make the tower higher")
     evaluation = repl.evaluation
@@ -478,7 +478,7 @@ def _changed_size(old: Scene, new: Scene) -> Iterator[str]:
 
 
 def _differences(old: Scene, new: Scene) -> Iterator[str]:
-    from scenelang.interpreter.scene.difference import compare_frames, compared_frame
+    from scenelang.interpreter.inspection.difference import compare_frames, compared_frame
     from scenelang.interpreter.scene.flatten import flatten
 
     before, after = (compared_frame(flatten(scene, 2 * _COMPARED).frames[0]) for scene in (old, new))
@@ -512,7 +512,7 @@ def _scene(repl: Repl, form: str) -> Scene:
 
 
 def _tree(repl: Repl, rest: str) -> None:
-    from scenelang.interpreter.scene.outline import outline
+    from scenelang.interpreter.inspection.outline import outline
 
     scene = _scene(repl, rest)
     repl.screen.rows(outline(scene))

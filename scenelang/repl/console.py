@@ -36,14 +36,14 @@ from prompt_toolkit.styles import Style
 
 from scenelang.grammar.datum import Source
 from scenelang.grammar.reader import Completeness, read
-from scenelang.highlight import SceneLexer
 from scenelang.interpreter.expand.forms import INDENTS
 from scenelang.interpreter.expand.scope import Macro
 from scenelang.interpreter.loading import user_folder
 from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.types import Builtin
 from scenelang.interpreter.scene.primitives import docs_of_words
-from scenelang.primer import attribute_doc, attribute_names, attributes_of
+from scenelang.reference.highlight import SceneLexer
+from scenelang.reference.primer import attribute_doc, attribute_names, attributes_of
 from scenelang.repl.commands import commands
 from scenelang.repl.display import Screen, protocol_of, signature_of
 from scenelang.repl.evaluation import ReplEvaluation, function_of

@@ -19,7 +19,8 @@ from scenelang.grammar.diagnostics import CODES, Diagnostic, SceneError, capped,
 from scenelang.interpreter.runtime.procedures import Closure, Condition
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Builtin
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene.entity import Entity, Frames, Scene
+from scenelang.interpreter.values.values import (
     Array,
     Matrix,
     MutableArray,
@@ -30,7 +31,6 @@ from scenelang.interpreter.runtime.values import (
     Table,
     Vector,
 )
-from scenelang.interpreter.scene.entity import Entity, Frames, Scene
 
 # Inline images: the protocols of iTerm2, kitty and sixel.
 

@@ -14,25 +14,25 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, TypeVar
 
-from scenelang import primer
-from scenelang.formatting import formatted
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, moved_diagnostic
+from scenelang.interpreter.checker.lint import find_root
+from scenelang.interpreter.checker.program import TopForm
 from scenelang.interpreter.compile.generated import forget
+from scenelang.interpreter.evaluation.interactive import FormResult, TopLevel, is_assignment, names_of
 from scenelang.interpreter.expand.scope import Macro
-from scenelang.interpreter.lint.lint import find_root
-from scenelang.interpreter.program.interactive import FormResult, TopLevel, is_assignment, names_of
-from scenelang.interpreter.program.program import TopForm
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.runtime.parts import parts_of
 from scenelang.interpreter.runtime.procedures import TAIL, Closure, Frame
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.scene.entity import Entity, Frames, Scene
-from scenelang.interpreter.scene.parts import parts_of
+from scenelang.interpreter.values.limits import Limits
+from scenelang.reference import primer
 from scenelang.repl.display import displayed, signature_of
 from scenelang.sandbox.supervision import Ended, limited, link
 from scenelang.sandbox.worker import Worker
-from scenelang.session import EXPANSION_DEPTH, Options, Session, run_with_room, settled
+from scenelang.session.formatting import formatted
+from scenelang.session.session import EXPANSION_DEPTH, Options, Session, run_with_room, settled
 from scenelang.viewer import workspace
 from scenelang.viewer.server import ViewServer
 
@@ -426,7 +426,7 @@ class ReplEvaluation:
 
 def description(top: TopLevel, name: str) -> list[str]:
     """Return the description of ``name`` as lines: a name or word (quoted or not) of the session, or any name known to
-    ``scenelang.primer``; empty if unknown."""
+    ``scenelang.reference.primer``; empty if unknown."""
     return list(_own(top, name)) or primer.description(name)
 
 

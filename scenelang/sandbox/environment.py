@@ -13,7 +13,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
-from scenelang.interpreter.runtime.limits import fork_safe_lock
+from scenelang.interpreter.values.limits import fork_safe_lock
 
 _NAMES = """
     PATH HOME USER LOGNAME SHELL PWD LANG LANGUAGE TZ TERM COLORTERM TERM_PROGRAM COLUMNS LINES NO_COLOR FORCE_COLOR

@@ -26,7 +26,8 @@ from typing import Any, NoReturn
 
 from scenelang.grammar.datum import Span, dataclass
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.interpreter.runtime.limits import (
+from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.values.limits import (
     Limits,
     blocked_error,
     memory_error,
@@ -34,7 +35,6 @@ from scenelang.interpreter.runtime.limits import (
     time_error,
     wall_guard,
 )
-from scenelang.interpreter.runtime.types import STD
 from scenelang.sandbox.confinement import confine
 from scenelang.sandbox.environment import hidden_variables
 from scenelang.sandbox.status import Chain, Phase, Sampler, Status, cpu_seconds_of, resident_bytes_of

@@ -14,19 +14,19 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.files import atomic_write, read_regular
-from scenelang.backends.pictures.appearance import from_srgb, to_srgb
+from scenelang.backends.surfaces.appearance import from_srgb, to_srgb
 from scenelang.backends.viewer.packet import SplatsOf, packet_of
-from scenelang.editing import Editing
+from scenelang.files.zfile import beside
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Source, Span, Symbol, atom_text
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, capped, render_text
 from scenelang.grammar.reader import read
-from scenelang.interpreter.program.program import Param, Program
+from scenelang.interpreter.checker.program import Param, Program
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene, descendants
 from scenelang.sandbox.supervision import Ended, limited
-from scenelang.session import Session, linted
+from scenelang.session.editing import Editing
+from scenelang.session.session import Session, linted
 from scenelang.stdlib.colors import color_of
-from scenelang.zfile import beside
 
 # Params as interactive controls: their kinds, values, literals, and writing values back to the file.
 

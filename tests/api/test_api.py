@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import scenelang as sl
+from scenelang.interpreter.inspection.numbering import primitive_handles
 from scenelang.interpreter.scene.flatten import flatten
-from scenelang.interpreter.scene.numbering import primitive_handles
 
 ROOT = Path(__file__).parents[2]
 ROW = '(bind "pair" (lambda () (union (call "red cup" :color [1 0 0]) (transform (call "cube") (translate [3 0 0])))))'
@@ -208,8 +208,8 @@ def test_plain_values_become_params() -> None:
 
 
 def test_embeddings_beside_the_program_are_used(tmp_path: Path) -> None:
-    from scenelang.interpreter.runtime.values import Vector
-    from scenelang.zfile import beside, set_entry
+    from scenelang.files.zfile import beside, set_entry
+    from scenelang.interpreter.values.values import Vector
 
     program = tmp_path / "a.scene"
     program.write_text('(bind "a" (lambda () (call "cube" <z9>)))', "utf-8")
@@ -271,10 +271,10 @@ def test_docstring_examples_run(monkeypatch: pytest.MonkeyPatch) -> None:
 
     import scenelang.api
     import scenelang.inference.generation
-    import scenelang.scene
+    import scenelang.scenes.scene
 
     monkeypatch.chdir(ROOT)
-    for module in (sl, scenelang.api, scenelang.scene, scenelang.inference.generation):
+    for module in (sl, scenelang.api, scenelang.scenes.scene, scenelang.inference.generation):
         result = doctest.testmod(module, verbose=False)
         assert result.failed == 0
         assert module is sl or result.attempted > 0

@@ -344,10 +344,10 @@ def test_mistakes_about_distillations(beach: sl.Scene) -> None:
 def test_docstring_examples_run() -> None:
     import doctest
 
-    from scenelang import embeddings, inversion, neural
     from scenelang.backends.neural import inversion as learning_of_words
     from scenelang.backends.neural import prompts, weights
     from scenelang.backends.neural.distillation import training
+    from scenelang.learning import embeddings, inversion, neural
 
     for module in (embeddings, inversion, neural, training, learning_of_words, prompts, weights):
         assert doctest.testmod(module).failed == 0

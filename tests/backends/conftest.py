@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY, Embedding, Matrix, Pair, Vector
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.primitives import shape_of
+from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Embedding, Matrix, Pair, Vector
 
 SHEAR = Matrix((1, 0.7, 0, 0, 0, 1, 0.2, 0, 0, 0, 1, 0))
 MIRROR = pose.reflection((0, 0, 0), (1, 0.3, 0.2))

@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 from support import calls
 
-from scenelang.backends.geometry import assets
-from scenelang.backends.geometry.assets import AssetFiles, load_asset
+from scenelang.backends.surfaces import assets
+from scenelang.backends.surfaces.assets import AssetFiles, load_asset
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.runtime.limits import Limits, Meter
+from scenelang.interpreter.values.limits import Limits, Meter
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32).tobytes()
 DATA = CORNERS + np.array([0, 1, 2], np.uint16).tobytes()

@@ -9,11 +9,11 @@ import pytest
 from later import later
 
 import scenelang
-from scenelang.backends.geometry.assets import AssetFiles, PointSupport
-from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix, Pair
+from scenelang.backends.surfaces.assets import AssetFiles, PointSupport
 from scenelang.interpreter.scene.bounds import entity_box, parts_box
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.primitives import Primitive, shape_of
+from scenelang.interpreter.values.values import ANONYMOUS, Matrix, Pair
 
 trimesh = later("trimesh")
 

@@ -10,11 +10,11 @@ from later import later
 from PIL import Image
 
 import scenelang
-from scenelang.backends.geometry import assets
-from scenelang.backends.geometry.assets import load_asset
-from scenelang.backends.pictures.appearance import from_srgb
 from scenelang.backends.pictures.camera import PRESETS
 from scenelang.backends.pictures.film import PictureOptions, render
+from scenelang.backends.surfaces import assets
+from scenelang.backends.surfaces.appearance import from_srgb
+from scenelang.backends.surfaces.assets import load_asset
 from scenelang.grammar.diagnostics import SceneError
 
 trimesh = later("trimesh")

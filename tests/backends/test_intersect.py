@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenelang.backends.geometry.solids import triangle_poses
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.rays import NOTHING, camera_rays, caster_for, depths_of, ids_of
 from scenelang.backends.pictures.stage import Stage, staging_of, still
+from scenelang.backends.surfaces.solids import triangle_poses
 from scenelang.interpreter.scene.primitives import standard_forms
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm, nearest_hit
 from scenelang.interpreter.scene.primitives.mesh import inverses_of, posed

@@ -12,13 +12,13 @@ from support import calls, evaluate, session, unchecked
 
 import scenelang
 from scenelang.backends.pictures import mitsuba
-from scenelang.backends.pictures.appearance import ENVIRONMENTS, GROUNDS, encode, look_of
 from scenelang.backends.pictures.camera import PRESETS, Viewpoint
 from scenelang.backends.pictures.draft import draw as draw_draft
 from scenelang.backends.pictures.film import Image, PictureOptions, draw, picture_backend
 from scenelang.backends.pictures.mitsuba import MITSUBA
 from scenelang.backends.pictures.mitsuba_scene import parts_of
 from scenelang.backends.pictures.stage import staging_of, still
+from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS, encode, look_of
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError

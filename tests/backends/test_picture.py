@@ -11,7 +11,6 @@ import pytest
 from support import calls
 
 from scenelang.backends.base import BackendOptions
-from scenelang.backends.pictures.appearance import ENVIRONMENTS, encode, from_srgb, to_srgb, tone
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.draft import DRAFT, draw
 from scenelang.backends.pictures.film import (
@@ -25,10 +24,11 @@ from scenelang.backends.pictures.film import (
 )
 from scenelang.backends.pictures.film import draw as picture_draw
 from scenelang.backends.pictures.stage import Stage, staging_of, still
+from scenelang.backends.surfaces.appearance import ENVIRONMENTS, encode, from_srgb, to_srgb, tone
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.runtime.values import Matrix
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Scene
+from scenelang.interpreter.values.values import Matrix
 
 BACKGROUND = encode(np.array(ENVIRONMENTS["studio"].backdrop))
 
@@ -224,7 +224,7 @@ def test_labels_stand_on_what_is_seen_of_their_boxes(make: Any) -> None:
 
 
 def test_words_have_stable_tints_unless_they_have_a_colour(make: Any) -> None:
-    from scenelang.backends.pictures.appearance import look_of
+    from scenelang.backends.surfaces.appearance import look_of
 
     assert look_of(make.primitive("house")) == look_of(make.primitive("house"))
     assert look_of(make.primitive("house")).color != look_of(make.primitive("tree")).color
@@ -237,10 +237,10 @@ def test_words_have_stable_tints_unless_they_have_a_colour(make: Any) -> None:
 def test_an_asset_is_drawn_as_its_mesh(make: Any, tmp_path: Path) -> None:
     import trimesh
 
-    from scenelang.backends.geometry.assets import AssetFiles
-    from scenelang.interpreter.runtime.values import Embedding
+    from scenelang.backends.surfaces.assets import AssetFiles
     from scenelang.interpreter.scene.entity import Entity
     from scenelang.interpreter.scene.primitives import shape_of
+    from scenelang.interpreter.values.values import Embedding
 
     path = tmp_path / "ball.glb"
     trimesh.creation.icosphere(subdivisions=4).export(path)

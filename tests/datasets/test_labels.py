@@ -122,14 +122,14 @@ def test_pixels_alone_are_those_of_a_scene_of_the_thing_alone(row: Scene) -> Non
 
 
 def _placed(entity: Any, matrix: np.ndarray) -> Any:
-    from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix, Pair
     from scenelang.interpreter.scene.entity import Entity
+    from scenelang.interpreter.values.values import ANONYMOUS, Matrix, Pair
 
     return Entity("one", ANONYMOUS, (Pair(entity, Matrix(matrix.reshape(-1).tolist())),))
 
 
 def test_handles_of_some_are_those_of_all(row: Scene) -> None:
-    from scenelang.interpreter.scene.numbering import frame_numbers, instance_handles, some_handles
+    from scenelang.interpreter.inspection.numbering import frame_numbers, instance_handles, some_handles
 
     found = truth(row).ancestry
     rows = [len(found) - 1, 0, *range(2, len(found), 3)]

@@ -98,7 +98,7 @@ def test_a_killed_run_is_resumed(made: Path, folder: Path, tmp_path: Path, numbe
 
 def test_an_interrupted_evaluation_is_no_failed_sample(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from scenelang.grammar.diagnostics import LimitError
-    from scenelang.interpreter.runtime.limits import Meter
+    from scenelang.interpreter.values.limits import Meter
 
     def interrupt(self: Meter, steps: int) -> None:
         raise LimitError("interrupted", "evaluation interrupted")

@@ -219,7 +219,7 @@ SLOW_SPEC = "[params]\nn = [0, 1]\n[limits]\nseconds = 0.3\nsteps = 1000000000\n
 def test_what_fails_for_reasons_of_the_machine_is_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from scenelang.datasets import working
     from scenelang.datasets.making import Maker, SampleFailure
-    from scenelang.interpreter.runtime.limits import memory_error
+    from scenelang.interpreter.values.limits import memory_error
 
     spec = _one(tmp_path, CUBE, "[output]\nshard = 2")
     make = Maker.make

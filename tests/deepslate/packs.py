@@ -11,7 +11,7 @@ from typing import Any
 
 from scenelang.grammar.datum import Source
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.session import Options, Session
+from scenelang.session.session import Options, Session
 
 FACES = ("down", "up", "north", "south", "west", "east")
 DEFINITIONS: dict[str, Any] = {

@@ -56,7 +56,7 @@ def test_the_page_asks_for_nothing(pack: Path) -> None:
 def test_markup_in_names_stays_text(pack: Path) -> None:
     text = """(bind "</script><script>x" (lambda () (call "set-cuboid" :block-type "stone" :scale '(1 1 1))))"""
     from scenelang.grammar.datum import Source
-    from scenelang.session import Options, Session
+    from scenelang.session.session import Options, Session
 
     scene = Session(Options()).evaluate(Source("<test>", text)).scene
     assert scene is not None

@@ -12,11 +12,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from searching import many
 
-from scenelang.editing import Editing
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import to_json
 from scenelang.grammar.reader import split, split_again
-from scenelang.session import Session
+from scenelang.session.editing import Editing
+from scenelang.session.session import Session
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PROGRAM = """\

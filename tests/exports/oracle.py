@@ -15,14 +15,14 @@ from hypothesis import strategies as st
 
 from scenelang.backends.exports.plan import SEGMENTS, surface_of
 from scenelang.backends.minecraft.models import as_cubes
-from scenelang.backends.pictures.appearance import look_of
+from scenelang.backends.surfaces.appearance import look_of
 from scenelang.grammar.datum import Source
-from scenelang.interpreter.runtime.values import ANONYMOUS, Embedding, Matrix, Pair, Vector
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.flatten import flatten
 from scenelang.interpreter.scene.primitives import shape_of
-from scenelang.session import Options, Session
+from scenelang.interpreter.values.values import ANONYMOUS, Embedding, Matrix, Pair, Vector
+from scenelang.session.session import Options, Session
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 _LARGE = ("fractal-tree.scene", "menger-sponge.scene")  # a hundred thousand primitives and more

@@ -20,7 +20,7 @@ from scenelang.backends.exports.usd import USD
 from scenelang.grammar.datum import Source
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.primitives.mesh import volume_of
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 HERE = Path(__file__).parent
 PYTHON = Path(os.environ.get("SCENELANG_BLENDER", HERE.parent.parent / ".venv" / "blender" / "bin" / "python"))

@@ -27,12 +27,12 @@ from scenelang.backends.exports.mesh_files import OBJ, PLY, STL
 from scenelang.backends.exports.mitsuba_xml import MITSUBA_XML
 from scenelang.backends.exports.scene_json import JSON
 from scenelang.backends.exports.usd import USD
-from scenelang.backends.geometry.assets import AssetFiles
+from scenelang.backends.surfaces.assets import AssetFiles
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.runtime.values import Embedding, Matrix
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.primitives import shape_of
+from scenelang.interpreter.values.values import Embedding, Matrix
 
 MESHES = [GLTF, USD, OBJ, PLY, STL, MITSUBA_XML]
 

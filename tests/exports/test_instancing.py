@@ -20,9 +20,9 @@ from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports.gltf import GLTF
 from scenelang.backends.exports.usd import INSTANCER_COPIES, USD
 from scenelang.grammar.diagnostics import LimitError
-from scenelang.interpreter.runtime.values import Embedding, Pair
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.values.values import Embedding, Pair
 
 EXTENSION = "EXT_mesh_gpu_instancing"
 MIRRORED = pose.reflection((0, 0, 0), (1, 2, 0))

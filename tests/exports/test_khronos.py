@@ -15,7 +15,7 @@ from sampling import one_in
 from exports.oracle import EXAMPLES, example
 from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports.gltf import GLTF
-from scenelang.interpreter.runtime.values import Matrix
+from scenelang.interpreter.values.values import Matrix
 
 HERE = Path(__file__).parent
 FOLDER = Path(os.environ.get("SCENELANG_GLTF_VALIDATOR", HERE.parent.parent / ".venv" / "gltf-validator"))

@@ -18,9 +18,9 @@ from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports import scene_json
 from scenelang.backends.exports.scene_json import JSON, read_scene, write_scene
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Pair
+from scenelang.interpreter.inspection.outline import outline
 from scenelang.interpreter.scene.entity import Entity, Scene, count_words, descendants
-from scenelang.interpreter.scene.outline import outline
+from scenelang.interpreter.values.values import IDENTITY, Embedding, Pair
 
 ALL = sorted(path.name for path in EXAMPLES.glob("*.scene"))
 

@@ -21,10 +21,10 @@ from exports.gltf_reader import Gltf
 from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports.gltf import GLTF
 from scenelang.backends.exports.plan import surface_of
-from scenelang.interpreter.runtime.values import Matrix
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.values.values import Matrix
 
 HERE = Path(__file__).parent
 FOLDER = Path(os.environ.get("SCENELANG_THREE", HERE.parent.parent / ".venv" / "three"))

@@ -17,9 +17,9 @@ from exports.usd_reader import complaints, seen
 from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports.plan import surface_of
 from scenelang.backends.exports.usd import USD, PrimNames
-from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Pair
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.values.values import IDENTITY, Embedding, Pair
 
 pytest.importorskip("pxr", reason="usd-core is not installed")
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from formatter.texts import INDENTS
-from scenelang.formatting import indents_of
 from scenelang.grammar.datum import Source
 from scenelang.grammar.formatter import format_text, learnt_indents
 from scenelang.grammar.reader import read
+from scenelang.session.formatting import indents_of
 
 RULES = [
     ("(define-syntax m (syntax-rules () ((_ body ...) (begin body ...))))", 0),

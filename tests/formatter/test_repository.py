@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from scenelang.formatting import indents_of
 from scenelang.grammar.formatter import format_text
+from scenelang.session.formatting import indents_of
 
 ROOT = Path(__file__).parents[2]
 PROGRAMS = sorted([*ROOT.glob("examples/**/*.scene"), *ROOT.glob("stdlib/*.scene")])

@@ -16,7 +16,7 @@ import scenelang as sl
 from fuzz.mutations import Mutations
 from scenelang.grammar.diagnostics import SceneError, UsageError
 from scenelang.interpreter.expand.forms import FORMS
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.values.limits import Limits
 
 LIMITS = Limits(
     steps=100_000, depth=2_000, entities=10_000, primitives=10_000, size=200_000, memory=300_000_000, log=500

@@ -36,7 +36,7 @@ PRELUDE = (
 @cache
 def builtins() -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Every builtin, with its keywords."""
-    from scenelang.session import Options, Session
+    from scenelang.session.session import Options, Session
 
     found = []
     for name, function in sorted(Session(Options()).library.builtins.items()):

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from hypothesis.database import DirectoryBasedExampleDatabase
 
 from fuzz.targets import Target
-from scenelang.interpreter.runtime.limits import resident_bytes
+from scenelang.interpreter.values.limits import resident_bytes
 
 _MOST_GROWTH = 900_000_000
 _STUCK = 120.0

@@ -19,8 +19,8 @@ from typing import Any
 from fuzz import api_calls, making
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, render_text
-from scenelang.interpreter.runtime.limits import Limits
-from scenelang.session import Options, Session
+from scenelang.interpreter.values.limits import Limits
+from scenelang.session.session import Options, Session
 
 LIMITS = Limits(
     steps=200_000,
@@ -323,7 +323,7 @@ class _Stream(io.StringIO):
 
 def asset(ending: str) -> Callable[[bytes], None]:
     def check(data: bytes) -> None:
-        from scenelang.backends.geometry.assets import AssetFiles, load_asset
+        from scenelang.backends.surfaces.assets import AssetFiles, load_asset
 
         path = written(f"a{ending}", data)
         with refusing():
@@ -415,8 +415,8 @@ def flattened_seeds() -> Sequence[Any]:
 
 
 def flattened(data: bytes) -> None:
-    from scenelang.interpreter.scene.difference import compare_frames
-    from scenelang.scene_changes import read_compared_frames
+    from scenelang.interpreter.inspection.difference import compare_frames
+    from scenelang.session.scene_changes import read_compared_frames
 
     path = written("a.json", data)
     with refusing():
@@ -431,7 +431,7 @@ def z_seeds() -> Sequence[bytes]:
     import numpy as np
     from safetensors.numpy import save
 
-    from scenelang.zfile import set_entry
+    from scenelang.files.zfile import set_entry
 
     path = folder() / "seed.z.safetensors"
     set_entry(path, "z1", "an old oak", {"a": 1.5, "b": "x"})
@@ -455,7 +455,7 @@ def make_z(rng: making.Rng) -> bytes:
 
 
 def z_file(data: bytes) -> None:
-    from scenelang import zfile
+    from scenelang.files import zfile
 
     path = written("a.z.safetensors", data)
     for read in (zfile.read_z, zfile.read_wording, zfile.read_made, zfile.read_encodings):

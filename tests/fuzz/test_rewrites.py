@@ -24,15 +24,15 @@ from searching import many
 from fuzz.mutations import Mutations
 from fuzz.python_programs import PythonPrograms
 from fuzz.scene_programs import Programs
-from scenelang import api, session
+from scenelang import api
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.formatter import format_text
 from scenelang.interpreter.expand.forms import INDENTS
-from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.flatten import flatten
-from scenelang.session import Options, Session
+from scenelang.interpreter.values.limits import Limits
+from scenelang.session.session import Options, Session, session
 
 SESSION = Session(Options(limits=Limits(steps=300_000, primitives=20_000, entities=20_000)))
 PER_SEED = 100

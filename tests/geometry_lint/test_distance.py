@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from scenelang.backends.geometry.distance import Pairs, boxes, depths, distances, neighbours
-from scenelang.backends.geometry.solids import PosedForms
+from scenelang.backends.surfaces.distance import Pairs, boxes, depths, distances, neighbours
+from scenelang.backends.surfaces.solids import PosedForms
 from scenelang.interpreter.scene.primitives import standard_forms
 
 Array = npt.NDArray[np.float64]
@@ -150,7 +150,7 @@ def test_neighbours_of_boxes_of_any_size(count: int, spread: float) -> None:
 
 def test_neighbours_of_many_boxes_take_time_in_proportion() -> None:
     """A cube of cells with a slab under all of them: no box is compared with a whole row of others."""
-    import scenelang.backends.geometry.distance as module
+    import scenelang.backends.surfaces.distance as module
 
     counted = []
     original = np.repeat

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from scenelang.grammar.datum import Source
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 CORPUS = Path(__file__).parents[1] / "corpus"
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -6,7 +6,7 @@ import pytest
 
 from scenelang.backends.geometry.lint import check_geometry
 from scenelang.grammar.datum import Source
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 session = Session()
 PARTS = """

@@ -14,7 +14,7 @@ from scenelang.backends.geometry.lint import CheckedFrame, picture_of_findings
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 sys.path.append(str(BENCHMARKS))  # behind the tests, whose packages have the names of some benchmarks

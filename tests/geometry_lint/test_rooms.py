@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from scenelang.grammar.datum import Source
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 ROOM = """
 (bind "table" (lambda ((:leg-height .7))

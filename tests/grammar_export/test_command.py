@@ -10,8 +10,8 @@ import pytest
 from lark import Lark
 
 from scenelang.cli.main import main
-from scenelang.highlight import files
 from scenelang.interpreter.expand.forms import FORMS, full_grammar
+from scenelang.reference.highlight import files
 from scenelang.stdlib.library import build_library
 from scenelang.stdlib.reference import PARSED, TEXTMATE, grammar_text
 

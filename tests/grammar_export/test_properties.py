@@ -16,7 +16,7 @@ from scenelang.grammar.diagnostics import CODES
 from scenelang.grammar.export.model import Expression, Literal, Ref
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import full_grammar, strict_grammar
-from scenelang.session import Options, Session
+from scenelang.session.session import Options, Session
 
 from .cases import GOOD, SHAPE
 from .decoders import FORMATS, acceptor

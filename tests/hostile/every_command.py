@@ -12,7 +12,7 @@ from PIL import Image
 from scenelang.cli.main import COMMANDS, build_parser
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import settings_in
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.values.limits import Limits
 
 SCENE = """; a wooden table
 (define height 1)

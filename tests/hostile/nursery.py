@@ -10,7 +10,7 @@ import sys
 import time
 
 from scenelang.cli.main import build_parser, main
-from scenelang.shell_completion import complete
+from scenelang.console.shell_completion import complete
 
 
 def run(request: dict[str, object]) -> int:

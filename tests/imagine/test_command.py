@@ -13,7 +13,7 @@ from small_diffusion import WIDTH, small_control, small_diffusion
 from small_models import seeded
 
 from scenelang.cli.main import main
-from scenelang.zfile import Made, write_vectors
+from scenelang.files.zfile import Made, write_vectors
 
 pytestmark = pytest.mark.usefixtures("loaded_once")
 

@@ -14,7 +14,7 @@ from scenelang.backends.neural.prompts import Granularity, PromptContext, prompt
 from scenelang.backends.pictures.camera import Viewpoint, parse_viewpoint
 from scenelang.backends.pictures.stage import still
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.primer import stated_task
+from scenelang.reference.primer import stated_task
 
 PROGRAM = """
 (bind "moai" (lambda ()

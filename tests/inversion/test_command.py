@@ -22,8 +22,8 @@ from scenelang.backends.neural.grounding import crop_masked, random_grey
 from scenelang.backends.neural.inversion import InversionSettings, InversionTrainer, load_checkpoint
 from scenelang.backends.neural.prompts import Granularity, PromptContext, leaves_of
 from scenelang.cli.main import main
-from scenelang.scene import Scene
-from scenelang.zfile import Made, read_made, read_z, write_vectors
+from scenelang.files.zfile import Made, read_made, read_z, write_vectors
+from scenelang.scenes.scene import Scene
 
 torch = later("torch")
 pytestmark = pytest.mark.usefixtures("loaded_once")

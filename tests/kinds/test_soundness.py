@@ -16,7 +16,7 @@ from fuzz.scene_programs import Programs
 
 from kinds.tracing import Traced, trace
 from scenelang import Options, Session, Source
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.values.limits import Limits
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / "examples").rglob("*.scene"))

@@ -8,12 +8,13 @@ from typing import Any
 from scenelang import Session, Source
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.interpreter.checker.book import findings, misuses, needs_of
+from scenelang.interpreter.checker.kinds import Kind, describe
+from scenelang.interpreter.checker.program import Program
 from scenelang.interpreter.compile.compile import Compiler
-from scenelang.interpreter.kinds.book import findings, misuses, needs_of
-from scenelang.interpreter.kinds.kinds import Kind, describe
-from scenelang.interpreter.program.program import Program
 from scenelang.interpreter.runtime.procedures import TAIL, UNDEFINED
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene.entity import Entity, Frames
+from scenelang.interpreter.values.values import (
     NIL,
     Array,
     Condition,
@@ -32,8 +33,7 @@ from scenelang.interpreter.runtime.values import (
     Table,
     Vector,
 )
-from scenelang.interpreter.scene.entity import Entity, Frames
-from scenelang.session import run_with_room
+from scenelang.session.session import run_with_room
 
 _TAGS: dict[type, str] = {
     bool: "Boolean", int: "Integer", float: "Float", str: "String", type(None): "None", Symbol: "Symbol",

@@ -22,12 +22,12 @@ from support import session
 from lift.equality import scene_difference
 from scenelang import Source
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.checker.lint import find_root
+from scenelang.interpreter.evaluation.evaluate import ProgramRun
 from scenelang.interpreter.lift.lift import lift_text
-from scenelang.interpreter.lint.lint import find_root
-from scenelang.interpreter.runtime.evaluate import ProgramRun
-from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.runtime import Runtime
-from scenelang.session import run_with_room
+from scenelang.interpreter.values.limits import Limits
+from scenelang.session.session import run_with_room
 
 SESSION = session()
 

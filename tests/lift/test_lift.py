@@ -19,7 +19,7 @@ from scenelang.cli.main import main
 from scenelang.grammar.reader import read
 from scenelang.interpreter.lift.lift import lift_text
 from scenelang.interpreter.lift.tree import node_of, size
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 Command: TypeAlias = Callable[..., tuple[str, str]]
 ROOT = Path(__file__).parent.parent.parent

@@ -8,7 +8,7 @@ from typing import Any
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, capped, render_text
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 
 def findings(errors: int, warnings: int, length: int = 20) -> list[Diagnostic]:

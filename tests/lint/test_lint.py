@@ -8,7 +8,7 @@ import pytest
 
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 session = Session()
 

@@ -25,9 +25,9 @@ from scenelang.backends.labels.ground_truth import (
 from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint
 from scenelang.backends.pictures.stage import film, still, unit_size
 from scenelang.cli.main import main
+from scenelang.interpreter.inspection.numbering import ancestry_of, frame_numbers, instance_handles, primitive_handles
 from scenelang.interpreter.scene.entity import Scene, count_words
 from scenelang.interpreter.scene.flatten import flatten
-from scenelang.interpreter.scene.numbering import ancestry_of, frame_numbers, instance_handles, primitive_handles
 from scenelang.interpreter.scene.primitives import standard_forms
 
 BALL, BLOCK, CYLINDER, CONE, TRIANGLE = standard_forms()

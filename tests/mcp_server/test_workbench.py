@@ -441,7 +441,7 @@ def test_the_size_of_versions_is_limited() -> None:
 
 
 def test_example_files_are_only_examples() -> None:
-    from scenelang.searching import example_names, example_text
+    from scenelang.reference.searching import example_names, example_text
 
     assert "chessboard" in example_names()
     assert [example_text(name) for name in ("../README", "nothing", "", "a/b", "chess\0board")] == [None] * 5

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.runtime.limits import _CHUNK_STEPS, STEPS_OF_ERROR, Limits
 from scenelang.interpreter.runtime.runtime import Runtime
-from scenelang.interpreter.runtime.values import Keyword, Procedure
+from scenelang.interpreter.values.limits import _CHUNK_STEPS, STEPS_OF_ERROR, Limits
+from scenelang.interpreter.values.values import Keyword, Procedure
 from scenelang.stdlib.library import build_library
 
 

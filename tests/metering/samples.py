@@ -17,7 +17,8 @@ from scenelang.grammar.datum import Keyword, Symbol
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.procedures import Condition
 from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter, Signature
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.values.values import (
     IDENTITY,
     NIL,
     Array,
@@ -36,7 +37,6 @@ from scenelang.interpreter.runtime.values import (
     make_list,
     table_key,
 )
-from scenelang.interpreter.scene.entity import Entity
 
 COLLIDING = (1 << 61) - 1  # CPython gives all its multiples one hash
 _FEW = 200  # items of what is quadratic to make

@@ -11,9 +11,10 @@ from support import calls, peak_bytes, session, unchecked, value
 
 from scenelang.grammar.datum import Symbol
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.runtime.limits import Limits, Meter, resident_bytes
 from scenelang.interpreter.runtime.show import show
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.values.limits import Limits, Meter, resident_bytes
+from scenelang.interpreter.values.values import (
     NIL,
     Array,
     Embedding,
@@ -27,7 +28,6 @@ from scenelang.interpreter.runtime.values import (
     memo_key,
     table_key,
 )
-from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib.library import build_library
 
 LONG = 300_000
@@ -46,7 +46,7 @@ def run_until_ended(expression: str, definitions: str = "") -> None:
 
 def _run(text: str, limits: Limits) -> Any:
     from scenelang.grammar.datum import Source
-    from scenelang.interpreter.runtime.evaluate import ProgramRun
+    from scenelang.interpreter.evaluation.evaluate import ProgramRun
     from scenelang.interpreter.runtime.runtime import Runtime
 
     checked = session().check(Source("<test>", text))

@@ -12,11 +12,11 @@ from metering.measure import Measured, Seconds, WatchedRuntime, Work, measure
 from metering.samples import Call, Sample, arguments, calls, described, samples
 from support import session
 
-from scenelang.interpreter.runtime.evaluate import ProgramRun
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.evaluation.evaluate import ProgramRun
 from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.types import BASE_TYPES, BuiltinParameter, Signature
-from scenelang.interpreter.runtime.values import Procedure
+from scenelang.interpreter.values.limits import Limits
+from scenelang.interpreter.values.values import Procedure
 from scenelang.stdlib.library import IMPORTED, TOPICS, build_library
 from scenelang.stdlib.reference import records
 
@@ -145,7 +145,7 @@ def test_a_builtin_that_does_not_charge_is_found() -> None:
     @cache
     def quadratic() -> Procedure:
         from scenelang.interpreter.runtime.types import Builtin
-        from scenelang.interpreter.runtime.values import list_items
+        from scenelang.interpreter.values.values import list_items
 
         def body(rt: object, xs: object) -> int:
             members = list_items(xs)

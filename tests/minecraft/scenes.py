@@ -7,10 +7,10 @@ from typing import Any
 from hypothesis import strategies as st
 
 from minecraft.oracle import Cuboid
-from scenelang.interpreter.runtime.values import Embedding, Matrix, Pair, Vector
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.pose import translation
 from scenelang.interpreter.scene.primitives import shape_of
+from scenelang.interpreter.values.values import Embedding, Matrix, Pair, Vector
 
 BLOCKS = ["minecraft:stone", "minecraft:oak_planks", "minecraft:air", None]
 STATES = st.sampled_from(BLOCKS)

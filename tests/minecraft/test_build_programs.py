@@ -18,10 +18,10 @@ from scenelang.backends.minecraft.build_files import game_version, write_litemat
 from scenelang.backends.minecraft.connections import Settled, settled
 from scenelang.backends.minecraft.export import program_text, read
 from scenelang.backends.minecraft.voxels import voxelised
-from scenelang.formatting import formatted
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.session import Session
+from scenelang.session.formatting import formatted
+from scenelang.session.session import Session
 
 IMPOSSIBLE = {"minecraft-city-houses-loop-kwargs"}  # asks for beetroots of the age 6
 MINECRAFT = [case for case in (*CORPUS, *IMITATIONS) if "set_cuboid" in case.text and case.name not in IMPOSSIBLE]

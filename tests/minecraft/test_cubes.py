@@ -18,13 +18,13 @@ from scenelang.backends.minecraft import models
 from scenelang.backends.minecraft.blocks import load_table
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.minecraft.voxels import voxelised
-from scenelang.backends.pictures.appearance import from_srgb, look_of
+from scenelang.backends.surfaces.appearance import from_srgb, look_of
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
-from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, count_words, descendants, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.pose import translation
+from scenelang.interpreter.values.values import IDENTITY
 
 Cell = tuple[int, int, int]
 

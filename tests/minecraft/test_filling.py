@@ -17,7 +17,7 @@ from transpile.cases import scene_of
 from scenelang.backends.minecraft import filling
 from scenelang.backends.minecraft.blocks import load_table
 from scenelang.backends.minecraft.filling import FAMILIES, USUAL, Filled, filled, in_blocks, palette_of
-from scenelang.backends.pictures.appearance import from_srgb
+from scenelang.backends.surfaces.appearance import from_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError
 
 
@@ -123,7 +123,7 @@ def ball(tmp_path: Path) -> Path:
 
 def mesh_scene(folder: Path, expression: str) -> Any:
     from scenelang.grammar.datum import Source
-    from scenelang.session import Options, Session
+    from scenelang.session.session import Options, Session
 
     text = f'(bind "thing" (lambda () {expression}))'
     result = Session(Options(project=folder)).evaluate(Source(str(folder / "a.scene"), text))

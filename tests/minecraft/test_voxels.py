@@ -13,10 +13,10 @@ from minecraft.oracle import Cuboid, laid, of_build, of_golden
 from minecraft.scenes import BLOCKS, CUBOIDS, STEPS, group, placed, primitive
 from scenelang.backends.minecraft.voxels import Voxels, ignored, voxelised
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.pose import translation
+from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 MINECRAFT = [case for case in (*CORPUS, *IMITATIONS) if "set_cuboid" in case.text]
 

@@ -11,7 +11,7 @@ import pytest
 from support import value
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.values import Array, list_items
+from scenelang.interpreter.values.values import Array, list_items
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from winding import RULES, Points, crosses, is_simple, moment, signed_area
 import scenelang as sl
 from scenelang.backends.openscad.converting import converted
 from scenelang.grammar.datum import Source
-from scenelang.session import Options, Session
+from scenelang.session.session import Options, Session
 
 NEAR = {"rel": 2e-6, "abs": 2e-6}  # profiles have 8 digits
 TURN = 16 * math.sin(math.tau / 16)  # of a lathe of 16 sides, instead of tau

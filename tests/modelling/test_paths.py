@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import value
 
-from scenelang.interpreter.runtime.values import Matrix, list_items
 from scenelang.interpreter.scene.modelling import curves
+from scenelang.interpreter.values.values import Matrix, list_items
 
 FloatArray = npt.NDArray[np.float64]
 Arrays = Callable[[str], FloatArray]

@@ -13,11 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import value
 
-from scenelang.interpreter.runtime.values import Array
 from scenelang.interpreter.scene.modelling import contours as shapes
 from scenelang.interpreter.scene.modelling import curves, sweeping
 from scenelang.interpreter.scene.modelling.computing import OPERATIONS, ComputedSolid, computed
 from scenelang.interpreter.scene.modelling.operations import Expression
+from scenelang.interpreter.values.values import Array
 from scenelang.stdlib import random
 
 FloatArray = npt.NDArray[np.float64]

@@ -24,9 +24,9 @@ from support import value
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.procedures import call_builtin
 from scenelang.interpreter.runtime.runtime import Runtime
-from scenelang.interpreter.runtime.values import Keyword, list_items
 from scenelang.interpreter.scene.modelling import outlines
 from scenelang.interpreter.scene.modelling.contours import area_of
+from scenelang.interpreter.values.values import Keyword, list_items
 from scenelang.stdlib.library import build_library
 
 FloatArray = npt.NDArray[np.float64]

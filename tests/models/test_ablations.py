@@ -15,8 +15,8 @@ from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, 
 from scenelang.inference.listing import MAX_ITEMS, listing, program_of, rename_language, rename_python
 from scenelang.inference.steps import AnswerReader, Verdict
 from scenelang.interpreter.scene.entity import Scene, primitive_count
-from scenelang.scene_changes import Changes, changes_between, compared_frames
-from scenelang.session import Options, Session
+from scenelang.session.scene_changes import Changes, changes_between, compared_frames
+from scenelang.session.session import Options, Session
 
 pytestmark = pytest.mark.usefixtures("untried")
 

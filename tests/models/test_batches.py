@@ -19,7 +19,7 @@ from scenelang.inference.brief import Notation, Task
 from scenelang.inference.conductor import Inference, Result
 from scenelang.inference.records import InferenceSettings, Run, new_run
 from scenelang.interpreter.scene.entity import primitive_count
-from scenelang.session import Options
+from scenelang.session.session import Options
 
 pytestmark = pytest.mark.usefixtures("untried")
 

@@ -13,8 +13,8 @@ from sampling import only
 from models.conftest import GOLDEN, RESPONSES, Place, recorded, system, texts
 from models.server import Said
 from scenelang.inference import generation
-from scenelang.scene_changes import changes_between, compared_frames, compared_frames_in
-from scenelang.session import Session
+from scenelang.session.scene_changes import changes_between, compared_frames, compared_frames_in
+from scenelang.session.session import Session
 
 pytestmark = pytest.mark.usefixtures("untried")
 

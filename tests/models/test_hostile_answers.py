@@ -19,9 +19,9 @@ from scenelang.grammar.datum import Source
 from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, TaskKind
 from scenelang.inference.listing import program_of, rename_language, rename_python
 from scenelang.inference.steps import _ANSWER, AnswerReader, Verdict, program_text
-from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.transpile.evaluation.folding import fold
-from scenelang.session import Options, Session
+from scenelang.interpreter.values.limits import Limits
+from scenelang.session.session import Options, Session
 
 LIMITS = Limits(steps=200_000, size=200_000, primitives=20_000, entities=20_000, seconds=2.0, memory=500_000_000)
 

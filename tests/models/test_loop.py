@@ -12,7 +12,7 @@ from PIL import Image
 
 from models.conftest import WRONG, Place, answers, cubes, pictures, python, recorded, system, texts
 from models.server import Said
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 pytestmark = pytest.mark.usefixtures("untried")
 

@@ -32,10 +32,10 @@ from scenelang.inference.brief import (
 from scenelang.inference.steps import AnswerReader, Verdict
 from scenelang.interpreter.scene.entity import count_words
 from scenelang.interpreter.scene.primitives import attributes_read, block_words
-from scenelang.interpreter.transpile.python_text import HELPERS
-from scenelang.primer import taught
-from scenelang.scene_changes import changes_between, compared_frames
-from scenelang.session import Options, Session
+from scenelang.interpreter.transpile.analysis.python_text import HELPERS
+from scenelang.reference.primer import taught
+from scenelang.session.scene_changes import changes_between, compared_frames
+from scenelang.session.session import Options, Session
 from scenelang.stdlib.reference import helper_header, python_word, records
 
 pytestmark = pytest.mark.usefixtures("untried")

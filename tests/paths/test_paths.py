@@ -9,7 +9,7 @@ import pytest
 
 import scenelang as sl
 from scenelang.cli.main import main
-from scenelang.interpreter.scene.instance_paths import escaped, read_path
+from scenelang.interpreter.inspection.instance_paths import escaped, read_path
 
 ROOM = """
 (bind "leg" (lambda () (call "cube" :scale [.1 1 .1])))

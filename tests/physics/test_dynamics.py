@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import scenelang as sl
-from scenelang.backends.geometry.convex import beyond_edge
 from scenelang.backends.physics.dynamics import GRAVITY, Motion, compiled, model_of, quaternion, simulate
 from scenelang.backends.physics.grouping import BodySet, bodies_of
 from scenelang.backends.physics.robots import roll_pitch_yaw
+from scenelang.backends.surfaces.convex import beyond_edge
 
 pytest.importorskip("mujoco")
 EXAMPLES = Path(__file__).parents[2] / "examples"

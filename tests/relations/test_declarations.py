@@ -14,16 +14,9 @@ from scenelang.backends.geometry.arrangement import Arrangement
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.limits import Limits
-from scenelang.interpreter.scene.declarations import (
-    COLORS,
-    OVER_FRAMES,
-    RELATIONS,
-    Relation,
-    basic_color,
-    example_of,
-)
-from scenelang.session import Options, Session
+from scenelang.interpreter.scene.declarations import COLORS, OVER_FRAMES, RELATIONS, Relation, basic_color, example_of
+from scenelang.interpreter.values.limits import Limits
+from scenelang.session.session import Options, Session
 
 THINGS = """
 (bind "table" (lambda ()

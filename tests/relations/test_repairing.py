@@ -9,9 +9,9 @@ import pytest
 
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
-from scenelang.repairing import Repair, repaired
-from scenelang.scene_relations import declarations_of
-from scenelang.session import Session
+from scenelang.repair.repairing import Repair, repaired
+from scenelang.session.declarations import declarations_of
+from scenelang.session.session import Session
 
 ROOM = """
 (bind "table"

@@ -8,14 +8,14 @@ import pytest
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
-from scenelang.formatting import indents_of
 from scenelang.grammar.datum import Source
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import INDENTS
 from scenelang.repl.console import SceneCompleter, indentation, is_finished, scan
 from scenelang.repl.display import displayed
 from scenelang.repl.evaluation import ReplEvaluation
-from scenelang.session import Session
+from scenelang.session.formatting import indents_of
+from scenelang.session.session import Session
 
 ROOT = Path(__file__).parents[2]
 

@@ -10,7 +10,7 @@ from scenelang.repl.commands import commands
 from scenelang.repl.display import Screen
 from scenelang.repl.evaluation import ReplEvaluation
 from scenelang.repl.loop import Repl
-from scenelang.session import Options, Session
+from scenelang.session.session import Options, Session
 
 INTERRUPTED = [
     (',render (call "cube") -o {}/a.png', "PIL.Image.Image.save"),

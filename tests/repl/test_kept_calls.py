@@ -12,11 +12,11 @@ from support import geometry
 from test_incremental import LIMITS, History
 
 from scenelang import Options, Session, Source
-from scenelang.editing import Editing
 from scenelang.grammar.diagnostics import SceneError, render_text
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.repl.evaluation import ReplEvaluation
+from scenelang.session.editing import Editing
 
 
 class PureHistory(History):

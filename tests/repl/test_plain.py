@@ -24,7 +24,7 @@ from scenelang.grammar.reader import ReadResult, read
 from scenelang.repl import plain
 from scenelang.repl.evaluation import ReplEvaluation
 from scenelang.repl.plain import Plain
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 FILE = """; A leg of the table.
 (bind "leg" (lambda ((:height 2)) (call "cube" :scale [1 height 1])))

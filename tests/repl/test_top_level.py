@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.values.limits import Limits
 from scenelang.repl.evaluation import ReplEvaluation, checked_program, program_text
-from scenelang.session import Options, Session
+from scenelang.session.session import Options, Session
 
 
 def repl(**options: object) -> ReplEvaluation:

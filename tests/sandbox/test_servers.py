@@ -15,13 +15,13 @@ import pytest
 from later import later
 from support import PATIENCE, rewrite, wait_until
 
-from scenelang.editing import Editing
 from scenelang.grammar.datum import Source
 from scenelang.inference.brief import Brief, Prompts, Task
 from scenelang.inference.steps import AnswerReader
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.values.limits import Limits
 from scenelang.sandbox.supervision import is_supported
-from scenelang.session import Options, Session
+from scenelang.session.editing import Editing
+from scenelang.session.session import Options, Session
 
 mcp, stdio = later("mcp"), later("mcp.client.stdio")
 
@@ -130,7 +130,7 @@ def test_macros_in_an_editor_are_tried_first(monkeypatch: pytest.MonkeyPatch) ->
     text = "(define-macro (m) 1)\n(m)\n"
     assert editing.check(Source("a.scene", text)).diagnostics == ()
     monkeypatch.setattr(Editing, "_check", hold)
-    monkeypatch.setattr("scenelang.editing._TRIAL_LIMITS", Limits(seconds=0.5))
+    monkeypatch.setattr("scenelang.session.editing._TRIAL_LIMITS", Limits(seconds=0.5))
     source = Source("a.scene", text + "; changed\n")
     analysis = editing.check(source)
     (problem,) = analysis.diagnostics

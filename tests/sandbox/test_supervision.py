@@ -115,9 +115,9 @@ def test_a_check_without_a_monitor_ends(tmp_path: Path, ending: str) -> None:
     (tmp_path / "prog.scene").write_text("(define b 1)")
     body, clocks, code, message, status = ALONE[ending]
     program = (
-        "import time, sys, scenelang.session, scenelang.cli.main as m, scenelang.sandbox.supervision as supervision\n"
+        "import time, sys, scenelang.session.session, scenelang.cli.main as m, scenelang.sandbox.supervision as supervision\n"
         f"def check(*_):\n    {body}\n"
-        "scenelang.session.Session.check = check\n"
+        "scenelang.session.session.Session.check = check\n"
         + "".join(f"supervision.{name} = {value}\n" for name, value in clocks.items())
         + "sys.exit(m.main(['check', 'prog.scene'], supervised=True))"
     )

@@ -14,7 +14,7 @@ import pytest
 from support import PATIENCE, wait_until
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.values.limits import Limits
 from scenelang.sandbox.supervision import Ended, is_supported, limited
 from scenelang.sandbox.worker import Worker, trial
 

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.procedures import call_builtin
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Builtin, Library
-from scenelang.interpreter.runtime.values import NIL, MutableList, Pair, Vector, make_list
+from scenelang.interpreter.values.limits import Limits
+from scenelang.interpreter.values.values import NIL, MutableList, Pair, Vector, make_list
 from scenelang.stdlib.library import IMPORTED, TOPICS
 
 ALL_TOPICS = (*TOPICS, *IMPORTED.values())

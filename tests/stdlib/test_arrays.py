@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenelang.grammar.diagnostics import LimitError
-from scenelang.interpreter.runtime.values import IDENTITY, NIL, Array, Keyword, Matrix, Pair, Vector
 from scenelang.interpreter.scene import pose
+from scenelang.interpreter.values.values import IDENTITY, NIL, Array, Keyword, Matrix, Pair, Vector
 from scenelang.stdlib.operands import from_numpy, to_numpy
 
 from .conftest import Caller, new_runtime, scheme

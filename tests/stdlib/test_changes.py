@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.runtime import Runtime
-from scenelang.interpreter.runtime.values import IDENTITY, NIL, Keyword, MutableArray, Record, RecordType, Table, Vector
+from scenelang.interpreter.values.values import IDENTITY, NIL, Keyword, MutableArray, Record, RecordType, Table, Vector
 
 from .conftest import BUILTINS, Caller, function, new_runtime, python, scheme
 

@@ -8,8 +8,8 @@ import pytest
 from scenelang.grammar.diagnostics import CODES, SceneError
 from scenelang.interpreter.runtime.procedures import Condition
 from scenelang.interpreter.runtime.runtime import Runtime
-from scenelang.interpreter.runtime.values import NIL, Embedding, HandleList, Keyword, MutableList, Pair, Symbol, Vector
 from scenelang.interpreter.scene.primitives.base import linear
+from scenelang.interpreter.values.values import NIL, Embedding, HandleList, Keyword, MutableList, Pair, Symbol, Vector
 from scenelang.stdlib.colors import named_colors
 from scenelang.stdlib.library import build_library
 from scenelang.stdlib.numbers import CONSTANTS

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.runtime import Runtime
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.values.values import (
     ANONYMOUS,
     IDENTITY,
     NIL,
@@ -20,7 +21,6 @@ from scenelang.interpreter.runtime.values import (
     Symbol,
     Vector,
 )
-from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib.operands import items
 
 from .conftest import BUILTINS, Caller, function, new_runtime, python, scheme
@@ -279,7 +279,7 @@ def test_sort_is_pythons(pairs: list[tuple[int, int]], reverse: bool) -> None:
 
 
 def keyword(name: str) -> Any:
-    from scenelang.interpreter.runtime.values import Keyword
+    from scenelang.interpreter.values.values import Keyword
 
     return Keyword(name)
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.runtime import Runtime
-from scenelang.interpreter.runtime.values import IDENTITY, Array, Matrix, MutableArray, Vector
+from scenelang.interpreter.values.values import IDENTITY, Array, Matrix, MutableArray, Vector
 
 from .conftest import Caller, new_runtime
 

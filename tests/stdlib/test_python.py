@@ -18,7 +18,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.procedures import call_builtin
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
-from scenelang.interpreter.runtime.values import NIL, MutableList, Pair, Set, Table, Vector, make_list
+from scenelang.interpreter.values.values import NIL, MutableList, Pair, Set, Table, Vector, make_list
 from scenelang.stdlib.library import build_library
 
 from .conftest import BUILTINS, Caller, function, new_runtime

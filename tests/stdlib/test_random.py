@@ -11,8 +11,8 @@ import pytest
 from scenelang import Options, Session, Source
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.runtime import Runtime
-from scenelang.interpreter.runtime.values import Keyword, Vector
 from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.values.values import Keyword, Vector
 
 from .conftest import Caller, new_runtime, python, scheme
 

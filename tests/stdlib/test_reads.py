@@ -13,10 +13,10 @@ import pytest
 from metering.samples import Sample, functions, small_samples
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.runtime import Runtime, raised_value
 from scenelang.interpreter.runtime.types import Builtin
-from scenelang.interpreter.runtime.values import (
+from scenelang.interpreter.values.limits import Limits
+from scenelang.interpreter.values.values import (
     NIL,
     Embedding,
     Keyword,

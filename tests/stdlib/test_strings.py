@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenelang.grammar.diagnostics import LimitError
-from scenelang.interpreter.runtime.values import NIL, Symbol
+from scenelang.interpreter.values.values import NIL, Symbol
 
 from .conftest import Caller, new_runtime
 

@@ -7,7 +7,7 @@ from typing import Any
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, render_text
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.session import Evaluated, Options, Session
+from scenelang.session.session import Evaluated, Options, Session
 
 DOT = '\n(bind "dot" (lambda () (call "cube")))\n(scene "dot")\n'
 SESSION = Session()

@@ -207,13 +207,13 @@ TAIL_CALLS = {
 @pytest.mark.parametrize("name", TAIL_CALLS)
 def test_tail_calls_need_no_room(name: str) -> None:
     call = "(f :n 30000)" if name == "keyword" else "(f 30000)"
-    from scenelang.interpreter.runtime.limits import Limits
+    from scenelang.interpreter.values.limits import Limits
 
     assert shown(call, TAIL_CALLS[name], limits=Limits(depth=300)) == "done"
 
 
 def test_a_million_turns() -> None:
-    from scenelang.interpreter.runtime.limits import Limits
+    from scenelang.interpreter.values.limits import Limits
 
     text = "(define (f n acc) (if (= n 0) acc (f (- n 1) (+ acc 1))))"
     assert shown("(f 1000000 0)", text, limits=Limits(depth=100, memory=50_000_000)) == "1000000"

@@ -6,7 +6,7 @@ import pytest
 
 from scenelang import Options, Session, Source
 from scenelang.grammar.diagnostics import render_text
-from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.values.limits import Limits
 
 from .conftest import error, log, refused, shown, warned
 

@@ -6,7 +6,7 @@ import pytest
 
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.session import Session
+from scenelang.session.session import Session
 
 from .conftest import log
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from scenelang import Options, Session
-from scenelang.session import Evaluated
+from scenelang.session.session import Evaluated
 
 from .conftest import log, refused, run, scene, shown, warned
 

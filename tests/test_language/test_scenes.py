@@ -6,11 +6,11 @@ import re
 
 import pytest
 
+from scenelang.interpreter.inspection.numbering import primitive_handles
+from scenelang.interpreter.inspection.outline import outline
 from scenelang.interpreter.runtime.runtime import ZEntry
 from scenelang.interpreter.scene.entity import Entity, count_words
 from scenelang.interpreter.scene.flatten import flatten
-from scenelang.interpreter.scene.numbering import primitive_handles
-from scenelang.interpreter.scene.outline import outline
 
 from .conftest import error, log, refused, run, scene, shown, warned
 

@@ -19,9 +19,9 @@ from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import flatten
-from scenelang.interpreter.transpile.python_text import find_code
+from scenelang.interpreter.transpile.analysis.python_text import find_code
 from scenelang.interpreter.transpile.translate import Translation, translate
-from scenelang.session import Evaluated, Session
+from scenelang.session.session import Evaluated, Session
 
 HERE = Path(__file__).parent
 

@@ -8,7 +8,7 @@ import pytest
 from support import peak_bytes
 
 from scenelang.grammar.datum import Source
-from scenelang.session import Session
+from scenelang.session.session import Session
 from transpile.cases import first_difference, flattened, printed, told
 from transpile.reference_model import flatten
 

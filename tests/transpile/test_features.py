@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from scenelang.grammar.datum import Source
-from scenelang.session import Session
+from scenelang.session.session import Session
 from transpile.cases import first_difference, flattened, told
 from transpile.features import features
 from transpile.reference_model import flatten

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from searching import many
 
 from scenelang.grammar.datum import Source, print_datum
-from scenelang.session import Session
+from scenelang.session.session import Session
 from transpile.cases import first_difference, flattened, printed, told
 from transpile.generator import programs
 from transpile.reassignments import reassigning

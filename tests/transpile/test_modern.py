@@ -10,7 +10,7 @@ import pytest
 from sampling import one_in
 
 from scenelang.grammar.datum import Source
-from scenelang.session import Session
+from scenelang.session.session import Session
 from transpile.cases import first_difference, flattened, told
 from transpile.reference_model import flatten
 

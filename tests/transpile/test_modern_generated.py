@@ -9,7 +9,7 @@ import os
 from searching import many
 
 from scenelang.grammar.datum import Source
-from scenelang.session import Session
+from scenelang.session.session import Session
 from transpile.cases import first_difference, flattened, told
 from transpile.modern_generator import modern_program
 from transpile.reference_model import flatten

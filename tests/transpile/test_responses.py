@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from scenelang.grammar.datum import Source
-from scenelang.interpreter.transpile.python_text import code_of, find_code
-from scenelang.session import Session
+from scenelang.interpreter.transpile.analysis.python_text import code_of, find_code
+from scenelang.session.session import Session
 from transpile.cases import first_difference, flattened, told
 from transpile.reference_model import flatten
 

@@ -15,7 +15,7 @@ from searching import many
 from scenelang.grammar.datum import Source, print_datum
 from scenelang.grammar.reader import read
 from scenelang.interpreter.transpile.translate import Translation
-from scenelang.session import Session
+from scenelang.session.session import Session
 from transpile.cases import CORPUS, IMITATIONS, Case, told
 from transpile.mutants import CHANGES, mutant
 

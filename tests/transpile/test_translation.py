@@ -22,7 +22,7 @@ from scenelang.grammar.concrete import LINE_COMMENT, tokens
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, ListDatum, Source, Symbol, print_datum
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.formatter import WIDTH, format_text
-from scenelang.session import Checked, Session
+from scenelang.session.session import Checked, Session
 from transpile.cases import (
     CORPUS,
     HERE,

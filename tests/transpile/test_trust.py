@@ -12,10 +12,10 @@ from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.reader import read
 from scenelang.interpreter.scene.flatten import flatten
-from scenelang.interpreter.transpile.python_text import find_code
+from scenelang.interpreter.transpile.analysis.python_text import find_code
 from scenelang.interpreter.transpile.translate import Translation, translate
 from scenelang.interpreter.transpile.writing.code import misread
-from scenelang.session import Session
+from scenelang.session.session import Session
 from transpile.cases import told
 
 CUBE = "primitive_call('cube', shape_kwargs={'scale': 1})"

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenelang.session import Options, Session
+from scenelang.session.session import Options, Session
 from scenelang.viewer.server import ViewServer
 from scenelang.viewer.workspace import Workspace, evaluator
 

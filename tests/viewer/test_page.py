@@ -17,8 +17,8 @@ from scenelang.api import load
 from scenelang.backends.pictures.camera import Viewpoint, camera_from_json, parse_viewpoint, place
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.cli.main import main
+from scenelang.interpreter.inspection.numbering import primitive_handles
 from scenelang.interpreter.scene.flatten import flatten
-from scenelang.interpreter.scene.numbering import primitive_handles
 
 pytestmark = pytest.mark.browser
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.session import Options, Session
+from scenelang.session.session import Options, Session
 from scenelang.viewer.workspace import ParamControl, controls_of, write_back
 
 Program = Callable[..., Path]

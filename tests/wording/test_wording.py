@@ -27,7 +27,7 @@ from scenelang.backends.neural.wording import (
 )
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.runtime import ZEntry
-from scenelang.interpreter.runtime.values import Vector
+from scenelang.interpreter.values.values import Vector
 
 
 def wording(text: str, describe: Describe | None = None, **options: Any) -> Wording:

@@ -32,9 +32,9 @@ from scenelang.backends.neural.splats.gaussians import Splats, gaussians_from, v
 from scenelang.backends.neural.splats.initial import backdrop, shadow_of
 from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.backends.neural.weights import INSTALL
-from scenelang.backends.pictures.appearance import encode, from_srgb, tone_map
 from scenelang.backends.pictures.film import Image, save_picture
 from scenelang.backends.pictures.stage import Shot, Staging
+from scenelang.backends.surfaces.appearance import encode, from_srgb, tone_map
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import descendants
 

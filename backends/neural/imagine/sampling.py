@@ -45,8 +45,8 @@ from scenelang.backends.neural.weights import INSTALL, ModelHub
 from scenelang.backends.neural.wording import check_template
 from scenelang.backends.pictures.stage import Shot, unit_size
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.interpreter.inspection.numbering import frame_numbers, instance_handles
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.interpreter.scene.numbering import frame_numbers, instance_handles
 
 # Stable Diffusion checkpoints and ControlNets in the folder layout of diffusers, by name.
 

@@ -14,9 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.solids import keeps_own_colors, own_mesh
 from scenelang.backends.neural.splats.gaussians import Gaussians, Splats, apply_pose, concatenate_splats
-from scenelang.backends.pictures.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.pictures.draft_light import (
     GROUND,
     SKY,
@@ -30,6 +28,8 @@ from scenelang.backends.pictures.draft_light import (
 )
 from scenelang.backends.pictures.rays import camera_rays
 from scenelang.backends.pictures.stage import Stage
+from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
+from scenelang.backends.surfaces.solids import keeps_own_colors, own_mesh
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene.entity import Entity, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity

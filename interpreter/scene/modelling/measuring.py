@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
-from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling.computing import surface_of
 from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, Expression, Operand
@@ -20,6 +19,7 @@ from scenelang.interpreter.scene.modelling.solid import has_volume, operand_of
 from scenelang.interpreter.scene.pose import compose
 from scenelang.interpreter.scene.primitives.base import Primitive
 from scenelang.interpreter.scene.primitives.mesh import areas_of, volume_of
+from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 if TYPE_CHECKING:
     import numpy.typing as npt

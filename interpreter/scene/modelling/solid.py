@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import Span, dataclass
 from scenelang.grammar.diagnostics import Note, SceneError
-from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import Entity, descendants
 from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, SEGMENTS, Expression, Operand
 from scenelang.interpreter.scene.primitives.base import Primitive, Symmetry, color_of
+from scenelang.interpreter.values.values import IDENTITY
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.modelling.stored import ComputedSolid

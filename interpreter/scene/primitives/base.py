@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 from scenelang.grammar.datum import dataclass, fields, replace
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.loading import np
-from scenelang.interpreter.runtime.values import Array, MutableArray, MutableList, Pair, Vector, list_items
+from scenelang.interpreter.values.values import Array, MutableArray, MutableList, Pair, Vector, list_items
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Rows

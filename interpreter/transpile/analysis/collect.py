@@ -22,8 +22,8 @@ from scenelang.interpreter.transpile.analysis.inference import (
     TypeFacts,
 )
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
+from scenelang.interpreter.transpile.analysis.python_text import child_nodes, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import Function, PythonNames, PythonVariable, inner_blocks
-from scenelang.interpreter.transpile.python_text import child_nodes, walk_tree
 
 
 @dataclass(eq=False, slots=True)

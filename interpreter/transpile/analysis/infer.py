@@ -49,6 +49,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     merge,
     narrow,
 )
+from scenelang.interpreter.transpile.analysis.python_text import child_nodes, variable_of, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
     COMPREHENSIONS,
     Class,
@@ -58,7 +59,6 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     PythonVariable,
     is_annotation,
 )
-from scenelang.interpreter.transpile.python_text import child_nodes, variable_of, walk_tree
 
 # Inference of a whole program.
 

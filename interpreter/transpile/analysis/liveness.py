@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterable, Iterator, Sequence
 
+from scenelang.interpreter.transpile.analysis.python_text import child_nodes, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
     COMPREHENSIONS,
     Comprehension,
@@ -15,7 +16,6 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     PythonNames,
     PythonVariable,
 )
-from scenelang.interpreter.transpile.python_text import child_nodes, walk_tree
 
 # Escape analysis: closures that may be called after the loop iteration or the comprehension that creates them.
 

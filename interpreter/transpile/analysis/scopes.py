@@ -7,7 +7,7 @@ import builtins
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from scenelang.interpreter.transpile.python_text import child_nodes, walk_tree
+from scenelang.interpreter.transpile.analysis.python_text import child_nodes, walk_tree
 
 FunctionNode: TypeAlias = ast.FunctionDef | ast.Lambda | ast.Module
 Comprehension: TypeAlias = ast.ListComp | ast.SetComp | ast.GeneratorExp | ast.DictComp

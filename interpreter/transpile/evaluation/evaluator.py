@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.limits import resident_bytes
+from scenelang.interpreter.transpile.analysis.python_text import scope_of
 from scenelang.interpreter.transpile.evaluation import (
     BINARY,
     COMPARISONS,
@@ -85,7 +85,7 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     residuals,
     undecided,
 )
-from scenelang.interpreter.transpile.python_text import scope_of
+from scenelang.interpreter.values.limits import resident_bytes
 
 # Steps of all evaluations of one program. A step takes 1.3 microseconds on the 2-core test machine, and up to 15 where
 # much residual code is made. The longest program of tests/transpile/modern, a traffic simulation, takes 3.2 million.

@@ -22,6 +22,7 @@ import numpy as np
 
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.interpreter.transpile.analysis.python_text import PythonText, variable_of
 from scenelang.interpreter.transpile.evaluation import METHODS, NeedsPrimitives, UnsupportedPython, words
 from scenelang.interpreter.transpile.evaluation.classes import limited_draw
 from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator, StepBudget
@@ -51,7 +52,6 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     node_of,
     place,
 )
-from scenelang.interpreter.transpile.python_text import PythonText, variable_of
 
 MAX_NODES = 60_000  # of a residual function
 _DRAWS = words(

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from scenelang.interpreter.transpile.analysis.collect import PURE, Effect
 from scenelang.interpreter.transpile.analysis.inference import ARRAY, BOOL, DICT, LIST, POSE, SEQUENCES, SHAPE
+from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable, is_annotation
-from scenelang.interpreter.transpile.python_text import walk_tree
 from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem, total
 from scenelang.interpreter.transpile.writing.code import (
     Code,

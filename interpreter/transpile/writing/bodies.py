@@ -11,8 +11,8 @@ from functools import partial
 
 from scenelang.interpreter.transpile.analysis.collect import PURE, Effect
 from scenelang.interpreter.transpile.analysis.inference import LIST, SHAPE
+from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import Function, PythonVariable
-from scenelang.interpreter.transpile.python_text import walk_tree
 from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem, Collecting, assemble
 from scenelang.interpreter.transpile.writing.code import (
     Code,

@@ -16,6 +16,7 @@ from typing import Any
 from scenelang.grammar.diagnostics import SceneError, did_you_mean, near_names, suggest
 from scenelang.interpreter.transpile.analysis.inference import ARRAY, POSE, RECORD, SHAPE
 from scenelang.interpreter.transpile.analysis.known import RESULTS
+from scenelang.interpreter.transpile.analysis.python_text import HELPERS, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
     ANNOTATIONS,
     BUILTINS,
@@ -25,7 +26,6 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     is_module,
 )
 from scenelang.interpreter.transpile.evaluation import instead_of
-from scenelang.interpreter.transpile.python_text import HELPERS, walk_tree
 from scenelang.interpreter.transpile.writing.calls import CALLS, CONSTANTS, VALUES, call_method
 from scenelang.interpreter.transpile.writing.code import (
     Brackets,

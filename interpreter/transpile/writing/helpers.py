@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 
 from scenelang.grammar.diagnostics import suggest
 from scenelang.grammar.reader import is_keyword_name
-from scenelang.interpreter.lint.rules import unread_hint
+from scenelang.interpreter.checker.rules import unread_hint
 from scenelang.interpreter.scene.primitives import block_words, geometry_attributes, solid_words
 from scenelang.interpreter.transpile.analysis.inference import POSE, SEQUENCES, SHAPE
+from scenelang.interpreter.transpile.analysis.python_text import HELPERS, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import Function, PythonVariable, is_none
-from scenelang.interpreter.transpile.python_text import HELPERS, walk_tree
 from scenelang.interpreter.transpile.writing.code import (
     ArgumentName,
     Code,

@@ -8,8 +8,8 @@ from functools import partial
 
 from scenelang.interpreter.transpile.analysis.collect import PURE, Collection, Effect, additions
 from scenelang.interpreter.transpile.analysis.inference import LIST, SHAPE
+from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable, is_annotation
-from scenelang.interpreter.transpile.python_text import walk_tree
 from scenelang.interpreter.transpile.writing.assignments import store, unpack_code
 from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem, CollectedPiece, Collecting, assemble, total
 from scenelang.interpreter.transpile.writing.bodies import (

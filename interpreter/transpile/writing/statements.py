@@ -15,8 +15,8 @@ from typing import Any
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.transpile.analysis.collect import PURE, Effect
 from scenelang.interpreter.transpile.analysis.inference import DICT, NOTHING, AbstractType
+from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import Class, Function, PythonVariable
-from scenelang.interpreter.transpile.python_text import walk_tree
 from scenelang.interpreter.transpile.writing.assignments import (
     set_item,
     write_annotated_assign,

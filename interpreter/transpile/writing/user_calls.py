@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError, did_you_mean, near_names, suggest
 from scenelang.interpreter.transpile.analysis.inference import BOOL, FLOAT, INT, NOTHING, T_INT
+from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import Class, Function, PythonParameter, PythonVariable
-from scenelang.interpreter.transpile.python_text import walk_tree
 from scenelang.interpreter.transpile.writing.code import (
     ArgumentName,
     Code,

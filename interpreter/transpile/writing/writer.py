@@ -21,6 +21,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     TypeFacts,
 )
 from scenelang.interpreter.transpile.analysis.liveness import CellDefinitions, Liveness
+from scenelang.interpreter.transpile.analysis.python_text import PythonComment, PythonText, child_nodes, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
     Class,
     Function,
@@ -29,7 +30,6 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     PythonVariable,
     inner_blocks,
 )
-from scenelang.interpreter.transpile.python_text import PythonComment, PythonText, child_nodes, walk_tree
 from scenelang.interpreter.transpile.writing.blocks import Block, Collecting
 from scenelang.interpreter.transpile.writing.code import Code
 

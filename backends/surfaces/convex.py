@@ -1,0 +1,360 @@
+"""Primitives of one frame as bodies in world coordinates, and their contacts.
+
+Bodies are compared as convex solids first. Where one of a pair is not convex, such as a mug, a ring or a bowl, what
+their hulls say is checked on their surfaces, by Manifold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.surfaces.appearance import look_of
+from scenelang.backends.surfaces.distance import IntArray, Pairs, boxes, depths, distances, neighbours
+from scenelang.backends.surfaces.solids import FloatArray, PosedForms, composed, own_mesh, posed_forms
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.scene.entity import Entity, descendants, primitive_count
+from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.scene.modelling.computing import manifold_of_mesh
+from scenelang.interpreter.scene.primitives import Placed
+from scenelang.interpreter.scene.primitives.cube import placed_block
+from scenelang.interpreter.values.values import IDENTITY
+
+if TYPE_CHECKING:
+    from manifold3d import Manifold
+
+MAX_PAIRS = 1_000_000
+MAX_EXACT = 3_000  # pairs of a frame that are compared by their surfaces; others by their hulls
+MAX_TRIANGLES = 20_000  # of a surface that is compared
+_TOUCH = 1e-3  # contact tolerance relative to the scene's diagonal
+_TOUCH_OF_BODIES = 0.03  # the same relative to the larger bodies, for small things on wide ground
+_BATCH = 20_000
+_SIDES = 64  # of round surfaces
+_PIECE = 0.03  # of a body's volume: what is less beyond a wall does not come out of it
+_TRACE = 1e-6  # of the smaller volume: what two surfaces share less is a contact
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """N bodies of one frame.
+
+    ``entity[i]`` is the index in ``entities`` of the primitive of body ``i``, ``paths[path[i]]`` the words that lead to
+    it. A mesh is represented by its bounding box. ``opaque`` bodies hide what is behind them.
+    """
+
+    solids: PosedForms
+    entities: tuple[Entity, ...]
+    entity: IntArray
+    paths: tuple[tuple[str, ...], ...]
+    path: IntArray
+    opaque: npt.NDArray[np.bool_]
+    colors: FloatArray  # (N, 3) linear
+    plain: frozenset[str]  # the bound words whose entities each consist of one solid
+    exact: npt.NDArray[np.bool_]  # (N,) whether a body is the solid itself, and not its box or its convex hull
+    row: IntArray  # (N,) position among all primitives of the frame, in depth-first order
+    worlds: FloatArray  # (N, 3, 4) poses of the primitives in the world
+
+    def __len__(self) -> int:
+        return len(self.solids)
+
+    @cached_property
+    def boxes(self) -> tuple[FloatArray, FloatArray]:
+        return boxes(self.solids)
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the frame's bounding box."""
+        low, high = self.boxes
+        return float(np.linalg.norm(high.max(axis=0) - low.min(axis=0))) if len(self) else 0.0
+
+    @cached_property
+    def touch(self) -> float:
+        """Contact tolerance, in scene units."""
+        low, high = self.boxes
+        usual = float(np.quantile(np.linalg.norm(high - low, axis=1), 0.75)) if len(self) else 0.0
+        return min(_TOUCH * self.size, _TOUCH_OF_BODIES * usual)
+
+    def pairs(self, numbers: IntArray) -> Pairs:
+        a, b = numbers[:, 0], numbers[:, 1]
+        return Pairs(self.solids.take(a), self.solids.take(b))
+
+    def gaps(self, numbers: IntArray) -> FloatArray:
+        """Return the distances of pairs (M, 2)."""
+        parts = [distances(self.pairs(numbers[i : i + _BATCH])) for i in range(0, len(numbers), _BATCH)]
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    @cached_property
+    def contacts(self) -> tuple[IntArray, FloatArray, bool]:
+        """The touching pairs (M, 2), their distances, and whether all pairs were checked."""
+        near, complete = neighbours(*self.boxes, self.touch, MAX_PAIRS)
+        gaps = self.gaps(near)
+        close = gaps <= self.touch
+        near, gaps = near[close], gaps[close]
+        for row in self._doubtful(near):
+            a, b = (self.surface(i) for i in near[row].tolist())
+            if a is not None and b is not None:
+                gaps[row] = a.min_gap(b, 2.0 * self.touch)
+        close = gaps <= self.touch
+        return near[close], gaps[close], complete
+
+    def _doubtful(self, pairs: IntArray) -> Sequence[int]:
+        """Return the rows of pairs (M, 2) whose hulls may touch where they do not."""
+        hollow = self.hollow
+        found: list[int] = np.flatnonzero(hollow[pairs].any(axis=1)).tolist() if len(pairs) else []
+        return found[:MAX_EXACT]
+
+    @cached_property
+    def hollow(self) -> npt.NDArray[np.bool_]:
+        """Which bodies (N,) are not convex; placeholders of words count as their boxes."""
+        solid = [entity.shape is not None and not entity.shape.is_semantic for entity in self.entities]
+        return np.asarray(~self.exact & np.array(solid, bool)[self.entity], bool)
+
+    @cached_property
+    def _surfaces(self) -> dict[int, Manifold | None]:
+        return {}
+
+    def surface(self, i: int) -> Manifold | None:
+        """Return the surface of a body in the world, None if it is open or too large."""
+        number = int(self.entity[i])
+        if number not in self._surfaces:
+            self._surfaces[number] = self._own_surface(i)
+        own = self._surfaces[number]
+        is_form = not self.hollow[i] or self._is_form(i)
+        return None if own is None else own.transform((self.solids.matrices if is_form else self.worlds)[i])
+
+    def _is_form(self, i: int) -> bool:
+        shape = self.entities[self.entity[i]].shape
+        return shape is None or shape.placed() is not None
+
+    def _own_surface(self, i: int) -> Manifold | None:
+        entity = self.entities[self.entity[i]]
+        form, ratios = self.solids.form(i)
+        try:
+            mesh = form.mesh(_SIDES, ratios) if not self.hollow[i] or self._is_form(i) else own_mesh(entity.shape)
+            return None if mesh is None or len(mesh.faces) > MAX_TRIANGLES else manifold_of_mesh(mesh, entity.word)
+        except SceneError:
+            return None
+
+    def overlaps(self, pairs: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return how deep pairs (M, 2) of touching bodies are in each other, and the directions (M, 3) along which the
+        second of each leaves the first. What is inside a hollow, and touches, is 0 deep and rests on it."""
+        batches = [pairs[i : i + _BATCH] for i in range(0, len(pairs), _BATCH)]
+        found = [depths(self.pairs(batch), self.touch) for batch in batches]
+        depth = np.concatenate([np.zeros(0), *(each[0] for each in found)])
+        along = np.concatenate([np.zeros((0, 3)), *(each[1] for each in found)])
+        for row in self._doubtful(pairs):
+            if depth[row] <= self.touch:
+                continue
+            first, second = pairs[row].tolist()
+            box = self._common(first, second)
+            if box is None:
+                continue
+            low, high = box[0]
+            extents = np.maximum(high - low, 0.0)
+            axis = int(np.argmin(extents)) if box[1] > 0.0 else 1
+            # The mean thickness: what two gears share at many teeth is thin.
+            depth[row] = box[1] / float(np.delete(extents, axis).prod()) if box[1] > 0.0 else 0.0
+            side = self._middles[second, axis] - self._middles[first, axis]
+            along[row] = np.eye(3)[axis] * (1.0 if side >= 0.0 else -1.0)
+        return depth, along
+
+    @cached_property
+    def _middles(self) -> FloatArray:
+        low, high = self.boxes
+        return (low + high) / 2.0
+
+    def _common(self, i: int, j: int) -> tuple[tuple[FloatArray, FloatArray], float] | None:
+        """Return the box of what two bodies share, and its volume, 0 if they only touch; None if a surface is
+        unknown."""
+        a, b = self.surface(i), self.surface(j)
+        if a is None or b is None:
+            return None
+        both = a ^ b
+        volume = float(both.volume())
+        if both.is_empty() or volume <= _TRACE * min(a.volume(), b.volume()):
+            return (np.zeros(3), np.zeros(3)), 0.0
+        box = np.array(both.bounding_box())
+        return (box[:3], box[3:]), volume
+
+    def shared_volume(self, i: int, j: int) -> float:
+        """Return the volume that two bodies share; 0 if a surface is unknown."""
+        a, b = self.surface(i), self.surface(j)
+        return 0.0 if a is None or b is None else float((a ^ b).volume())
+
+    def is_cut(self, i: int, wall: int) -> bool:
+        """Return whether a body comes out of the other side of a hollow one: what is outside it is in two places."""
+        a, b = self.surface(i), self.surface(wall)
+        if a is None or b is None or not self.hollow[wall]:
+            return False
+        pieces = [piece.volume() for piece in (a - b).decompose()]
+        return bool(sum(volume > _PIECE * a.volume() for volume in pieces) > 1)
+
+    def patch(self, above: int, below: int, drop: float) -> FloatArray:
+        """Return points (K, 3) around where a body would meet another if it were lower by ``drop``; none if a surface
+        is unknown."""
+        a, b = self.surface(above), self.surface(below)
+        if a is None or b is None:
+            return np.zeros((0, 3))
+        both = a.translate((0.0, -drop, 0.0)) ^ b
+        return (
+            np.asarray(both.to_mesh64().vert_properties[:, :3], np.float64) if not both.is_empty() else np.zeros((0, 3))
+        )
+
+    @cached_property
+    def masses(self) -> tuple[FloatArray, FloatArray]:
+        """Volumes (N,) of bodies and their centres of mass (N, 3)."""
+        matrices = self.solids.matrices
+        volume, center = np.zeros(len(self)), matrices[:, :, 3].copy()
+        scale = np.abs(np.linalg.det(matrices[:, :, :3]))
+        for form, ratios, rows in self.solids.members():
+            volume[rows] = form.volume(ratios) * scale[rows]
+            if form.name == "cone":  # a quarter of the way from its base to its apex
+                center[rows] -= 0.5 * matrices[rows, :, 1]
+        for i in np.flatnonzero(self.hollow)[:MAX_EXACT].tolist():
+            surface = None if self._is_form(i) else self.surface(i)
+            if surface is not None:
+                volume[i], center[i] = surface.volume(), _centroid(surface)
+        return np.maximum(volume, 1e-12 * scale.max(initial=1.0)), center
+
+    def words(self, i: int) -> tuple[str, ...]:
+        """Return the words from the root to a body."""
+        return (*self.paths[self.path[i]], self.entities[self.entity[i]].word)
+
+
+def bodies_of(root: Entity) -> Bodies:
+    """Return the visible primitives below ``root`` as bodies, without those of zero volume."""
+    frame = flatten_entity(root)
+    placed = [_placed(entity) for entity in frame.primitives]
+    looks = [look_of(entity) for entity in frame.primitives]
+    known = np.array([one is not None for one in placed], bool)
+    seen = np.array([look.opacity > 0.0 for look in looks], bool)
+    index = np.asarray(frame.index)
+    chosen = np.flatnonzero((known & seen)[index]) if len(index) else np.zeros(0, np.int64)
+    index = index[chosen]
+    forms = posed_forms(placed).take(index)
+    matrices = composed(np.asarray(frame.matrices)[chosen], forms.matrices)
+    solid = np.abs(np.linalg.det(matrices[:, :, :3])) > 1e-30 if len(chosen) else np.zeros(0, bool)
+    chosen, index = chosen[solid], index[solid]
+    return Bodies(
+        replace(forms, matrices=matrices).take(solid),
+        frame.primitives,
+        index,
+        frame.paths,
+        np.asarray(frame.path_index)[chosen],
+        np.array([look.opacity >= 1.0 for look in looks], bool)[index],
+        np.array([look.color for look in looks], np.float64).reshape(-1, 3)[index],
+        _plain_words(root),
+        np.array([_is_exact(entity) for entity in frame.primitives], bool)[index],
+        chosen,
+        np.asarray(frame.matrices)[chosen],
+    )
+
+
+def _is_exact(entity: Entity) -> bool:
+    """Whether the body of a primitive is convex and the primitive itself."""
+    placed = None if entity.shape is None or entity.shape.is_semantic else entity.shape.placed()
+    return placed is not None and placed.form.is_convex
+
+
+def _centroid(surface: Manifold) -> FloatArray:
+    """Return the centre of mass (3,) of a surface's inside, by the tetrahedra of its triangles and the origin."""
+    mesh = surface.to_mesh64()
+    corners = np.asarray(mesh.vert_properties[:, :3], np.float64)[np.asarray(mesh.tri_verts, np.int64)]
+    middle = corners.reshape(-1, 3).mean(axis=0)
+    corners = corners - middle
+    volume = np.einsum("ni,ni->n", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+    return np.asarray((corners.sum(axis=1) / 4.0 * volume[:, None]).sum(axis=0) / volume.sum() + middle, np.float64)
+
+
+def _plain_words(root: Entity) -> frozenset[str]:
+    counts: dict[str, set[int]] = {}
+    for entity in descendants(root):
+        if not entity.is_primitive:
+            counts.setdefault(entity.word, set()).add(primitive_count(entity))
+    return frozenset(word for word, found in counts.items() if found == {1})
+
+
+def _placed(entity: Entity) -> Placed | None:
+    """Return the canonical form of a primitive in its frame, the bounding box for a mesh.
+
+    None for blocks, which replace earlier ones at the same place and so cannot overlap, and for invisible primitives.
+    """
+    shape = entity.shape
+    if shape is None or not shape.has_geometry or shape.is_block:
+        return None
+    placed = shape.placed()
+    if placed is not None or (shape.is_solid and shape.is_flat):
+        return placed
+    low, high = np.array(shape.box_under(IDENTITY)).reshape(2, 3)
+    if not shape.is_file and not (high > low).any():
+        return None
+    x, y, z = (high - low).tolist()
+    rows = np.array(placed_block((x, y, z)).rows).reshape(3, 4)
+    rows[:, 3] = (low + high) / 2.0
+    return placed_block((x, y, z))._replace(rows=tuple(rows.ravel().tolist()))
+
+
+def clusters(count: int, pairs: Iterable[Sequence[int]]) -> IntArray:
+    """Return a number for each of ``count`` things that is equal for those that pairs of them connect (union-find)."""
+    parent = list(range(count))
+
+    def root(i: int) -> int:
+        while parent[i] != i:
+            parent[i] = parent[parent[i]]
+            i = parent[i]
+        return i
+
+    for i, j in pairs:
+        parent[root(i)] = root(j)
+    return np.array([root(i) for i in range(count)], np.int64)
+
+
+# --- polygons of support ---------------------------------------------------------------------------------------------
+
+
+def beyond_edge(points: FloatArray, at: FloatArray) -> tuple[float, FloatArray]:
+    """Return how far ``at`` (2,) is outside the convex hull of points (K, 2), negative inside, and the nearest point of
+    its edge."""
+    corners = hull_of(points)
+    edges, away = np.roll(corners, -1, axis=0) - corners, at - corners
+    share = np.clip((edges * away).sum(axis=1) / np.maximum((edges**2).sum(axis=1), 1e-300), 0.0, 1.0)
+    nearest = corners + share[:, None] * edges
+    distance = np.linalg.norm(at - nearest, axis=1)
+    best = int(np.argmin(distance))
+    inside = len(corners) > 2 and bool((edges[:, 0] * away[:, 1] - edges[:, 1] * away[:, 0] >= 0.0).all())
+    return float(-distance[best] if inside else distance[best]), nearest[best]
+
+
+def width_of(points: FloatArray) -> float:
+    """Return the least width of the convex hull of points (K, 2)."""
+    corners = hull_of(points)
+    if len(corners) < 3:
+        return 0.0
+    edges = np.roll(corners, -1, axis=0) - corners
+    normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1)[:, None]
+    return float(np.ptp(normals @ corners.T, axis=1).min())
+
+
+def hull_of(points: FloatArray) -> FloatArray:
+    """Return the convex hull of points (K, 2), counter-clockwise (monotone chain, Andrew, 1979)."""
+    order = sorted(map(tuple, np.unique(points, axis=0).tolist()))
+    if len(order) < 3:
+        return np.array(order)
+    chains = []
+    for run in (order, order[::-1]):
+        chain: list[tuple[float, ...]] = []
+        for p in run:
+            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 0.0:
+                chain.pop()
+            chain.append(p)
+        chains += chain[:-1]
+    return np.array(chains)
+
+
+def _turn(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

@@ -1,0 +1,283 @@
+"""Distance and penetration depth of pairs of convex solids, vectorised over pairs.
+
+Non-convex solids, such as a ring, are replaced by their convex hulls. The distance is computed by the algorithm of
+Gilbert, Johnson and Keerthi (1988): the point of the Minkowski difference A - B nearest to the origin is approached by
+simplices of support points. The penetration depth is the shortest translation that separates two solids, which is the
+minimum width of the difference over all directions: exact for two boxes by the separating axis theorem, otherwise
+refined from many directions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.surfaces.solids import FloatArray, PosedForms
+from scenelang.interpreter.scene.primitives.mesh import cofactors_of
+
+# --- broad phase -----------------------------------------------------------------------------------------------------
+
+
+IntArray = npt.NDArray[np.int64]
+
+_FINEST = 2.0**-20  # of the frame: the smallest cells, so that the number of a cell fits 63 bits
+_QUERIES = 1 << 18  # boxes that are looked up at a time
+_OFFSETS = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)]
+
+
+def neighbours(low: FloatArray, high: FloatArray, margin: float, most: int) -> tuple[IntArray, bool]:
+    """Return pairs (M, 2) of boxes within ``margin`` of each other, smaller index first, and whether the list is
+    complete.
+
+    At most ``most`` pairs are returned. Boxes are hashed by their low corners in a hierarchy of grids, whose cells
+    double in size: each box is compared with the boxes of its own size and less in the 27 cells around it. The time is
+    linear in the number of boxes and pairs. Source: Mirtich, "Efficient Algorithms for Two-Phase Collision Detection",
+    1997.
+    """
+    if not len(low):
+        return np.zeros((0, 2), np.int64), True
+    low, high = low - margin / 2.0, high + margin / 2.0
+    least = max(float((high.max(axis=0) - low.min(axis=0)).max()) * _FINEST, 1e-300)
+    level = np.ceil(np.log2(np.maximum((high - low).max(axis=1), least))).astype(np.int64)
+    found, total = [np.zeros((0, 2), np.int64)], 0
+    for each in np.unique(level).tolist():
+        for pairs in _pairs_at_level(low, high, level, each):
+            found.append(pairs)
+            total += len(pairs)
+            if total > most:
+                break
+    pairs = np.sort(np.concatenate(found), axis=1)
+    pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    return pairs[:most], total <= most
+
+
+def _pairs_at_level(low: FloatArray, high: FloatArray, level: IntArray, each: int) -> Iterator[IntArray]:
+    """Yield the pairs (M, 2) of overlapping boxes of which the larger is of the level ``each``."""
+    rows = np.flatnonzero(level <= each)
+    place = np.floor((low[rows] - low[rows].min(axis=0)) / 2.0**each).astype(np.int64) + 1
+    span = place.max(axis=0) + 2
+    key = (place[:, 0] * span[1] + place[:, 1]) * span[2] + place[:, 2]
+    order = np.argsort(key, kind="stable")
+    key, sorted_rows = key[order], rows[order]
+    own = np.flatnonzero(level[rows] == each)
+    for start in range(0, len(own), _QUERIES):
+        mine = own[start : start + _QUERIES]
+        for x, y, z in _OFFSETS:
+            at = ((place[mine, 0] + x) * span[1] + place[mine, 1] + y) * span[2] + place[mine, 2] + z
+            first = np.searchsorted(key, at)
+            count = np.searchsorted(key, at, side="right") - first
+            me = np.repeat(rows[mine], count)
+            other = sorted_rows[np.arange(len(me)) + np.repeat(first - (np.cumsum(count) - count), count)]
+            kept = (level[other] < each) | (other > me)  # two boxes of one level find each other twice
+            kept &= ((low[me] <= high[other]) & (high[me] >= low[other])).all(axis=1)
+            yield np.stack([me[kept], other[kept]], axis=1)
+
+
+def boxes(solids: PosedForms) -> tuple[FloatArray, FloatArray]:
+    """Return the exact axis-aligned bounding boxes of posed solids: low and high corners, (N, 3) each."""
+    low, high = np.empty((len(solids), 3)), np.empty((len(solids), 3))
+    for axis in range(3):
+        direction = np.zeros((len(solids), 3))
+        direction[:, axis] = 1.0
+        high[:, axis] = solids.support(direction)[:, axis]
+        low[:, axis] = solids.support(-direction)[:, axis]
+    return low, high
+
+
+Mask = npt.NDArray[np.bool_]
+
+_ROUNDS = 60
+_RELATIVE = 1e-7
+_AT_ONCE = 100_000
+_STARTS = 8  # initial directions for minimising the width
+_SUBSETS = tuple(subset for size in (1, 2, 3, 4) for subset in combinations(range(4), size))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pairs:
+    """N pairs of posed solids: the first and the second of each."""
+
+    a: PosedForms
+    b: PosedForms
+
+    def __len__(self) -> int:
+        return len(self.a)
+
+    def take(self, which: npt.NDArray[np.int64] | Mask) -> Pairs:
+        return Pairs(self.a.take(which), self.b.take(which))
+
+    def difference(self, directions: FloatArray) -> FloatArray:
+        """Return support points (N, 3) of the Minkowski difference A - B."""
+        return self.a.support(directions) - self.b.support(-directions)
+
+
+def distances(pairs: Pairs) -> FloatArray:
+    """Return the distances (N,) between the solids of each pair; 0 if they touch or overlap."""
+    count = len(pairs)
+    found = np.zeros(count)
+    nearest = pairs.difference(pairs.a.matrices[:, :, 3] - pairs.b.matrices[:, :, 3] + 1e-9)
+    points = np.zeros((count, 4, 3))
+    points[:, 0] = nearest
+    active = np.zeros((count, 4), bool)
+    active[:, 0] = True
+    rows = np.arange(count)
+    size = np.abs(nearest).max(axis=1)
+    size = size + np.abs(pairs.a.matrices).max(axis=(1, 2)) + np.abs(pairs.b.matrices).max(axis=(1, 2))
+    for _ in range(_ROUNDS):
+        if not len(rows):
+            break
+        square = np.einsum("ni,ni->n", nearest, nearest)
+        found[rows] = np.sqrt(square)
+        new = pairs.difference(-nearest)
+        gain = square - np.einsum("ni,ni->n", nearest, new)
+        touching = square <= (1e-9 * size) ** 2
+        found[rows[touching]] = 0.0
+        unfinished = ~touching & (gain > _RELATIVE * square)
+        if not unfinished.all():
+            rows, pairs, size = rows[unfinished], pairs.take(unfinished), size[unfinished]
+            points, active, new, nearest = points[unfinished], active[unfinished], new[unfinished], nearest[unfinished]
+        if len(rows):
+            # a full simplex contains the origin and is finished, so there is a free slot
+            slot = np.argmin(active, axis=1)
+            points[np.arange(len(rows)), slot] = new
+            active[np.arange(len(rows)), slot] = True
+            nearest, active = _nearest_of_simplex(points, active)
+    return found
+
+
+def _nearest_of_simplex(points: FloatArray, active: Mask) -> tuple[FloatArray, Mask]:
+    """Return the point of each simplex nearest to the origin (N, 3), and the corners that span its face (N, 4)."""
+    count = len(points)
+    best = np.full(count, np.inf)
+    nearest = np.zeros((count, 3))
+    spanning = np.zeros((count, 4), bool)
+    for subset in _SUBSETS:
+        able = active[:, subset].all(axis=1)
+        if not able.any():
+            continue
+        found, valid = _nearest_of_face(points[:, subset])
+        square = np.einsum("ni,ni->n", found, found)
+        better = able & valid & (square < best * (1.0 - 1e-12))
+        if better.any():
+            best[better] = square[better]
+            nearest[better] = found[better]
+            spanning[better] = np.isin(np.arange(4), subset)
+    return nearest, spanning
+
+
+def _nearest_of_face(corners: FloatArray) -> tuple[FloatArray, Mask]:
+    """Return the point of the affine hull of K corners (N, K, 3) nearest to the origin, and whether it is between
+    them."""
+    base, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
+    k = edges.shape[1]
+    if k == 0:
+        return base, np.ones(len(base), bool)
+    gram = np.einsum("nki,nli->nkl", edges, edges)
+    right = -np.einsum("nki,ni->nk", edges, base)
+    scale = np.einsum("nkk->n", gram) + 1e-300
+    determinant = np.linalg.det(gram / scale[:, None, None])
+    sound = determinant > 1e-14
+    solvable = np.where(sound[:, None, None], gram, np.eye(k))
+    shares = np.linalg.solve(solvable, right[:, :, None])[:, :, 0]
+    valid = sound & (shares >= -1e-12).all(axis=1) & (shares.sum(axis=1) <= 1.0 + 1e-12)
+    return base + np.einsum("nk,nki->ni", shares, edges), valid
+
+
+# --- penetration depth ---------------------------------------------------------------------------------------------
+
+
+def depths(pairs: Pairs, enough: float = -np.inf) -> tuple[FloatArray, FloatArray]:
+    """Return the penetration depth (N,) of overlapping pairs and the unit direction (N, 3) of the separating
+    translation.
+
+    The translation applies to the second solid of a pair. A negative depth is a gap along the direction: the pair does
+    not overlap. What is at most ``enough`` need not be the least.
+    """
+    directions = np.stack(_candidates(pairs))  # (C, N, 3)
+    widths = _widths(pairs, directions)
+    order = np.argsort(widths, axis=0)[:_STARTS]
+    every = np.arange(len(pairs))
+    along = directions[order[0], every]
+    depth = widths[order[0], every]
+    curved = np.flatnonzero((pairs.a.that_are("is_curved") | pairs.b.that_are("is_curved")) & (depth > enough))
+    at_once = len(order) if len(curved) * len(order) <= _AT_ONCE else 1  # few pairs: all starts together
+    for first in range(0, len(order), at_once) if len(curved) else ():
+        starts = order[first : first + at_once, curved]
+        rows = np.tile(np.arange(len(curved)), len(starts))
+        deep, direction = _refined(pairs.take(curved[rows]), directions[starts.ravel(), curved[rows]])
+        best = np.argmin(deep.reshape(starts.shape), axis=0) * len(curved) + np.arange(len(curved))
+        smaller = deep[best] < depth[curved]
+        depth[curved] = np.where(smaller, deep[best], depth[curved])
+        along[curved] = np.where(smaller[:, None], direction[best], along[curved])
+    return depth, along
+
+
+def _widths(pairs: Pairs, directions: FloatArray) -> FloatArray:
+    """Return ``_width`` (C, N) for each of the directions (C, N, 3), of few pairs all at once."""
+    count, size = directions.shape[:2]
+    if count * size > _AT_ONCE:
+        return np.stack([_width(pairs, each) for each in directions])
+    every = np.tile(np.arange(size), count)
+    return _width(pairs.take(every), directions.reshape(-1, 3)).reshape(count, size)
+
+
+def _width(pairs: Pairs, directions: FloatArray) -> FloatArray:
+    """Return the translation along unit ``directions`` that separates the second solids from the first."""
+    width: FloatArray = np.einsum("ni,ni->n", pairs.difference(directions), directions)
+    return np.where(np.einsum("ni,ni->n", directions, directions) > 0.5, width, np.inf)
+
+
+def _candidates(pairs: Pairs) -> Sequence[FloatArray]:
+    """Return candidate separating directions, each an array of unit vectors (N, 3).
+
+    These are face normals, cross products of edges, the line between the centres, and directions all around.
+    """
+    normals_a, normals_b = _normals(pairs.a.matrices), _normals(pairs.b.matrices)
+    found = [normal for normals in (normals_a, normals_b) for normal in normals]
+    found += [np.cross(p, q) for p in _edges(pairs.a.matrices) for q in _edges(pairs.b.matrices)]
+    found.append(pairs.b.matrices[:, :, 3] - pairs.a.matrices[:, :, 3])
+    found += [np.broadcast_to(direction, (len(pairs), 3)) for direction in _sphere(48)]
+    units = [_normalized(direction) for direction in found]
+    return [sign * unit for unit in units for sign in (1.0, -1.0)]
+
+
+def _normals(matrices: FloatArray) -> list[FloatArray]:
+    """Return the normals of the faces x = 1, y = 1 and z = 1 of posed canonical solids."""
+    cofactors = cofactors_of(matrices[:, :, :3])
+    return [cofactors[:, :, axis] for axis in range(3)]
+
+
+def _edges(matrices: FloatArray) -> list[FloatArray]:
+    return [matrices[:, :, axis] for axis in range(3)]
+
+
+def _normalized(vectors: FloatArray) -> FloatArray:
+    """Return unit vectors; zero vectors for zero length."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.where(length > 1e-12, vectors / np.where(length > 1e-12, length, 1.0), 0.0)
+
+
+def _sphere(count: int) -> FloatArray:
+    """Return directions spread evenly over the sphere (Fibonacci lattice)."""
+    i = np.arange(count) + 0.5
+    height, angle = 1.0 - 2.0 * i / count, np.pi * (3.0 - np.sqrt(5.0)) * i
+    radius = np.sqrt(1.0 - height * height)
+    return np.stack([radius * np.cos(angle), height, radius * np.sin(angle)], axis=1)
+
+
+def _refined(pairs: Pairs, along: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Minimise the width locally, starting from ``along``, by gradient descent on the sphere of directions."""
+    depth, step = _width(pairs, along), np.full(len(pairs), 0.3)
+    for _ in range(40):
+        point = pairs.difference(along)
+        slope = point - np.einsum("ni,ni->n", point, along)[:, None] * along
+        trial = _normalized(along - step[:, None] * _normalized(slope))
+        width = _width(pairs, trial)
+        better = width < depth
+        depth, along = np.where(better, width, depth), np.where(better[:, None], trial, along)
+        step = np.where(better, step, step * 0.6)
+    return depth, along

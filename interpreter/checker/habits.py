@@ -1,0 +1,813 @@
+"""Constructs of other languages in a program: what they are called here, and the code to write instead.
+
+People bring habits from Python, JavaScript, Clojure, Common Lisp, Scheme and OpenSCAD. The tables below say what each
+one looks like and what replaces it. They are consulted only where a program has errors, and only what explains an
+error is reported: a program that is right may use any of these names for itself.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache, lru_cache
+from typing import Any
+
+from scenelang.grammar.datum import Source, Span
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, near_names
+from scenelang.interpreter.checker.idioms import (
+    COLON,
+    FORMS,
+    INFIX,
+    LANGUAGES,
+    MODULES,
+    NAMES,
+    OTHER,
+    QUOTED_FUNCTION,
+    SAME,
+    SINGLE_QUOTES,
+    SPELLINGS,
+    SYMBOL,
+    WORD,
+    Idiom,
+    Spelling,
+    Term,
+)
+from scenelang.interpreter.scene.primitives import is_word
+
+_MAX_EXPLAINED = 300  # errors; more are not shown
+MAX_TEXT = 200_000  # characters of a program that is searched for habits
+_MAX_SHOWN = 60
+
+
+# --- a tree of a text that may not read ------------------------------------------------------------------------------
+
+_TOKEN = re.compile(
+    r"""(?P<space>\s+)|(?P<comment>;[^\n]*|\#\|.*?\|\#)|(?P<string>"(?:[^"\\]|\\.)*")|(?P<open>[(\[{])"""
+    r"""|(?P<close>[)\]}])|(?P<prefix>'|`|,@|,)|(?P<atom>[^\s()\[\]{}";'`,]+)|(?P<other>.)""",
+    re.S,
+)
+_CLOSERS = {"(": ")", "[": "]", "{": "}"}
+
+
+@dataclass(slots=True)
+class Tree:
+    """Datum of a text that may be malformed: an atom, or a list with its opening bracket."""
+
+    start: int
+    end: int
+    text: str
+    opener: str = ""
+    items: list[Tree] = field(default_factory=list)
+
+
+def trees(text: str, start: int = 0, end: int | None = None) -> Tree:
+    """Return the datums of a piece of a text under one root. Unmatched brackets are closed where a list ends."""
+    end = len(text) if end is None else end
+    root = Tree(start, end, "", "top")
+    stack = [root]
+    for match in _TOKEN.finditer(text, start, end):
+        kind = match.lastgroup
+        if kind in ("space", "comment"):
+            continue
+        if kind == "open":
+            tree = Tree(match.start(), end, "", match.group())
+            stack[-1].items.append(tree)
+            stack.append(tree)
+        elif kind == "close":
+            if len(stack) > 1:
+                tree = stack.pop()
+                tree.end = match.end()
+        else:
+            stack[-1].items.append(Tree(match.start(), match.end(), match.group()))
+    return root
+
+
+def _walk(root: Tree) -> Iterator[Tree]:
+    stack = [root]
+    while stack:
+        tree = stack.pop()
+        if tree is not root:
+            yield tree
+        stack.extend(tree.items)
+
+
+@dataclass(frozen=True, slots=True)
+class Habit:
+    """One occurrence of a construct of another language: its place, the names it defines, and the diagnostic."""
+
+    start: int
+    end: int
+    inner: tuple[tuple[int, int], ...]  # parts of the program's own, whose errors have other causes
+    names: frozenset[str]
+    diagnostic: Diagnostic
+    row: Any = None
+    hides: bool = False  # brackets behind it, so that others are not closed
+    parameters: tuple[int, int] | None = None  # the range of a parameter list, which has no other meaning yet
+
+
+def explain(source: Source, diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Replace the errors of a text that constructs of other languages explain by one diagnostic for each construct."""
+    own = [d for d in diagnostics if d.name in _EXPLAINED and d.span is not None and d.span.source.name == source.name]
+    if not own or len(source.text) > MAX_TEXT:
+        return list(diagnostics)
+    own = own[:_MAX_EXPLAINED]
+    found = [each for each in _foreign_pieces(source) if any(_explains(each, d) for d in own)]
+    rest: list[Habit] = []
+    unbound = frozenset(d.span.start for d in own if d.name == "unbound" and d.span is not None)
+    for habit in sorted(_habits(source, _regions(source.text, own), unbound), key=lambda each: (each.start, -each.end)):
+        if any(_covers(other, habit) for other in found):
+            continue
+        (found if any(_explains(habit, d) for d in own) else rest).append(habit)
+    rows = {
+        id(habit.row) for habit in found if isinstance(habit.row, Spelling)
+    }  # a reader stops at the first of its kind
+    found += [habit for habit in rest if id(habit.row) in rows and not any(_covers(other, habit) for other in found)]
+    if not found:
+        return list(diagnostics)
+    names = frozenset(name for habit in found for name in habit.names)
+    kept = [d for d in diagnostics if not _is_explained(d, found, names, source)]
+    return [*kept, *(habit.diagnostic for habit in found)]
+
+
+def _covers(outer: Habit, inner: Habit) -> bool:
+    if not outer.start <= inner.start < outer.end:
+        return False
+    return not any(start <= inner.start and inner.end <= end for start, end in outer.inner)
+
+
+def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
+    span = diagnostic.span
+    assert span is not None
+    knows = any(fix.safe or diagnostic.name == "bad-atom" for fix in diagnostic.fixes)
+    is_array = isinstance(habit.row, Idiom) and habit.row.pattern.startswith("[")
+    if is_array and habit.start <= span.start and span.end <= habit.end:
+        # its datums are no items of an array, nor forms of their own
+        return diagnostic.name in ("type", "misplaced") or not any(
+            start <= span.start and span.end <= end for start, end in habit.inner
+        )
+    if habit.parameters is not None and habit.parameters[0] <= span.start and span.end <= habit.parameters[1]:
+        return True
+    if habit.row not in ("whole", "call") and knows and diagnostic.name not in ("bracket", "unbound", "idle-attribute"):
+        return False  # the diagnostic knows better what to do
+    if diagnostic.name == "unbound" and span.text in habit.names:
+        return True
+    if diagnostic.name == "unclosed":
+        return (habit.hides and span.start < habit.start) or habit.start <= span.start < habit.end
+    is_inside = habit.start <= span.start < max(habit.end, habit.start + 1)
+    if habit.row == "commas" and diagnostic.name != "misplaced":
+        return False
+    if habit.row == "call" and habit.start == span.start and diagnostic.name == "attribute":
+        return True
+    if isinstance(habit.row, Idiom) and habit.row.hint == INFIX and diagnostic.name == "arity":
+        return False  # the head is a function
+    if not is_inside and not (diagnostic.name == "bad-atom" and span.start == habit.end):
+        around = span.start <= habit.start and habit.end <= span.end
+        if isinstance(habit.row, Spelling):
+            return _is_left_by(habit, diagnostic, around)
+        return around and isinstance(habit.row, Idiom) and diagnostic.name in _AROUND
+    if diagnostic.name in _STRUCTURE and (span.start, span.end) in habit.inner:
+        return True
+    return not any(start <= span.start and span.end <= end for start, end in habit.inner)
+
+
+def _is_left_by(habit: Habit, diagnostic: Diagnostic, around: bool) -> bool:
+    """Return whether an error is about what is left of a spelling: ``'f`` of ``#'f``, or ``:`` among operands."""
+    span = diagnostic.span
+    assert span is not None
+    assert isinstance(habit.row, Spelling)
+    text = span.source.text
+    if habit.row.pattern == QUOTED_FUNCTION:
+        return around and diagnostic.message.endswith(text[habit.end - 1 : span.end].split()[0].rstrip(")"))
+    if habit.row.pattern == SINGLE_QUOTES:  # a symbol, and a quote before the next datum
+        quoted = text[habit.start : habit.end].strip("'")
+        return around and diagnostic.message.endswith(f"got a symbol: {quoted}")
+    if habit.row.pattern == COLON:
+        is_same_line = "\n\n" not in text[habit.end : span.start]
+        return diagnostic.name == "syntax" and span.start >= habit.end and is_same_line
+    return False
+
+
+# Errors that a construct of another language may be the cause of.
+_EXPLAINED = frozenset((
+    "unbound", "bad-atom", "bad-string", "bad-dot", "misplaced", "syntax", "bracket", "unclosed", "extra-close",
+    "lambda-list", "empty-application", "not-a-procedure", "attribute", "arity", "type", "value", "parts",
+    "embedding", "word", "keyword", "idle-attribute", "dropped-value",
+))  # fmt: skip
+
+# Errors whose place is the whole form in which the construct stands, and errors about the structure of a form.
+_AROUND = frozenset(("syntax", "bracket", "arity", "type", "not-a-procedure", "parts", "embedding", "word"))
+_STRUCTURE = frozenset(("syntax", "bracket", "lambda-list"))
+
+
+def _is_explained(diagnostic: Diagnostic, found: Sequence[Habit], names: frozenset[str], source: Source) -> bool:
+    span = diagnostic.span
+    if diagnostic.name not in _EXPLAINED or span is None or span.source.name != source.name:
+        return False
+    if diagnostic.name == "unbound" and span.text in names:
+        return True
+    shadowed = re.search(r"got a Function: (\S+)\Z", diagnostic.message)
+    if shadowed is not None and shadowed[1] in names:
+        return True  # the builtin, in place of what the construct defines
+    return any(_explains(habit, diagnostic) for habit in found)
+
+
+def _diagnostic(source: Source, start: int, end: int, message: str, hint: str, fix: Fix | None) -> Diagnostic:
+    return Diagnostic("foreign-syntax", message, Span(source, start, end), hint, fixes=(fix,) if fix else ())
+
+
+def _shown(text: str) -> str:
+    text = " ".join(text.split())
+    return text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 4] + " ..."
+
+
+def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozenset[int]) -> Iterator[Habit]:
+    words = frozenset(re.findall(r'\(bind\s+"([^"\s]+)"', source.text))
+    for start, end in regions:
+        root = trees(source.text, start, end)
+        yield from _commas(source, root)
+        yield from _spellings(source, start, end)
+        for tree in _walk(root):
+            if tree.opener:
+                yield from _forms(source, tree)
+                yield from _calls_of_words(source, tree, words, unbound)
+                yield from _adjacent_calls(source, tree)
+                yield from _color_names(source, tree, unbound)
+            else:
+                yield from _named(source, tree)
+        yield from _adjacent_calls(source, root)
+        yield from _assignments(source, root)
+
+
+def _regions(text: str, errors: Sequence[Diagnostic]) -> list[tuple[int, int]]:
+    """Return the pieces of a text, from the start of one form at top level to the next, in which the errors are."""
+    starts = _form_starts(text)
+    regions: list[tuple[int, int]] = []
+    for start, end in sorted({(d.span.start, d.span.end) for d in errors if d.span is not None}):
+        place, behind = bisect_right(starts, start), bisect_left(starts, max(end, start + 1))
+        first = starts[place - 1] if place else 0
+        last = starts[behind] if behind < len(starts) else len(text)
+        if regions and first < regions[-1][1]:
+            regions[-1] = (regions[-1][0], max(regions[-1][1], last))
+        else:
+            regions.append((first, last))
+    return regions
+
+
+def _form_starts(text: str) -> list[int]:
+    """Return where lists at top level begin lines; if brackets do not match, those are all lines with one in front."""
+    ranges, is_balanced = _ranges(text, restarts=False)
+    if not is_balanced:
+        return [match.start() for match in re.finditer(r"^\(", text, re.M)]
+    return sorted(start for start, _, _ in ranges if text[start] == "(" and text[start - 1 : start] in ("", "\n"))
+
+
+# --- names -----------------------------------------------------------------------------------------------------------
+
+
+# Names of functions that are plain words too, as a variable may have.
+_WORDS = frozenset((
+    "move", "place", "group", "combine", "assembly", "resize", "turn", "rotation", "translation", "module", "colour",
+    "power", "display", "size", "head", "throw", "extend", "div", "rem",
+))  # fmt: skip
+_OPERATORS = frozenset(("&&", "||", "==", "===", "**", "^"))
+
+
+# What stands before a name that is defined, in the forms of any language; "def" may go on misspelled.
+_DEFINERS = r"\((?:def\w*|param|setq|setf|const|let|var|function)\s+\(?"
+
+
+def _named(source: Source, tree: Tree) -> Iterator[Habit]:
+    name = NAMES.get(tree.text)
+    if tree.text in _WORDS and source.text[tree.start - 1 : tree.start] != "(":
+        return
+    if name is not None and re.search(rf"{_DEFINERS}{re.escape(tree.text)}(?=[\s)])", source.text):
+        return  # the program calls something else so, in whatever way it defines it
+    if tree.text in _OPERATORS and source.text[tree.start - 1 : tree.start] != "(":
+        name = Term(NAMES[tree.text].language, hint=f"the operator comes first: `({NAMES[tree.text].instead} a b)`")
+    instead = name.instead if name is not None else _module_function(tree.text)
+    language = name.language if name is not None else "JavaScript" if tree.text.startswith("Math.") else "Python"
+    hint = name.hint if name is not None else ""
+    if not instead and not hint:
+        yield from _member(source, tree)
+        return
+    fix = None
+    if instead:
+        hint = f"write `{instead}`"
+        fix = Fix(f"Change to `{instead}`", (Edit(Span(source, tree.start, tree.end), instead),), safe=True)
+    message = f"`{tree.text}` is {language}, not the Scene Language"
+    yield Habit(tree.start, tree.end, (), frozenset(), _diagnostic(source, tree.start, tree.end, message, hint, fix))
+
+
+_MEMBER = re.compile(rf"({WORD})\.({WORD})\Z")
+
+# What the methods of other languages are called here.
+_METHODS = {
+    "append": "push!", "push": "push!", "add": "add!", "extend": "extend!", "pop": "pop!", "length": "length",
+    "size": "length", "map": "map", "filter": "filter", "reverse": "reverse", "sort": "sort", "keys": "keys",
+    "values": "values", "insert": "insert!", "remove": "remove!", "slice": "slice", "concat": "append", "get": "ref",
+    "count": "length", "upper": "string-upcase", "lower": "string-downcase", "split": "string-split",
+}  # fmt: skip
+_FUNCTION_FIRST = frozenset(("map", "filter"))
+
+
+def _member(source: Source, tree: Tree) -> Iterator[Habit]:
+    """``leg.height`` and ``xs.append``: fields of records, and methods."""
+    match = _MEMBER.match(tree.text)
+    if match is None:
+        return
+    owner, name = match.groups()
+    fix = None
+    record = re.search(rf"\(define-record\s+\(?([\w-]+)[^()]*[\s(]{re.escape(name)}[\s):]", source.text)
+    if record is not None:
+        written = f"({record[1]}-{name} {owner})"
+        hint = f"write `{written}`: a field is read by its function"
+        fix = Fix(f"Change to `{written}`", (Edit(Span(source, tree.start, tree.end), written),), safe=True)
+    elif name in _METHODS:
+        instead = _METHODS[name]
+        hint = f"write `({instead} f {owner})`" if name in _FUNCTION_FIRST else f"write `({instead} {owner} ...)`"
+        if name == "length":
+            hint = f"write `(length {owner})`"
+    else:
+        hint = f"fields are read by functions, `(leg-{name} {owner})`, and items of tables by `(ref {owner} key)`"
+    message = f"`{tree.text}` is Python, not the Scene Language"
+    yield Habit(tree.start, tree.end, (), frozenset(), _diagnostic(source, tree.start, tree.end, message, hint, fix))
+
+
+def _module_function(text: str) -> str:
+    """Return what a function of a module such as ``math.sin`` is called here."""
+    module, dot, name = text.partition(".")
+    if not dot or module not in MODULES:
+        return ""
+    return name if name in SAME else OTHER.get(name, "")
+
+
+def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: frozenset[int]) -> Iterator[Habit]:
+    """``(cube :scale 2)`` and ``(call cube)``: words used as names, unless they are names, as ``ring`` is."""
+    items = tree.items
+    if tree.opener != "(" or not items:
+        return
+    head = items[0]
+    if head.start in unbound and (is_word(head.text) or head.text in words):
+        instead = f'call "{head.text}"'
+        rest = source.text[head.end : tree.end]
+        text = f"({instead}{rest}"
+        edit = Edit(Span(source, head.start, head.end), instead)
+        if source.text[: tree.start].rstrip().endswith("(call") and len(items) == 1:
+            text = f'"{head.text}"'
+            edit = Edit(Span(source, tree.start, tree.end), text)
+        hint = f"write `{_shown(text)}`"
+        is_sure = len(items) == 1 or is_word(head.text) or items[1].text.startswith((":", '"', "<"))
+        if not is_sure:
+            hint = f'a word takes attributes: `(call "{head.text}" :name value)`'
+        fix = Fix("Call the word", (edit,), safe=True) if is_sure else None
+        message = f'"{head.text}" is a word, not a function: it is called by `call`'
+        inner = tuple((item.start, item.end) for item in items[1:])
+        yield Habit(tree.start, tree.end, inner, frozenset(),
+                    _diagnostic(source, head.start, head.end, message, hint, fix))  # fmt: skip
+    elif head.text == "call" and len(items) > 1 and f"(define ({items[1].text} " in source.text:
+        rest = source.text[items[1].start : tree.end]
+        fix = Fix("Call the function", (Edit(Span(source, tree.start, tree.end), f"({rest}"),), safe=True)
+        message = f"`{items[1].text}` is a function, not a word"
+        yield Habit(items[1].start, items[1].end, (), frozenset(), _diagnostic(
+            source, items[1].start, items[1].end, message, f"write `({_shown(rest)}`", fix))  # fmt: skip
+    elif head.text in ("call", "bind", "primitive") and len(items) > 1 and re.fullmatch(WORD, items[1].text):
+        word = items[1]
+        fix = Fix("Write the word in quotes", (Edit(Span(source, word.start, word.end), f'"{word.text}"'),), safe=True)
+        message = f"a word is a string: `{word.text}` has no quotes"
+        yield Habit(word.start, word.end, (), frozenset(),
+                    _diagnostic(source, word.start, word.end, message, f'write `"{word.text}"`', fix))  # fmt: skip
+
+
+def _adjacent_calls(source: Source, tree: Tree) -> Iterator[Habit]:
+    """``f(3)`` and ``rgb(255, 0, 0)``: a name with its arguments just behind it."""
+    for head, arguments in zip(tree.items, tree.items[1:]):
+        is_call = head.end == arguments.start and arguments.opener == "(" and re.fullmatch(WORD, head.text)
+        if not is_call or any(item.text == "'" for item in arguments.items):
+            continue
+        items = [source.text[item.start : item.end] for item in arguments.items if item.text != ","]
+        instead = f"({' '.join([head.text, *items])})"
+        fix = Fix("Move the name inside", (Edit(Span(source, head.start, arguments.end), instead),), safe=True)
+        message = f"`{_shown(source.text[head.start : arguments.end])}` is Python, not the Scene Language"
+        inner = ((head.start, head.end), *((item.start, item.end) for item in arguments.items if item.text != ","))
+        diagnostic = _diagnostic(source, head.start, arguments.end, message, f"write `{_shown(instead)}`", fix)
+        yield Habit(head.start, arguments.end, inner, frozenset(), diagnostic, "call")
+
+
+_DEFINITION = _DEFINERS + r"([^\s()\[\]]+)|\(\(([^\s()\[\]:]+)\s"
+
+
+@lru_cache(maxsize=4)
+def _defined_names(text: str) -> tuple[str, ...]:
+    """Return the names that a text seems to define, and the first ones that its loops and ``let`` bind."""
+    return tuple({name for pair in re.findall(_DEFINITION, text) for name in pair if name})
+
+
+def _color_names(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterator[Habit]:
+    """``:color red``."""
+    for key, value in zip(tree.items, tree.items[1:]):
+        known = ("color", "rgb", "hsv", "hsl", *_defined_names(source.text))
+        is_name = value.text.isalpha() and value.text not in known and not near_names(value.text, known)
+        if key.text == ":color" and value.start in unbound and is_name:
+            instead = f'(color "{value.text}")'
+            fix = Fix("Convert the name", (Edit(Span(source, value.start, value.end), instead),), safe=True)
+            diagnostic = _diagnostic(source, value.start, value.end, "the name of a color is converted by `color`",
+                                     f"write `{instead}`", fix)  # fmt: skip
+            yield Habit(value.start, value.end, (), frozenset(), diagnostic)
+
+
+def _assignments(source: Source, root: Tree) -> Iterator[Habit]:
+    """``x = 3`` at top level."""
+    items = root.items
+    for name, sign, value in zip(items, items[1:], items[2:]):
+        if sign.text == "=" and re.fullmatch(WORD, name.text):
+            text = f"(define {name.text} {source.text[value.start : value.end]})"
+            span = Span(source, name.start, value.end)
+            fix = Fix("Write a definition", (Edit(span, text),), safe=True)
+            yield Habit(name.start, value.end, ((value.start, value.end),), frozenset((name.text,)),
+                        _diagnostic(source, name.start, value.end, "names are defined by `define`, not by `=`",
+                                    f"write `{_shown(text)}`", fix))  # fmt: skip
+
+
+_DECIMAL = re.compile(r":[\w-]+\s+-?\d+,\d\Z")
+
+
+def _is_decimal(text: str, comma: Tree) -> bool:
+    """Return whether a comma stands in a number, as in ``:scale 1,5``."""
+    return _DECIMAL.search(text[max(0, comma.start - _MAX_SHOWN) : comma.end + 1]) is not None
+
+
+def _is_unquote(text: str, comma: Tree) -> bool:
+    """Return whether a comma stands before its item only, as in a template: `` `(1 ,size) ``."""
+    return text[comma.start - 1 : comma.start].isspace() and not text[comma.end : comma.end + 1].isspace()
+
+
+def _commas(source: Source, root: Tree) -> Iterator[Habit]:
+    """Commas between the items of an array or a call."""
+    for tree in [root, *_walk(root)]:
+        commas = [item for item in tree.items if item.text == "," and not _is_unquote(source.text, item)]
+        if tree.opener == "(" and all(_is_decimal(source.text, comma) for comma in commas):
+            continue
+        if not commas or tree is root:
+            continue
+        edits = []
+        for comma in commas:
+            after = source.text[comma.end : comma.end + 1]
+            edits.append(Edit(Span(source, comma.start, comma.end), "" if after.isspace() else " "))
+        if tree.opener == "(" and re.match(r"[-+.]?\d", tree.items[0].text):
+            yield _tuple(source, tree)
+            continue
+        what = "items of an array" if tree.opener == "[" else "arguments"
+        written = source.text[tree.start : tree.end]
+        for edit in reversed(edits):
+            at = edit.span.start - tree.start
+            written = written[:at] + edit.text + written[at + 1 :]
+        fix = Fix("Remove the commas", tuple(edits), safe=True)
+        inner = tuple((item.start, item.end) for item in tree.items if item.opener)
+        yield Habit(tree.start, tree.end, inner, frozenset(),
+                    _diagnostic(source, commas[0].start, commas[0].end,
+                                f"{what} are separated by spaces, not by commas", f"write `{_shown(written)}`",
+                                fix), "commas")  # fmt: skip
+
+
+def _tuple(source: Source, tree: Tree) -> Habit:
+    """``(1, 2, 3)``: numbers in parentheses."""
+    written = f"[{' '.join(source.text[item.start : item.end] for item in tree.items if item.text != ',')}]"
+    fix = Fix("Write an array", (Edit(Span(source, tree.start, tree.end), written),), safe=True)
+    message = f"`{_shown(source.text[tree.start : tree.end])}` is Python, not the Scene Language"
+    hint = f"write `{_shown(written)}`: an array is written in square brackets"
+    return Habit(tree.start, tree.end, (), frozenset(), _diagnostic(source, tree.start, tree.end, message, hint, fix))
+
+
+def _spellings(source: Source, first: int, last: int) -> Iterator[Habit]:
+    text = _masked(source.text[first:last])
+    for row in SPELLINGS:
+        for match in re.finditer(row.pattern, text, re.S):
+            start, end = match.start() + first, match.end() + first
+            written = source.text[start:end]
+            if written.startswith("//") and text[: match.start()].rstrip().endswith("("):
+                continue  # the function `//`
+            if "comment" in row.hint and row.instead == "":
+                yield _comment(source, start, end, row)
+                continue
+            instead = match.expand(row.instead)
+            is_filled = written == "f" and "{" in source.text[end : source.text.find('"', end + 1)]  # an f-string
+            fix = Fix(f"Change to `{_shown(instead)}`" if instead else "Remove it",
+                      (Edit(Span(source, start, end), instead),), row.is_sure and not is_filled)  # fmt: skip
+            hint = f"write `{_shown(instead.strip())}`: {row.hint}" if instead.strip() else row.hint
+            message = f"`{_shown(written)}` is {row.language}, not the Scene Language"
+            hides = row.pattern.startswith(";")
+            if hides:
+                message = "`;` begins a comment, which hides the rest of the line"
+            diagnostic = _diagnostic(source, start, end, message, hint, fix)
+            yield Habit(start, end, (), frozenset(), diagnostic, row, hides)
+
+
+def _comment(source: Source, start: int, end: int, row: Spelling) -> Habit:
+    written = source.text[start:end]
+    lead = len(written) - len(written.lstrip())
+    mark = re.match(r"//|#|/\*|--+", written.strip())
+    begin = start + lead
+    length = len(mark.group()) if mark else 1
+    if written.strip().startswith("/*"):
+        edits: tuple[Edit, ...] = (Edit(Span(source, begin, begin + 2), "#|"), Edit(Span(source, end - 2, end), "|#"))
+    else:
+        edits = (Edit(Span(source, begin, begin + length), ";"),)
+    message = f"`{mark.group() if mark else '#'}` does not begin a comment"
+    fix = Fix("Write `;`", edits, safe=True)
+    return Habit(begin, end, (), frozenset(), _diagnostic(source, begin, begin + length, message, row.hint, fix))
+
+
+_HIDDEN = re.compile(r'"(?:[^"\\]|\\.)*"|(?<!#);[^\n]*(?=\n|$)', re.S)
+
+
+def _masked(text: str) -> str:
+    """Return a text of the same length without its strings and comments; a comment that only hides brackets stays."""
+
+    def blank(match: re.Match[str]) -> str:
+        found = match.group()
+        if found.startswith(";"):
+            return found if not found.strip(";)]} \t") else " " * len(found)
+        return '"' + " " * (len(found) - 2) + '"'
+
+    return _HIDDEN.sub(blank, text)
+
+
+# --- forms -----------------------------------------------------------------------------------------------------------
+
+
+@cache
+def _patterns() -> dict[str, list[tuple[Idiom, Tree]]]:
+    """The patterns by what they must begin with: the head, or for infix operators the second datum."""
+    found: dict[str, list[tuple[Idiom, Tree]]] = {}
+    for form in FORMS:
+        tree = trees(form.pattern).items[0]
+        literal = next((item.text for item in tree.items[:2] if item.text and not item.text.startswith("?")), "")
+        found.setdefault(literal, []).append((form, tree))
+    return found
+
+
+def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
+    patterns = _patterns()
+    keys = dict.fromkeys([*(item.text for item in tree.items[:2] if item.text), ""])
+    for form, pattern in (row for key in keys for row in patterns.get(key, ())):
+        bound: dict[str, list[Tree]] = {}
+        if not _matches(pattern, tree, bound):
+            continue
+        start, end = tree.start, tree.end
+        inner = tuple((part.start, part.end) for parts in bound.values() for part in parts)
+        names = frozenset(part.text for part in bound.get(form.defines, ()) if part.text)
+        if form.instead.startswith(("(for", "(apply")):
+            variables = [*bound.get("i", ()), *bound.get("x", ())]
+            variables += [clause.items[0] for clause in bound.get("clauses", ()) if clause.items]
+            names |= {variable.text for variable in variables if variable.text}
+        parameters = _parameter_list(form, tree, bound)
+        if parameters is not None:
+            names |= {name for each in (*bound.get("args", ()), *bound.get("a", ())) if (name := _parameter(each))}
+        if form.instead.startswith("(define-record"):
+            names |= {f"{name}{end}" for name in names for end in _record_names(bound["fields"])}
+        message = f"`{_shown(source.text[start:end])}` is {form.language}, not the Scene Language"
+        if not form.instead:
+            diagnostic = _diagnostic(source, start, end, message, form.hint, None)
+        else:
+            instead = _filled(source, form.instead, bound)
+            fix = Fix(f"Change to `{_shown(instead)}`", (Edit(Span(source, start, end), instead),), form.is_sure)
+            hint = f"write `{_shown(instead)}`: {form.hint}"
+            diagnostic = _diagnostic(source, start, end, message, hint, fix)
+        yield Habit(start, end, inner, names, diagnostic, form, parameters=parameters)
+        return
+
+
+def _parameter_list(form: Idiom, tree: Tree, bound: Mapping[str, Sequence[Tree]]) -> tuple[int, int] | None:
+    """Return the range of the parameters of a function that is written as in another language."""
+    if not form.instead.startswith("(lambda ("):
+        return None
+    listed = next((item for item in tree.items[1:2] if item.opener and bound.get("args")), None)
+    if listed is not None:
+        return listed.start, listed.end
+    named = [*bound.get("a", ()), *bound.get("x", ())]
+    return (named[0].start, named[-1].end + 1) if named else None
+
+
+def _parameter(tree: Tree) -> str:
+    """Return the name of a parameter: ``x``, ``:x``, ``x::Number``, or the first of ``(:x 1)``; empty for others."""
+    first = tree.items[0] if tree.items else tree
+    return first.text.lstrip(":").partition("::")[0]
+
+
+def _record_names(fields: Sequence[Tree]) -> Iterator[str]:
+    """What follows a record's name in the names of its procedures."""
+    yield "?"
+    yield from (f"-{field.text}" for field in fields)
+
+
+def _is_parameter(tree: Tree) -> bool:
+    """Return whether a datum may be a parameter of a function, or what separates two."""
+    if tree.opener:
+        first = tree.items[0] if len(tree.items) == _WITH_DEFAULT else None
+        return first is not None and not first.opener and _is_parameter(first)
+    return re.fullmatch(r"[,.:&]|[:&]?[A-Za-z_][^\s()\[\]\"';,]*", tree.text) is not None
+
+
+_WITH_DEFAULT = 2  # items of a parameter with its default
+
+_NOT_AN_ENTITY = re.compile(r'[-+.]?\d|["\':#]')
+
+
+def _is_entity(tree: Tree) -> bool:
+    """Return whether a datum is surely an entity: a call of a word, or parts put together."""
+    return tree.opener == "(" and bool(tree.items) and tree.items[0].text in ("call", "union", "transform", "primitive")
+
+
+_INDEX = r"\d|[a-z]\Z|i(ndex|dx)?\Z|[-+*%]\Z|//\Z"  # a number, a short name, or arithmetic
+
+
+# What the variables of these names match; others match any datum.
+_SHAPES: Mapping[str, Callable[[Tree], bool]] = {
+    "?name": lambda tree: not tree.opener and re.fullmatch(SYMBOL, tree.text) is not None,
+    "?parameters": _is_parameter,
+    "?entity": _is_entity,
+    "?index": lambda tree: re.match(_INDEX, tree.items[0].text if tree.items else tree.text) is not None,
+    "?plural": lambda tree: re.fullmatch(r"[a-z-]+[^s]s", tree.text) is not None,
+    "?child": lambda tree: tree.opener == "(" or (not tree.opener and _NOT_AN_ENTITY.match(tree.text) is None),
+    "?v": lambda tree: bool(tree.opener) or _NOT_AN_ENTITY.match(tree.text) is None,
+    "?vector": lambda tree: tree.opener == "[" or (not tree.opener and bool(re.match(r"[-+.]?\d", tree.text))),
+}
+
+
+def _matches(pattern: Tree, tree: Tree, bound: dict[str, list[Tree]]) -> bool:
+    if not pattern.opener:
+        if pattern.text.startswith("?"):
+            if pattern.text.endswith(":"):
+                if not tree.text.endswith(":"):
+                    return False
+                tree = Tree(tree.start, tree.end - 1, tree.text[:-1])
+            shape = _SHAPES.get(pattern.text)
+            if shape is not None and not shape(tree):
+                return False
+            bound[pattern.text[1:].rstrip(":")] = [tree]
+            return True
+        return tree.text == pattern.text
+    if tree.opener != pattern.opener:
+        return False
+    items, wanted = _with_prefixes(tree.items), pattern.items
+    if len(wanted) > 1 and wanted[-1].text == "...":
+        fixed = wanted[:-2]
+        if len(items) < len(fixed):
+            return False
+        rest, shape = wanted[-2].text, _SHAPES.get(wanted[-2].text)
+        if shape is not None and not all(map(shape, items[len(fixed) :])):
+            return False
+        bound[rest[1:]] = items[len(fixed) :]
+        return all(_matches(p, item, bound) for p, item in zip(fixed, items))
+    return len(items) == len(wanted) and all(_matches(p, item, bound) for p, item in zip(wanted, items))
+
+
+def _with_prefixes(items: list[Tree]) -> list[Tree]:
+    """Return datums in which a quote is one with what is quoted."""
+    if not any(item.text == "'" for item in items[:-1]):
+        return items
+    joined: list[Tree] = []
+    for item in items:
+        if joined and joined[-1].text == "'":
+            joined[-1] = Tree(joined[-1].start, item.end, "'...")
+        else:
+            joined.append(item)
+    return joined
+
+
+_VARIABLE = re.compile(r"\?([a-z]+)(/2)?( \.\.\.)?")
+
+
+def _filled(source: Source, template: str, bound: Mapping[str, Sequence[Tree]]) -> str:
+    """Return a template with the source text of its variables."""
+
+    def text_of(match: re.Match[str]) -> str:
+        parts = bound.get(match[1], ())
+        if not parts:
+            return ""
+        if match[2]:
+            texts = [source.text[part.start : part.end].lstrip(":") for part in parts]
+            if all(part.opener == "[" and len(part.items) == 2 for part in parts):  # pairs already
+                return " ".join(f"({text[1:-1].strip()})" for text in texts)
+            return " ".join(f"({' '.join(texts[i : i + 2])})" for i in range(0, len(texts), 2))
+        return source.text[parts[0].start : parts[-1].end]
+
+    filled = _VARIABLE.sub(text_of, template)
+    return re.sub(r"(?<=\() +| +(?=\))", "", filled)
+
+
+# --- whole languages -------------------------------------------------------------------------------------------------
+
+_OWN = re.compile(r"^\s*[(\[;'`\"#)]")
+_FEW_LINES = 3
+
+
+def _foreign_pieces(source: Source) -> list[Habit]:
+    """Pieces of at least one line at top level that are another language as a whole."""
+    found = []
+    for start, end, lines in _pieces(source.text):
+        language = _language(lines)
+        if language is None:
+            continue
+        name, hint = language
+        first = source.text.find("\n", start, end)
+        shown_end = first if first > 0 else end
+        message = f"this is {name}, not the Scene Language"
+        found.append(Habit(start, end, (), _names_in(lines),
+                           _diagnostic(source, start, shown_end, message, hint, None), "whole"))  # fmt: skip
+    return found
+
+
+def _pieces(text: str) -> Iterator[tuple[int, int, list[str]]]:
+    """Runs of lines that begin outside all brackets of the language, with their lines."""
+    offset, start = 0, 0
+    continued = _continued_lines(text)
+    lines: list[str] = []
+    for line in [*text.splitlines(keepends=True), "("]:
+        is_own = not line.strip() or offset in continued or _OWN.match(line) is not None
+        is_foreign = not is_own if not lines else not re.match(r"[(;]", line)
+        if is_foreign or (lines and not line.strip()):
+            if not lines:
+                start = offset
+            lines.append(line)
+        elif lines:
+            end = start + len("".join(lines).rstrip())
+            yield start, end, [each for each in lines if each.strip()]
+            lines = []
+        offset += len(line)
+
+
+def _continued_lines(text: str) -> frozenset[int]:
+    """Return the starts of the lines inside a list, a string or a comment of the program.
+
+    If some brackets of the text do not match, a bracket in the first column begins a new list, and in what is not
+    closed only indented lines are taken for its items: code of another language begins in the first column.
+    """
+    ranges, is_balanced = _ranges(text, restarts=False)
+    if not is_balanced:
+        ranges, _ = _ranges(text, restarts=True)
+    continued: set[int] = set()
+    last = 0
+    for start, end, is_closed in sorted(ranges):
+        for match in re.finditer(r"\n" if is_closed else r"\n(?=[ \t])", text[max(start, last) : end]):
+            continued.add(max(start, last) + match.end())
+        last = max(last, end) if is_closed else last
+    return frozenset(continued)
+
+
+def _ranges(text: str, restarts: bool) -> tuple[list[tuple[int, int, bool]], bool]:
+    """Return the start and end of each list, string and comment at top level, and of those in lists that are not
+    closed; whether each is closed; and whether all brackets match."""
+    stack: list[int] = []
+    closed: list[tuple[int, int, bool]] = []
+    unclosed: list[tuple[int, int, bool]] = []
+    is_balanced = True
+    for match in _TOKEN.finditer(text):
+        kind, start = match.lastgroup, match.start()
+        if kind == "open":
+            if restarts and stack and text[start - 1 : start] == "\n":
+                unclosed.append((stack[0], start, False))
+                stack.clear()
+            stack.append(start)
+        elif kind == "close":
+            is_balanced = is_balanced and bool(stack)
+            if stack:
+                _close(closed, stack.pop(), match.end())
+        elif kind in ("string", "comment"):
+            _close(closed, start, match.end())
+    if stack:
+        unclosed.append((stack[0], len(text), False))
+    return closed + unclosed, is_balanced and not stack
+
+
+def _close(closed: list[tuple[int, int, bool]], start: int, end: int) -> None:
+    """Add a range in place of those inside it, which are the last ones."""
+    while closed and closed[-1][0] > start:
+        closed.pop()
+    closed.append((start, end, True))
+
+
+def _language(lines: Sequence[str]) -> tuple[str, str] | None:
+    """Return the language of a piece and a hint: the one that its first line belongs to, else most of its lines."""
+    best: tuple[bool, int, str, str] | None = None
+    for name, pattern, hint in LANGUAGES:
+        matches = [bool(pattern.match(line.strip())) for line in lines]
+        row = (matches[0], sum(matches), name, hint)
+        if any(matches) and (best is None or row[:2] > best[:2]):
+            best = row
+    if best is None or not (best[0] or best[1] * _FEW_LINES >= len(lines) or best[1] >= _FEW_LINES):
+        return None
+    return best[2], best[3]
+
+
+_DEFINED = re.compile(r"(?:def|function|module|class|const|let|var)\s+(\w+)|^(\w+)\s*=", re.M)
+
+
+def _names_in(lines: Sequence[str]) -> frozenset[str]:
+    """Return the names that foreign code defines, which the rest of the text may use."""
+    return frozenset(name for pair in _DEFINED.findall("".join(lines)) for name in pair if name)
+
+
+__all__ = ["FORMS", "NAMES", "SPELLINGS", "Habit", "explain"]

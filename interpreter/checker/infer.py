@@ -1,0 +1,947 @@
+"""Inference of kinds by abstract interpretation of the core AST, one top-level form at a time.
+
+Each expression is given a kind that contains every value it can have. A variable that is assigned, a parameter without
+a type, and everything that another file or a loop can change has the kind ANY, so that nothing is concluded from it. A
+mistake that is found is reported where it is, and its value then has the kind ANY: one mistake gives one finding.
+
+A finding is an error if its expression fails whenever it is evaluated. After a test that can be false it is a warning,
+and inside the body of a ``guard`` it is not reported.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+from scenelang.grammar import ast
+from scenelang.grammar.datum import Span, dataclass, field
+from scenelang.grammar.diagnostics import Diagnostic, Fix
+from scenelang.interpreter.checker import calls, scene_forms
+from scenelang.interpreter.checker.kinds import (
+    ANY,
+    ARRAY,
+    BOOLEAN,
+    EMBEDDING,
+    EMPTY,
+    ENTITY,
+    HANDLES,
+    INTEGER,
+    LIST,
+    MATRIX,
+    MAX_ITEMS,
+    NEVER,
+    NONE,
+    NUMERIC,
+    PARTS,
+    SET,
+    TABLE,
+    Kind,
+    accepts,
+    describe,
+    is_number,
+    is_truthy,
+    item_of,
+    join,
+    join_all,
+    kind_of_type,
+    kind_of_value,
+    length_of,
+    list_of,
+    list_with,
+    may_be_parts,
+    name_of,
+    number_of,
+    union_of,
+    vector_of,
+    without_falsy,
+)
+from scenelang.interpreter.compile.analyse import called_builtin, pattern_variables, walk
+from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.runtime.procedures import MAKE_RECORD
+from scenelang.interpreter.runtime.types import Builtin
+
+_MAX_DEPTH = 400  # of nested expressions; what is deeper has the kind ANY
+
+
+_SHORT = 60  # characters of an expression that is computed
+_ARITHMETIC: dict[str | None, Callable[[float, float], float]] = {
+    "+": float.__add__,
+    "-": float.__sub__,
+    "*": float.__mul__,
+    "/": lambda a, b: a / b if b else math.nan,
+}
+
+
+class World(Protocol):
+    """What a form can refer to outside itself."""
+
+    def kind_of(self, variable: Variable) -> Kind:
+        """Return the kind of a global variable."""
+
+    def word_function(self, word: str) -> ast.Lambda | None:
+        """Return the function of a word that is bound exactly once and never in a body; None if it is not certain."""
+
+    def may_be_bound(self, word: str) -> bool:
+        """Return whether the program may bind a word."""
+
+    def is_assigned(self, variable: Variable) -> bool:
+        """Return whether a global variable is changed by ``set!``."""
+
+    def is_later(self, variable: Variable) -> bool:
+        """Return whether a global variable is defined by a form that runs after this one."""
+
+    def constant_of(self, variable: Variable) -> float | None:
+        """Return the number that a global variable is defined as and always has."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RecordCode:
+    """Procedure of a record type: ``role`` is new, test, get or set; ``fields`` are those without a default first."""
+
+    name: str
+    record: str
+    role: str
+    fields: tuple[str, ...] = ()
+    required: frozenset[str] = frozenset()
+    types: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Need:
+    """Use of a parameter in the body of its function, to which every call of the function comes.
+
+    ``types`` are the types that it accepts, any of them, and ``error`` is the name of the diagnostic of a run that
+    fails; ``passed`` is the parameter of another function to which the value is passed unchanged.
+    """
+
+    place: str
+    span: Span
+    types: tuple[Any, ...] = ()
+    expected: str = ""
+    error: str = "type"
+    passed: Variable | None = None
+    count: int | None = None  # of the arguments with which a function is called
+    rejects: frozenset[str] = frozenset()  # tags of kinds that fail
+    fails: Callable[[float], bool] | None = None  # whether a number fails
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Passed:
+    """Argument of a known kind for a parameter without a type."""
+
+    parameter: Variable
+    owner: str
+    argument: Any
+    kind: Kind
+    call: Any
+    is_certain: bool
+    usage: str
+    number: float | None = None
+
+
+@dataclass(slots=True)
+class FormKinds:
+    """Result of the inference of one top-level form.
+
+    Attributes
+    ----------
+    kinds
+        Kind of each expression.
+    findings
+        Errors and warnings.
+    failing
+        The expressions that always fail, with the names of their diagnostics.
+    defined
+        Kinds of the variables that the form defines.
+    always_calls
+        Calls that a function makes whenever it is called: caller, callee and the location of the call.
+    needs
+        What the functions of the form always do with their parameters.
+    passed
+        Arguments of calls that must meet the needs of a parameter.
+    """
+
+    kinds: dict[Any, Kind] = field(default_factory=dict)
+    findings: list[Diagnostic] = field(default_factory=list)
+    failing: list[tuple[Any, str]] = field(default_factory=list)
+    defined: dict[Variable, Kind] = field(default_factory=dict)
+    always_calls: list[tuple[ast.Lambda, ast.Lambda, Span]] = field(default_factory=list)
+    needs: dict[Variable, list[Need]] = field(default_factory=dict)
+    passed: list[Passed] = field(default_factory=list)
+
+
+class KindInference:
+    """Inference of one form."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.result = FormKinds()
+        self.env: dict[Variable, Kind] = {}
+        self.is_certain = True
+        self.is_guarded = False  # inside the body of a ``guard``, where failures are expected
+        self.nodes: list[Any] = []  # the expression that is inferred, behind those around it
+        self.narrowed: set[Variable] = set()  # variables whose kind a test may have narrowed
+        self.caller: ast.Lambda | None = None  # the function around
+        self.is_reached = True  # whether the function around always comes here
+        self.exits = 0  # number of calls so far by which the function around may be left
+        self.may_escape = False  # whether a function of the program was called that may call an escape procedure
+        self.pending: frozenset[Variable] = frozenset()  # variables of the bodies around that are not defined yet
+        self.runs_now = True  # whether the form itself runs this code, not a call of a function
+        self.numbers: dict[Variable, float] = {}  # local variables that are defined as a number
+
+    # --- findings ----------------------------------------------------------------------------------------------
+
+    def report(
+        self,
+        name: str,
+        message: str,
+        span: Span,
+        hint: str | None = None,
+        *,
+        fixes: tuple[Fix, ...] = (),
+        always: bool = True,
+        expected: str | None = None,
+        found: str | None = None,
+        signature: str | None = None,
+        near: Sequence[str] = (),
+    ) -> Kind:
+        """Report a mistake and return ANY. ``always`` is False if the evaluation may succeed."""
+        if self.is_guarded:
+            return ANY
+        if not (self.is_certain and always):
+            name = "conditional-failure"
+        if span.expansion is not None:
+            fixes = ()
+        self.result.failing.append((self.nodes[-1], name))
+        self.result.findings.append(
+            Diagnostic(
+                name, message, span, hint, fixes=fixes, expected=expected, found=found, signature=signature,
+                near=tuple(near),
+            )
+        )  # fmt: skip
+        return ANY
+
+    def warn(
+        self,
+        name: str,
+        message: str,
+        span: Span,
+        hint: str | None = None,
+        fixes: tuple[Fix, ...] = (),
+        *,
+        expected: str | None = None,
+        found: str | None = None,
+    ) -> None:
+        self.result.findings.append(Diagnostic(name, message, span, hint, fixes=fixes, expected=expected, found=found))
+
+    @contextmanager
+    def uncertain(self, *tests: Any) -> Iterator[None]:
+        """Context of code that may not run. Variables that ``tests`` mention may have a narrower kind there."""
+        before, narrowed, reached, exits = self.is_certain, self.narrowed, self.is_reached, self.exits
+        self.is_certain = self.is_reached = False
+        if tests:
+            mentioned = {node.target for node in walk(*tests) if type(node) is ast.Reference}
+            self.narrowed = narrowed | {target for target in mentioned if isinstance(target, Variable)}
+        try:
+            yield
+        finally:
+            self.is_certain, self.narrowed, self.is_reached = before, narrowed, reached and exits == self.exits
+
+    # --- expressions -------------------------------------------------------------------------------------------
+
+    def infer(self, node: Any) -> Kind:
+        """Return the kind of an expression, and record it."""
+        nodes = self.nodes
+        nodes.append(node)
+        kind = _HANDLERS[type(node)](self, node) if len(nodes) < _MAX_DEPTH else ANY
+        nodes.pop()
+        self.result.kinds[node] = kind
+        return kind
+
+    def infer_all(self, nodes: Sequence[Any]) -> list[Kind]:
+        return [self.infer(node) for node in nodes]
+
+    def variable(self, variable: Variable) -> Kind:
+        """Return the kind of a variable's value where it is read."""
+        known = self.world.kind_of(variable) if variable.is_global else ANY  # always read, so that an edit is noticed
+        if self.is_assigned(variable) or variable in self.narrowed:
+            return ANY
+        return self.env.get(variable, known)
+
+    def is_assigned(self, variable: Variable) -> bool:
+        """Return whether a variable is changed by ``set!``, so that nothing is known of its value."""
+        return variable.assigned and (not variable.is_global or self.world.is_assigned(variable))
+
+    def bind(self, target: Any, kind: Kind, span: Span) -> None:
+        """Bind a variable or destructuring pattern to a value of a kind."""
+        if isinstance(target, Variable):
+            self.env[target] = kind
+        elif isinstance(target, tuple):
+            self._take_apart(target, kind, span)
+
+    def number_of(self, node: Any) -> float | None:
+        """Return the number that an expression always has: a literal, or a variable that is defined as one."""
+        if type(node) is ast.Reference and isinstance(node.target, Variable) and not self.is_assigned(node.target):
+            if node.target.is_global:
+                return self.world.constant_of(node.target)
+            return self.numbers.get(node.target)
+        if called_builtin(node) in _ARITHMETIC and len(node.arguments) == 2 and len(node.span.text) < _SHORT:
+            return self._computed(node)
+        return number_of(node)
+
+    def _computed(self, node: ast.Application) -> float | None:
+        """Return the result of arithmetic with two numbers."""
+        a, b = map(self.number_of, node.arguments)
+        result = _ARITHMETIC[called_builtin(node)](a, b) if a is not None and b is not None else math.nan
+        return result if math.isfinite(result) else None
+
+    def count_of(self, node: Any) -> int | None:
+        """Return how often a loop over the value of an expression turns, if that is certain and small."""
+        kind = self.result.kinds[node]
+        if kind.tag in ("List", "Vector"):
+            return length_of(kind)
+        number = self.number_of(node) if kind is INTEGER or kind.tag == "Float" else None
+        return int(number) if number is not None and number.is_integer() and 0 <= number <= MAX_ITEMS else None
+
+    def _take_apart(self, pattern: tuple[Any, ...], kind: Kind, span: Span) -> None:
+        items, rest = pattern
+        has_rest = rest is not False
+        if kind is not ANY and not accepts("Sequence", kind):
+            found = describe(kind)
+            self.report("type", f"expected a sequence to take apart, got {found}", span, expected="a sequence",
+                        found=found)  # fmt: skip
+            kind = ANY
+        known = kind.items if kind.tag in ("List", "Vector") else None
+        if known is not None and (len(known) < len(items) or (len(known) > len(items) and not has_rest)):
+            expected = f"{'at least ' if has_rest else ''}{len(items)} item{'s' * (len(items) != 1)}"
+            self.report("pattern", f"the pattern needs {expected}, but the value has {len(known)}", span,
+                        expected=expected, found=f"{len(known)} items")  # fmt: skip
+            known = None
+        each = ANY if kind is ANY or len(kind.options) > 1 else item_of(kind)
+        for index, item in enumerate(items):
+            self.bind(item, known[index] if known is not None else _or_any(each), span)
+        if has_rest:
+            others = LIST if kind.tag in ("List", "Vector") else ANY  # the second of a pair may be anything
+            self.bind(rest, list_of(known[len(items) :]) if known is not None else others, span)
+
+    # --- functions ---------------------------------------------------------------------------------------------
+
+    def function(self, node: ast.Lambda, entity_word: bool = False, arguments: Sequence[Kind] | None = None) -> Kind:
+        """Infer the body of a function once, and return the kind of the function."""
+        caller, reached, exits, may_escape = self.caller, self.is_reached, self.exits, self.may_escape
+        self.caller, self.is_reached, self.may_escape = node, True, False
+        pending, runs_now = self.pending, self.runs_now
+        if arguments is None:  # the body may run later
+            self.pending, self.runs_now = frozenset(), False
+        position = 0
+        for parameter in node.parameters:
+            kind = _kind_of_parameter(parameter, position, entity_word)
+            if kind is ANY and arguments is not None and position < len(arguments) and parameter.kind == "required":
+                kind = arguments[position]
+            if parameter.kind in ("required", "optional"):
+                position += 1
+            if parameter.default is not None:
+                with self.uncertain():
+                    found = self.infer(parameter.default)
+                    self._pass_default(node, parameter, found)
+            if isinstance(parameter.target, Variable):
+                self.env[parameter.target] = kind
+            elif parameter.target is not None:
+                for variable in pattern_variables(parameter.target):
+                    self.env[variable] = ANY
+        result = self.infer(node.body)
+        self.caller, self.is_reached, self.exits, self.may_escape = caller, reached, exits, may_escape
+        self.pending, self.runs_now = pending, runs_now
+        return Kind("Function", None, result, node)
+
+    def _pass_default(self, function: ast.Lambda, parameter: ast.Parameter, kind: Kind) -> None:
+        """Record a default as an argument that is not always passed."""
+        target = parameter.target
+        if not isinstance(target, Variable) or target.assigned or kind is ANY or kind is NEVER or kind.tag == "None":
+            return
+        if parameter.type is None:
+            self.result.passed.append(
+                Passed(
+                    target, name_of(function), parameter.default, kind, parameter.default, False, function.usage,
+                    self.number_of(parameter.default),
+                )
+            )  # fmt: skip
+
+    def note_call(self, callee: Any, span: Span) -> None:
+        """Record a call that the function around makes whenever it is called; it ends where a call may escape."""
+        if isinstance(callee, ast.Lambda):
+            if self.is_reached and self.caller is not None:
+                self.result.always_calls.append((self.caller, callee, span))
+        elif callee is None or isinstance(callee, str):
+            self.is_reached = False
+            self.exits += 1
+
+    def need(
+        self,
+        node: Any,
+        place: str,
+        types: tuple[Any, ...],
+        expected: str,
+        error: str = "type",
+        count: int | None = None,
+        rejects: frozenset[str] = frozenset(),
+        fails: Callable[[float], bool] | None = None,
+    ) -> None:
+        """Record that ``node`` must have one of these types, if it is a parameter of the function around."""
+        parameter = self._parameter(node)
+        if parameter is not None:
+            self.result.needs.setdefault(parameter, []).append(
+                Need(place, node.span, types, expected, error, count=count, rejects=rejects, fails=fails)
+            )
+
+    def need_numbers(self, array: ast.ArrayLiteral, place: str) -> None:
+        """Record that the items of an array are numbers, not rows."""
+        for item in array.items:
+            if self.result.kinds[item] is ANY:
+                self.need(item, place, ("Number",), "a number")
+
+    def pass_argument(self, parameter: ast.Parameter, owner: str, argument: Any, usage: str) -> None:
+        """Record an argument for a parameter without a type."""
+        target, kind = parameter.target, self.result.kinds[argument]
+        if not isinstance(target, Variable) or target.assigned or self.is_guarded:
+            return
+        if kind is ANY:
+            own = self._parameter(argument)
+            if own is not None:
+                self.result.needs.setdefault(own, []).append(Need(owner, argument.span, passed=target))
+        elif kind is not NEVER:
+            call = self.nodes[-1]
+            number = self.number_of(argument)
+            self.result.passed.append(Passed(target, owner, argument, kind, call, self.is_certain, usage, number))
+
+    def _parameter(self, node: Any) -> Variable | None:
+        """Return the parameter of the function around that ``node`` reads, where every call of the function comes."""
+        if type(node) is not ast.Reference or self.caller is None or self.is_guarded:
+            return None
+        if not (self.is_certain and self.is_reached) or self.may_escape:
+            return None
+        target = node.target
+        if not isinstance(target, Variable) or target.assigned or target in self.narrowed:
+            return None
+        return target if any(target is parameter.target for parameter in self.caller.parameters) else None
+
+    # --- loops -------------------------------------------------------------------------------------------------
+
+    def items(self, node: Any, kind: Kind) -> Kind:
+        """Return the kind of the items over which a ``for`` clause iterates; report what cannot be iterated."""
+        if kind is ANY:
+            self.need(node, "iterated over", ("Integer", "Sequence"), "a sequence")
+        if kind is ANY or kind is NEVER:
+            return ANY
+        found = NEVER
+        for option in kind.options:
+            if option.tag == "Integer":
+                found = join(found, INTEGER)
+            elif accepts("Sequence", option) and option.tag not in ("Entity", "Handles"):
+                found = join(found, _or_any(item_of(option)))
+        if found is NEVER and not any(option.tag in ("Integer", "List") for option in kind.options):
+            shown = describe(kind)
+            hint = None
+            if kind is ENTITY:
+                hint = "the list of its parts is `(cdr entity)`"
+            elif kind.tag == "Float":
+                hint = "iterate over an Integer: `(round n)`, `(floor n)`"
+            elif kind is HANDLES:
+                hint = "take a finite part: `(list-head gamma n)`"
+            return self.report("type", f"expected a sequence to iterate over, got {shown}", node.span, hint,
+                               expected="a sequence", found=shown)  # fmt: skip
+        return _or_any(found)
+
+    # --- parts -------------------------------------------------------------------------------------------------
+
+    def check_parts(self, node: Any, kind: Kind, place: str) -> None:
+        """Report a value that cannot be parts of an entity."""
+        if kind is ANY:
+            self.need(node, f"a part of {place}", ("Parts",), "an entity", "parts")
+        self.check_certain_parts(node, kind, place)
+
+    def check_certain_parts(self, node: Any, kind: Kind, place: str) -> None:
+        """Report what the kind of a value shows not to be parts, always or in some cases."""
+        if not may_be_parts(kind):
+            scene_forms.report_parts(self, node, kind, place)
+        elif scene_forms.are_no_parts(kind):
+            scene_forms.report_parts(self, node, kind, place, always=False)
+        else:
+            scene_forms.report_missing_branch(self, node, kind, place)
+
+
+def _or_any(kind: Kind) -> Kind:
+    return ANY if kind is NEVER else kind
+
+
+def _kind_of_parameter(parameter: ast.Parameter, position: int, entity_word: bool) -> Kind:
+    if parameter.type is not None:
+        return kind_of_type(parameter.type.name) if parameter.kind != "rest" else LIST
+    if parameter.kind == "rest":
+        return ANY if entity_word else LIST
+    if parameter.kind == "keys":
+        return TABLE
+    if entity_word and parameter.kind == "required" and position == 0:
+        return EMBEDDING
+    return ANY
+
+
+# --- handlers of nodes ---------------------------------------------------------------------------------------------
+
+
+def _constant(inference: KindInference, node: ast.Constant) -> Kind:
+    if node.value is None and _ATOM.fullmatch(node.span.text):
+        return ANY  # the reader has `none` in place of an atom that it cannot read
+    return kind_of_value(node.value)
+
+
+_ATOM = re.compile(r"(?!none$|None$)[^\s()\[\]]+")
+
+
+def _handle(inference: KindInference, node: ast.HandleLiteral) -> Kind:
+    return EMBEDDING
+
+
+def _reference(inference: KindInference, node: ast.Reference) -> Kind:
+    target = node.target
+    if isinstance(target, Builtin):
+        return calls.function_of(target)
+    if not isinstance(target, Variable):
+        return ANY
+    if target in inference.pending or (target.is_global and inference.runs_now and inference.world.is_later(target)):
+        message = f"`{target.name}` is used before its definition"
+        return inference.report("undefined-yet", message, node.span, "move its definition above this use")
+    return inference.variable(target)
+
+
+def _assignment(inference: KindInference, node: ast.Assignment) -> Kind:
+    inference.infer(node.value)
+    return NONE
+
+
+def _if(inference: KindInference, node: ast.If) -> Kind:
+    test = inference.infer(node.test)
+    always = is_truthy(test) if type(node.test) is not ast.Constant else _truth(node.test.value)
+    if always is not None and type(node.test) is ast.Constant:
+        taken, other = (node.then, node.otherwise) if always else (node.otherwise, node.then)
+        if other is not None:
+            with inference.uncertain(node.test):
+                inference.infer(other)
+        return inference.infer(taken) if taken is not None else NONE
+    with inference.uncertain(node.test):
+        then = inference.infer(node.then)
+        otherwise = inference.infer(node.otherwise) if node.otherwise is not None else NONE
+    return join(then, otherwise)
+
+
+def _truth(value: Any) -> bool:
+    return value is not False and value is not None
+
+
+def _and(inference: KindInference, node: ast.And) -> Kind:
+    if not node.items:
+        return BOOLEAN
+    kinds = _tests(inference, node.items)
+    falsy = [_falsy(kind) for kind in kinds[:-1]]
+    return join_all([*falsy, kinds[-1]])
+
+
+def _falsy(kind: Kind) -> Kind:
+    """Return the kind of a value that failed a test."""
+    if kind is ANY:
+        return union_of((BOOLEAN, NONE))
+    return union_of(option for option in kind.options if option.tag in ("Boolean", "None"))
+
+
+def _or(inference: KindInference, node: ast.Or) -> Kind:
+    if not node.items:
+        return BOOLEAN
+    kinds = _tests(inference, node.items)
+    return join_all([*map(without_falsy, kinds[:-1]), kinds[-1]])
+
+
+def _tests(inference: KindInference, items: Sequence[Any]) -> list[Kind]:
+    kinds = [inference.infer(items[0])]
+    for index, item in enumerate(items[1:], 1):
+        with inference.uncertain(*items[:index]):
+            kinds.append(inference.infer(item))
+    return kinds
+
+
+def _lambda(inference: KindInference, node: ast.Lambda) -> Kind:
+    return inference.function(node)
+
+
+def _define(inference: KindInference, node: ast.Define) -> Kind:
+    value = node.value
+    if isinstance(node.target, Variable) and type(value) is ast.Lambda:
+        inference.env[node.target] = Kind("Function", None, ANY, value)
+    kind = inference.infer(value)
+    record = _record(node)
+    if record is not None:
+        inference.env.update(record)
+    else:
+        inference.bind(node.target, kind, value.span)
+        number = inference.number_of(value)
+        if number is not None and isinstance(node.target, Variable) and not node.target.assigned:
+            inference.numbers[node.target] = number
+    return NONE
+
+
+def _record(node: ast.Define) -> dict[Variable, Kind] | None:
+    """Return the kinds of the procedures of a ``define-record``; None for any other definition."""
+    value = node.value
+    if not (type(value) is ast.Application and type(value.function) is ast.Reference):
+        return None
+    if value.function.target is not MAKE_RECORD or type(value.arguments[0]) is not ast.Constant:
+        return None
+    name, fields, types = value.arguments[0].value
+    defaults = value.arguments[1:]
+    required = frozenset(
+        field for field, default in zip(fields, defaults) if type(default) is ast.Constant and default.value is False
+    )
+    variables = list(node.target[0])
+    codes = [
+        RecordCode(name, name, "new", fields, required, types),
+        RecordCode(f"{name}?", name, "test"),
+        *(RecordCode(f"{name}-{field}", name, "get") for field in fields),
+        *(RecordCode(f"set-{name}-{field}!", name, "set") for field in fields),
+    ]
+    results = {"new": Kind("Record", code=name), "test": BOOLEAN, "get": ANY, "set": NONE}
+    return {
+        variable: Kind("Function", None, results[code.role], code)
+        for variable, code in zip(variables, codes)
+        if isinstance(variable, Variable)
+    }
+
+
+def _body(inference: KindInference, node: ast.Body) -> Kind:
+    for item in node.items:  # functions may be called before their definition in the text
+        if type(item) is ast.Define and isinstance(item.target, Variable) and type(item.value) is ast.Lambda:
+            inference.env.setdefault(item.target, Kind("Function", None, ANY, item.value))
+    outside = inference.pending
+    later = {v: index for index, item in enumerate(node.items) for v in _defined(item)}
+    kind = NONE
+    for index, item in enumerate(node.items):
+        if later:
+            inference.pending = outside | {variable for variable, place in later.items() if place >= index}
+        kind = inference.infer(item)
+        inference.pending = outside
+        if index + 1 < len(node.items):
+            following = node.items[index + 1]
+            if kind is NEVER:
+                _report_unreachable(inference, following)
+                return NEVER
+            if type(item) is not ast.Define:
+                scene_forms.report_dropped(inference, item, kind)
+    return kind
+
+
+def _defined(node: Any) -> Iterator[Variable]:
+    """Iterate over the variables that a form of a body defines."""
+    if type(node) is ast.Define:
+        yield from pattern_variables(node.target)
+
+
+def _report_unreachable(inference: KindInference, node: Any) -> None:
+    if node.span.expansion is None and type(node) is not ast.Constant:
+        inference.warn("unreachable-code", "unreachable code: the expression before it never returns", node.span)
+
+
+def _first(inference: KindInference, node: ast.First) -> Kind:
+    return inference.infer_all(node.items)[0]
+
+
+def _application(inference: KindInference, node: ast.Application) -> Kind:
+    function = node.function
+    if type(function) is ast.Lambda:
+        arguments = inference.infer_all(node.arguments)
+        kind = inference.function(function, arguments=arguments)
+        inference.result.kinds[function] = kind
+        return calls.call(inference, node, kind, arguments)
+    kind = inference.infer(function)
+    arguments = _infer_arguments(inference, node, kind)
+    if kind is ANY and not (type(function) is ast.Reference and getattr(function.target, "shadows", False)):
+        count = len(node.arguments) if calls.written_keyword(node.arguments) is None else None
+        inference.need(function, "called here", ("Function",), "a Function", "not-a-procedure", count)
+    inference.note_call(kind.code, node.span)
+    result = calls.call(inference, node, kind, arguments)
+    if isinstance(kind.code, Builtin) and kind.code.name == "primitive":
+        scene_forms.call_primitive(inference, node)
+    if isinstance(kind.code, ast.Lambda) and any(k is ANY or k.tag == "Function" for k in arguments):
+        inference.may_escape = True
+    if result is NEVER or _calls_back(kind.code):  # such as `raise`; a callback may escape
+        inference.note_call(None, node.span)
+    return result
+
+
+def _infer_arguments(inference: KindInference, node: ast.Application, function: Kind) -> list[Kind]:
+    """Infer the arguments of a call. A function that is written where a library function calls it has parameters of
+    the kinds that it is called with."""
+    indices = _given_indices(function)
+    if indices is None or not any(type(argument) is ast.Lambda for argument in node.arguments):
+        return inference.infer_all(node.arguments)
+    lambdas = [argument for argument in node.arguments if type(argument) is ast.Lambda]
+    inference.infer_all([argument for argument in node.arguments if type(argument) is not ast.Lambda])
+    kinds = inference.result.kinds
+    given = indices(node, kinds)
+    for argument in lambdas:
+        is_callback = argument is node.arguments[0] or isinstance(function.code, ast.Lambda)
+        kind = inference.function(argument, arguments=given if is_callback else None)
+        kinds[argument] = kind
+    return [kinds[argument] for argument in node.arguments]
+
+
+def _given_indices(function: Kind) -> Callable[[Any, Any], list[Kind]] | None:
+    """Return what gives the kinds of a callback's arguments, for library functions that call it at once."""
+    code = function.code
+    if isinstance(code, Builtin):
+        return _GIVEN.get(code.name)
+    if isinstance(code, ast.Lambda) and code.name in calls.INDICES and all(map(calls.is_of_library, code.parameters)):
+        return lambda node, kinds: [INTEGER] * calls.INDICES[code.name]
+    return None
+
+
+def _items_given(node: ast.Application, kinds: Any) -> list[Kind]:
+    return [calls.item_given(kinds.get(argument, ANY)) for argument in node.arguments[1:]]
+
+
+def _folded_given(node: ast.Application, kinds: Any) -> list[Kind]:
+    return [*(calls.item_given(kinds.get(argument, ANY)) for argument in node.arguments[2:]), ANY]
+
+
+def _left_given(node: ast.Application, kinds: Any) -> list[Kind]:
+    return [ANY, *(calls.item_given(kinds.get(argument, ANY)) for argument in node.arguments[2:])]
+
+
+_GIVEN: dict[str, Callable[[Any, Any], list[Kind]]] = {
+    **dict.fromkeys(("map", "for-each", "append-map", "filter-map", "any", "every"), _items_given),
+    **dict.fromkeys(("filter", "remove", "partition", "find", "list-index"), _items_given),
+    "fold": _folded_given, "fold-left": _left_given, "fold-right": _folded_given,
+}  # fmt: skip
+
+
+def _calls_back(code: Any) -> bool:
+    """Return whether a builtin takes functions."""
+    if not isinstance(code, Builtin):
+        return False
+    signature = code.signature
+    parameters = (*signature.required, *signature.optional, *signature.keywords)
+    return any(parameter.type.name == "Function" for parameter in parameters)
+
+
+def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
+    kinds = inference.infer_all(node.items)
+    for item, kind in zip(node.items, kinds):
+        if kind is ANY:
+            types = ("Number",) if any(map(is_number, kinds)) else ("ArrayItem",)
+            inference.need(item, "an item of an array", types, "a number")
+        elif not accepts("ArrayItem", kind):
+            scene_forms.report_array_item(inference, node, item, kind)
+            return ANY
+    if not scene_forms.check_rows(inference, node, kinds):
+        return ANY
+    if any(is_number(kind) for kind in kinds):  # items of other shapes would fail
+        return vector_of(len(kinds), all(kind is INTEGER for kind in kinds))
+    return union_of((vector_of(len(kinds)), ARRAY, MATRIX))  # of numbers, or of what has items itself
+
+
+def _while(inference: KindInference, node: ast.While) -> Kind:
+    inference.infer(node.test)
+    always = type(node.test) is ast.Constant and _truth(node.test.value)
+    if always:
+        inference.infer(node.body)
+    else:
+        with inference.uncertain(node.test):
+            inference.infer(node.body)
+    return NONE
+
+
+def _for(inference: KindInference, node: ast.For) -> Kind:
+    for accumulator in node.accumulators:
+        inference.infer(accumulator.value)
+        for variable in pattern_variables(accumulator.target):
+            inference.env[variable] = ANY  # its kind may change from one iteration to the next
+    certain, narrowed, reached = inference.is_certain, inference.narrowed, inference.is_reached
+    exits = inference.exits
+    for index, clause in enumerate(node.clauses):
+        inference.is_reached = reached and index == 0  # what a loop goes through first is evaluated once
+        if clause.kind == "each":
+            for target, value in zip(clause.targets, clause.values):
+                inference.bind(target, inference.items(value, inference.infer(value)), value.span)
+        else:
+            inference.infer(clause.values[0])
+            inference.is_certain = False
+            mentioned = {part.target for part in walk(clause.values[0]) if type(part) is ast.Reference}
+            inference.narrowed = inference.narrowed | {t for t in mentioned if isinstance(t, Variable)}
+    inference.is_reached = False
+    body = inference.infer(node.body)
+    is_wrong = False
+    if node.kind == "union":
+        inference.check_parts(value_of(node.body), body, "`for/union`")
+    elif node.kind in ("append", "sum", "table"):
+        is_wrong = not scene_forms.check_collected(inference, node.kind, value_of(node.body), body)
+    inference.is_certain, inference.narrowed = certain, narrowed
+    inference.is_reached = reached and exits == inference.exits
+    if is_wrong:
+        return ANY
+    if node.kind == "list" and body is not NEVER and len(node.clauses) == 1 and node.clauses[0].kind == "each":
+        counts = [inference.count_of(value) for value in node.clauses[0].values]
+        if len(counts) == 1 and counts[0] is not None:
+            return list_of([body] * counts[0])
+    return _result_of_loop(node, body)
+
+
+def _result_of_loop(node: ast.For, body: Kind) -> Kind:
+    if node.kind == "list":
+        return list_with(body) if body is not NEVER else LIST
+    if node.kind in _LOOP_RESULTS:
+        return _LOOP_RESULTS[node.kind]
+    return ANY
+
+
+_LOOP_RESULTS = {"each": NONE, "union": PARTS, "append": LIST, "table": TABLE, "set": SET, "sum": NUMERIC}
+
+
+def value_of(node: Any) -> Any:
+    """Return the expression whose value a body has."""
+    while type(node) is ast.Body and node.items and type(node.items[-1]) is not ast.Define:
+        node = node.items[-1]
+    return node
+
+
+def _let_escape(inference: KindInference, node: ast.LetEscape) -> Kind:
+    inference.env[node.target] = Kind("Function", None, NEVER, "escape")
+    inference.infer(node.body)
+    return ANY
+
+
+def _guard(inference: KindInference, node: ast.Guard) -> Kind:
+    guarded = inference.is_guarded
+    with inference.uncertain():
+        inference.is_guarded = True
+        body = inference.infer(node.body)
+        inference.is_guarded = guarded
+        inference.env[node.target] = ANY
+        handler = inference.infer(node.handler)
+    return join(body, handler)
+
+
+def _bind(inference: KindInference, node: ast.Bind) -> Kind:
+    word = inference.infer(node.word)
+    if not accepts("Word", word):
+        scene_forms.report_word(inference, node.word, word, "bind")
+    function = node.function
+    if type(function) is not ast.Lambda:
+        kind = inference.infer(function)
+        if not accepts("Function", kind):
+            scene_forms.report_bound_value(inference, node, kind)
+        return NONE
+    kind = inference.function(function, entity_word=True)
+    inference.result.kinds[function] = kind
+    result = kind.item or ANY
+    name = node.word.value if type(node.word) is ast.Constant else None
+    place = f'"{name}"' if name else "the word's function"
+    if _has_frames(result):
+        scene_forms.report_missing_branch(inference, value_of(function.body), result, place)
+    else:
+        inference.check_certain_parts(value_of(function.body), result, place)
+    return NONE
+
+
+def _has_frames(kind: Kind) -> bool:
+    return any(option.tag == "Frames" for option in kind.options)
+
+
+def _call(inference: KindInference, node: ast.Call) -> Kind:
+    word = inference.infer(node.word)
+    if word is ANY:
+        inference.need(node.word, "called as a word", ("Word",), "a String", "word")
+    if type(node.word) is ast.Constant and type(node.word.value) is str:
+        function = inference.world.word_function(node.word.value)
+        if function is not None:
+            inference.note_call(function, node.span)
+    return scene_forms.call_word(inference, node, word, inference.infer_all(node.arguments))
+
+
+def _union(inference: KindInference, node: ast.Union) -> Kind:
+    for member in node.members:
+        inference.check_parts(value_of(member), inference.infer(member), "`union`")
+    return PARTS if node.members else EMPTY
+
+
+def _union_loop(inference: KindInference, node: ast.UnionLoop) -> Kind:
+    count = inference.infer(node.count)
+    is_body = count.tag == "Function" or (count is not ANY and count is not NEVER and may_be_parts(count))
+    other = inference.infer(node.function) if is_body else ANY
+    if is_body and (other.tag == "Integer" or (other is ANY and count.tag == "Function")):
+        scene_forms.report_swapped_loop(inference, node)
+        return PARTS
+    if count is ANY:
+        inference.need(node.count, "the count of `union-loop`", ("Integer",), "an Integer")
+    if not accepts("Integer", count) or (type(node.count) is ast.Constant and _is_fraction(node.count.value)):
+        scene_forms.report_count(inference, node.count, count)
+    number = inference.number_of(node.count)
+    runs = number is not None and number > 0
+    if number is not None and number < 0:
+        inference.warn("out-of-range", f"`union-loop` runs {number:g} times, that is never", node.count.span,
+                       expected="a count that is not negative", found=f"{number:g}")  # fmt: skip
+    if type(node.function) is ast.Lambda:
+        function = inference.function(node.function, arguments=[INTEGER])
+        inference.result.kinds[node.function] = function
+        if function.item is not None:
+            inference.check_parts(value_of(node.function.body), function.item, "`union-loop`")
+    else:
+        function = inference.infer(node.function)
+    if not accepts("Function", function):
+        scene_forms.report_loop_body(inference, node, function)
+    else:
+        calls.check_callback(inference, node.function, function, [INTEGER], "`union-loop`", runs)
+    return PARTS
+
+
+def _is_fraction(value: Any) -> bool:
+    return type(value) is float and not value.is_integer()
+
+
+def _transform(inference: KindInference, node: ast.Transform) -> Kind:
+    part, matrix = inference.infer(node.part), inference.infer(node.matrix)
+    return scene_forms.transform(inference, node, part, matrix)
+
+
+_HANDLERS: dict[type, Callable[[KindInference, Any], Kind]] = {
+    ast.Constant: _constant,
+    ast.HandleLiteral: _handle,
+    ast.Reference: _reference,
+    ast.Assignment: _assignment,
+    ast.If: _if,
+    ast.And: _and,
+    ast.Or: _or,
+    ast.Lambda: _lambda,
+    ast.Define: _define,
+    ast.Body: _body,
+    ast.First: _first,
+    ast.Application: _application,
+    ast.ArrayLiteral: _array,
+    ast.While: _while,
+    ast.For: _for,
+    ast.LetEscape: _let_escape,
+    ast.Guard: _guard,
+    ast.Bind: _bind,
+    ast.Call: _call,
+    ast.Union: _union,
+    ast.UnionLoop: _union_loop,
+    ast.Transform: _transform,
+}
+
+
+def infer_form(world: World, form: Any) -> FormKinds:
+    """Infer the kinds of a top-level form."""
+    inference = KindInference(world)
+    inference.infer(form)
+    if type(form) is ast.Define:
+        inference.result.defined = {v: inference.env.get(v, ANY) for v in pattern_variables(form.target)}
+    return inference.result

@@ -1,0 +1,770 @@
+"""Lints of a program, with their fixes and suppression comments."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
+from itertools import islice
+from typing import Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace, with_edits
+from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError, is_slip
+from scenelang.grammar.reader import piece_at, read, read_comments
+from scenelang.interpreter.checker.book import KindBook, findings, reached_forms
+from scenelang.interpreter.checker.kinds import infix_fix
+from scenelang.interpreter.checker.program import Program
+from scenelang.interpreter.checker.rules import (
+    FactCache,
+    FormFacts,
+    is_removable,
+    is_user_written,
+    preserves_root,
+    remove,
+    with_spacing,
+)
+from scenelang.interpreter.compile.analyse import walk
+from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.scene.primitives import is_word, words
+
+# Static analysis of the words of a program: the root, and words that look like mistakes.
+
+
+_NEAR_UNUSED = 0.7
+_SIMILARITY = 0.84  # similarity of words that counts as a misspelling (difflib's ratio)
+
+
+def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
+    """Return the root word (docs/language.md, "Which word is the root") and warnings.
+
+    Raises
+    ------
+    SceneError("no-root")
+        If the program binds no word.
+    SceneError("word")
+        If the operand of ``scene`` is not a string.
+    """
+    if program.scene is not None:
+        word = program.scene.word
+        if type(word) is ast.Constant and type(word.value) is str:
+            return word.value, []
+        hint = None
+        if type(word) is ast.Call and type(word.word) is ast.Constant and word.span.expansion is None:
+            hint = f"write `(scene {word.span.text.removeprefix('(call').removesuffix(')').strip()})`"
+        raise SceneError("word", "`scene` expects a string as the root word", hint, program.scene.span)
+    words = program.words or program.all_words
+    if not words:
+        hint = 'bind a word, such as `(bind "word" (lambda () (call "cube")))`'
+        nested = next((node for each in program.facts for node in walk(each.form) if type(node) is ast.Bind), None)
+        if nested is not None:
+            hint = "this `bind` stands inside another form: move it to the top level"
+        message = "the program binds no word, so there is nothing to evaluate"
+        raise SceneError("no-root", message, hint, nested.span if nested is not None else None)
+    used = {text for each in program.facts for text in each.strings}
+    candidates = [word for word in words if word not in used]
+    if not candidates:
+        candidates = [word for word in program.all_words if word not in used]
+    if not candidates:
+        return list(words)[-1], []
+    root = candidates[-1]
+    if len(candidates) == 1:
+        return root, []
+    listed = ", ".join(f'"{word}"' for word in candidates)
+    message = f'several words could be the root: {listed}; the last one, "{root}", is used'
+    hint = f'name the root with `(scene "{root}")` or `--root`'
+    return root, [Diagnostic("ambiguous-root", message, program.all_words.get(root), hint)]
+
+
+def word_warnings(program: Program) -> list[Diagnostic]:
+    """Return warnings about misspelled words, calls before a ``bind``, and unused parameters and attributes."""
+    found: list[Diagnostic] = []
+    bound: set[str] = set()
+    near: dict[str, str | None] = {}
+    calls = Counter(word for each in program.facts for word, _ in each.word_calls)
+    for each in program.facts:
+        found += _early_calls(program, each, bound)
+        if each.word is not None:
+            bound.add(each.word)
+        for word, span in each.word_calls:
+            if word not in program.all_words and not is_word(word):
+                if word not in near:
+                    near[word] = (
+                        _near_word(word, _callable_words(program, each))
+                        or _near_primitive(word)
+                        or _near_unused(word, program, each)
+                        or _slipped(word, calls)
+                    )
+                if near[word]:
+                    found.append(_misspelled(word, str(near[word]), span))
+        found += each.unpassed
+    return [*found, *unread_attributes(program)]
+
+
+def misspellings(program: Program) -> list[Diagnostic]:
+    """Return warnings about misspelled words and attributes of a program with errors, where other words may be bound in
+    forms that have no meaning yet."""
+    written = {match[1] for match in _SECOND.finditer(program.main.text)}
+    found = [d for d in word_warnings(program) if d.name in ("near-word", "idle-attribute")]
+    return [d for d in found if d.span is None or d.span.text.strip('"') not in written]
+
+
+_SECOND = re.compile(r'^\([^\s()\[\]"]+\s+"([^"]+)"', re.M)
+
+
+def unread_attributes(program: Program) -> list[Diagnostic]:
+    """Attributes of calls of primitives that no primitive of the word reads."""
+    return [d for each in program.facts for word, d in each.idle_attributes if word not in program.all_words]
+
+
+def _early_calls(program: Program, facts: FormFacts, bound: set[str]) -> Iterator[Diagnostic]:
+    """Report words that a top-level expression calls before their ``bind``; bodies of functions run later."""
+    for word, span in facts.early_calls:
+        if word in program.all_words and word not in bound:
+            yield Diagnostic("undefined-word", f'"{word}" is called before it is bound', span)
+
+
+def _callable_words(program: Program, facts: FormFacts) -> list[str]:
+    """Return the words that a form may mean: a function without parameters that calls itself never ends, so a word that
+    is similar to its own, such as "scone" in "scene", is another one."""
+    form = facts.form
+    recurs = type(form) is not ast.Bind or type(form.function) is not ast.Lambda or bool(form.function.parameters)
+    return [word for word in program.all_words if recurs or word != facts.word]
+
+
+def _near_word(word: str, known: Sequence[str]) -> str | None:
+    from difflib import get_close_matches
+
+    slips = [other for other in known if is_slip(word, other)]
+    near = (
+        slips
+        or [other for other in known if sorted(other.lower()) == sorted(word.lower())]
+        or get_close_matches(word, known, 1, _SIMILARITY)
+    )
+    return near[0] if near else None
+
+
+# The words of an English dictionary (133,618 entries) that look like a slip of a primitive's name: none other does.
+_NOUNS = frozenset({"capsful", "capulet", "cine", "come", "conf", "cons", "cubs", "done", "horus", "sone", "tours"})
+_LONG = 6  # letters of a name of which similar words are misspellings
+
+
+def _near_primitive(word: str) -> str | None:
+    """Return the primitive whose name is misspelled.
+
+    It is a slip of the fingers, or a long name is nearly the same but no plural or participle. Nouns
+    are words of programs, too: "cub", "scone" and "seats" are nearer to a primitive than many misspellings.
+    """
+    word = word.lower()
+    if word in _NOUNS:
+        return None
+    if is_word(word):
+        return word
+    return next((name for name in words() if is_slip(word, name) or _is_misspelled(word, name)), None)
+
+
+def _is_misspelled(word: str, name: str) -> bool:
+    from difflib import SequenceMatcher
+
+    if len(name) < _LONG or word[:1] != name[0] or word.startswith(name) or abs(len(word) - len(name)) > 1:
+        return False
+    return sorted(word) == sorted(name) or SequenceMatcher(None, word, name).ratio() >= _SIMILARITY
+
+
+def _slipped(word: str, calls: Mapping[str, int]) -> str | None:
+    """Return the word that is called more often and that a word called once is a slip of the fingers from: neither
+    need be bound."""
+    often = (other for other, count in calls.items() if count > 1 and is_slip(word, other))
+    return next(often, None) if calls[word] == 1 else None
+
+
+def _near_unused(word: str, program: Program, facts: FormFacts) -> str | None:
+    """Return the bound word that is used nowhere, if there is one that looks a little like a word that is not bound."""
+    from difflib import get_close_matches
+
+    used = {text for each in program.facts for text in each.strings}
+    near = get_close_matches(
+        word,
+        [other for other in _callable_words(program, facts) if other in program.words and other not in used],
+        1,
+        _NEAR_UNUSED,
+    )
+    return near[0] if near else None
+
+
+def _misspelled(word: str, near: str, span: Span) -> Diagnostic:
+    message = f'"{word}" is never bound, so it is drawn as a labelled box'
+    fix = Fix(f'Change to "{near}"', (Edit(span, f'"{near}"'),))
+    return Diagnostic("near-word", message, span, f'did you mean "{near}"?', fixes=(fix,), near=(near,))
+
+
+def unreachable_words(program: Program) -> Iterator[Diagnostic]:
+    """Report words of the main file that are not reachable from the root named by ``(scene ...)``."""
+    if program.scene is None or type(program.scene.word) is not ast.Constant:
+        return
+    root = program.scene.word.value
+    if root not in program.words or any(each.computes_strings for each in program.facts):
+        return  # words may be put together
+    seen = reached_forms(program.facts, root) or ()
+    reached = {root}.union(*(each.strings | {each.word} for each in program.facts if id(each) in seen))
+    functions = {each.word for each in program.facts if each.word and type(each.form.function) is ast.Lambda}
+    for word, span in program.words.items():
+        # A word that is bound to the function of another word is an alias for importers.
+        if word in functions and word not in reached:
+            message = f'the word "{word}" is not reachable from the root "{root}"'
+            yield Diagnostic("unreachable-word", message, span)
+
+
+def lint(program: Program, is_scene: Callable[[], bool]) -> list[Diagnostic]:
+    """Return the warnings about a program without errors.
+
+    ``is_scene()`` returns whether the program is certainly a scene rather than a library of definitions; it is only
+    called if the answer matters.
+    """
+    own = [each for each in program.facts if not _is_library(each.form)]
+    found = word_warnings(program)
+    for each in own:
+        found += [_with_safe_fixes(diagnostic, program) for diagnostic in each.warnings]
+    found += unreachable_words(program)
+    unused = list(_unused_globals(program, own))
+    return [*found, *unused] if unused and is_scene() else found
+
+
+def lint_forms(program: Program) -> list[Diagnostic]:
+    """Warnings about single forms, for a program that has errors elsewhere."""
+    whole = (each for each in program.facts if not _is_library(each.form) and id(each.form) not in program.broken)
+    local = (warning for each in whole for warning in each.warnings)
+    return [*(_with_safe_fixes(warning, program) for warning in local), *misspellings(program)]
+
+
+def _with_safe_fixes(diagnostic: Diagnostic, program: Program) -> Diagnostic:
+    """Mark fixes as unsafe if they could change the root."""
+    if all(not fix.safe or preserves_root(fix, program) for fix in diagnostic.fixes):
+        return diagnostic
+    fixes = (replace(fix, safe=fix.safe and preserves_root(fix, program)) for fix in diagnostic.fixes)
+    return replace(diagnostic, fixes=tuple(fixes))
+
+
+def _is_library(form: Any) -> bool:
+    return str(form.span.source.name).startswith(STD)
+
+
+def _unused_globals(program: Program, own: Sequence[FormFacts]) -> Iterator[Diagnostic]:
+    """Report top-level definitions of the main file that no other form or macro refers to."""
+    params = {param.span for param in program.params}
+    users: dict[Any, set[int]] = {}
+    for each in program.facts:
+        for variable in each.used:
+            users.setdefault(variable, set()).add(id(each))
+    longest = max((len(variable.name) for each in own for variable in each.defined), default=0)
+    mentions: Counter[str] | None = None  # counted when they are needed
+    for each in own:
+        if each.form.span.source.name != program.main.name or each.form.span in params:
+            continue
+        for variable in each.defined:
+            used = bool(users.get(variable, set()) - {id(each)})
+            if used or len(each.defined) > 1 or not is_user_written(variable) or variable.name.startswith("_"):
+                continue
+            if mentions is None:
+                mentions = _mentions(program.main.text, longest)
+            if mentions[variable.name] <= 1:  # its definition
+                fixes = (remove(each.form, safe=False),) if is_removable(each.form) else ()  # other files may import it
+                yield Diagnostic("unused", f"`{variable.name}` is never used", variable.span, fixes=fixes)
+
+
+def _mentions(text: str, longest: int) -> Counter[str]:
+    """Count the names up to a length that a text has, wherever they are, for example in a macro or after a quote."""
+    found: Counter[str] = Counter()
+    for word in _WORD.findall(text):
+        end = word[-longest - 1 :]
+        found[word] += 1
+        found.update(end[match.end() :] for match in _QUOTE.finditer(end))
+    return found
+
+
+_WORD = re.compile(r"[^\s()\[\]]+")
+_QUOTE = re.compile(r"['`,@]")
+
+
+# Warnings about forms that are added to a session.
+
+
+# Lints that require a whole program, and therefore do not apply to single forms of a session.
+WHOLE_FILE = frozenset(("unused", "bound-twice", "undefined-word", "unreachable-word"))
+
+
+class LintCache:
+    """What is known of the forms of a file, of which the next version may have some."""
+
+    def __init__(self) -> None:
+        self.facts = FactCache()
+        self.kinds = KindBook({})
+
+
+def new_form_warnings(
+    main: Source,
+    forms: tuple[Any, ...],
+    words: Mapping[str, Span],
+    all_words: Mapping[str, Span],
+    cache: LintCache,
+) -> list[Diagnostic]:
+    """What is suspicious about core forms, among words that are known already; those of ``WHOLE_FILE`` included."""
+    program = Program(main, (), forms, None, words, all_words, (), (), cache.facts, cache.kinds)
+    kinds = [d for d in findings(program, None) if not d.is_error]  # an error is reported when the form runs
+    return [*(d for each in program.facts for d in each.warnings), *word_warnings(program), *kinds]
+
+
+# Consequences: what is reported only because of another mistake, which is reported too.
+
+
+_DEFINES = re.compile(r"\(\s*([^\s()\[\]]+)\s+\(?([^\s()\[\]]+)")
+_NAMES = re.compile(r"\s*\(([^()\[\]]*)\)")
+_DEFINING = frozenset(("define", "define-values", "define-record", "define-syntax", "define-macro", "param"))
+
+
+def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | None = None) -> list[Diagnostic]:
+    """Return the diagnostics without those that follow from another one."""
+    found = list(diagnostics)
+    if any(d.name == "unclosed" and "string" in d.message for d in found):
+        found = [d for d in found if d.name not in ("bad-atom", "bad-string")]  # quotes open and close the wrong way
+    unread = {(d.span.source, d.span.start) for d in found if d.code.startswith("E1") and d.span is not None}
+    found = [
+        d for d in found if d.code.startswith("E1") or d.span is None or (d.span.source, d.span.start) not in unread
+    ]
+    defined = {name for d in found if d.name == "unbound" for name in _defined_by(d)}
+    found = [d for d in found if not (d.name == "unbound" and d.span is not None and d.span.text in defined)]
+    found = [d for d in found if not (d.name == "unbound" and _is_defined_wrongly(d, found))]
+    found = [d for d in found if not (d.name == "dropped-value" and _is_followed(d, found))]
+    found = _without_details(found)
+    found = _once_for_each_word(found)
+    return _misspelled_parameters(found, program) if program is not None else found
+
+
+def _without_details(found: list[Diagnostic]) -> list[Diagnostic]:
+    """Leave out what a larger mistake explains: an unused variable or a constant test in a body without a value, and
+    the index of a loop whose body is not a function yet."""
+    empty = [
+        d.span
+        for d in found
+        if d.name in ("parts", "conditional-failure") and d.found == "`none`" and d.span is not None
+    ]
+    bodies = [d.span for d in found if d.name == "not-a-procedure" and d.span is not None and _binds_index(d)]
+    return [
+        d
+        for d in found
+        if d.span is None
+        or (
+            not (d.name in ("unused", "constant-condition", "dropped-value") and _is_inside(d.span, empty))
+            and not (d.name == "unbound" and d.span.text == "i" and _is_inside(d.span, bodies))
+        )
+    ]
+
+
+def _binds_index(diagnostic: Diagnostic) -> bool:
+    return any(edit.text.startswith("(lambda (i)") for fix in diagnostic.fixes for edit in fix.edits)
+
+
+def _is_inside(span: Span, others: Sequence[Span]) -> bool:
+    return any(each.source.name == span.source.name and each.start <= span.start < each.end for each in others)
+
+
+def _is_followed(dropped: Diagnostic, found: Sequence[Diagnostic]) -> bool:
+    """Return whether what makes a value not the last one of its body is text in another language behind it."""
+    span = dropped.span
+    if span is None:
+        return False
+    end = span.source.text.find("\n", span.end)
+    line = range(span.end, end if end >= 0 else len(span.source.text))
+    return any(d.name == "foreign-syntax" and d.span is not None and d.span.start in line for d in found)
+
+
+_DEFINITIONS = 20  # of one name that are looked at: each is read to its end
+
+
+def _is_defined_wrongly(unbound: Diagnostic, found: Sequence[Diagnostic]) -> bool:
+    """Return whether a name is one that a form at top level defines, in which another mistake is reported."""
+    span = unbound.span
+    if span is None:
+        return False
+    text = span.source.text
+    errors = [d.span.start for d in found if d.is_error and d.span is not None and d.span.text != span.text]
+    if not errors:
+        return False
+    matches = islice(re.finditer(rf"\((?:define|param)\s+\(?{re.escape(span.text)}(?=[\s)])", text), _DEFINITIONS)
+    pieces = ((match.start(), *piece_at(text, match.start())) for match in matches)
+    return any(place == start <= error < end for place, start, end in pieces for error in errors)
+
+
+def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
+    """The name that a form with a misspelled head, such as ``(defien x 1)``, was meant to define."""
+    from difflib import get_close_matches
+
+    span = diagnostic.span
+    assert span is not None
+    match = _DEFINES.match(span.source.text, max(0, span.start - 1))
+    if match is not None and match.start(1) == span.start:
+        meant = get_close_matches(match[1].lower().replace("_", "-"), _DEFINING, 1, 0.7)
+        names = _NAMES.match(span.source.text, match.end(1)) if meant == ["define-values"] else None
+        yield from names[1].split() if names is not None else (match[2],) if meant else ()
+
+
+def _once_for_each_word(found: list[Diagnostic]) -> list[Diagnostic]:
+    """Report a word that looks misspelled once; which word is the root is then no question of its own."""
+    seen: set[str] = set()
+    kept = []
+    for d in found:
+        word = d.span.text if d.name == "near-word" and d.span is not None else None
+        if word is None or word not in seen:
+            kept.append(d)
+        if word is not None:
+            seen.add(word)
+    near = {near for d in kept if d.name == "near-word" for near in d.near}
+    about_roots = ("ambiguous-root", "unreachable-word")
+    return [d for d in kept if not (d.name in about_roots and any(f'"{word}"' in d.message for word in near))]
+
+
+def _misspelled_parameters(found: list[Diagnostic], program: Program) -> list[Diagnostic]:
+    """Report a keyword parameter whose name is misspelled where it stands: its function reads, and its callers pass,
+    another name."""
+    calls = [d for d in found if d.found is not None and d.found.startswith(":") and len(d.near) == 1]
+    for call in {(d.found, d.near[0]): d for d in calls}.values():
+        passed, spelled = str(call.found)[1:], call.near[0][1:]
+        parameter = _unread_parameter(program, spelled, passed)
+        if parameter is None:
+            continue
+        span = parameter.target.span
+        function = next(node for node in _functions(program) if parameter in node.parameters)
+        message = f"the parameter `:{spelled}` is never used, but `{passed}` is read here and passed as `:{passed}`"
+        place = replace_end(span, spelled)
+        fix = Fix(f"Change to `{passed}`", (Edit(place, passed),), safe=True)
+        own = Diagnostic("keyword", message, span, f"did you mean `:{passed}`?", fixes=(fix,), near=(f":{passed}",),
+                         expected=f":{passed}", found=f":{spelled}")  # fmt: skip
+        others = (d for d in found if d not in calls or (d.found, d.near) != (call.found, call.near))
+        found = [d for d in others if not (_inside_function(d, function) and _is_about(d, passed, spelled))]
+        found.append(own)
+    return found
+
+
+def replace_end(span: Span, name: str) -> Span:
+    """The place of a parameter's name alone, without the colon and the type around it."""
+    start = span.start + (1 if span.text.startswith(":") else 0)
+    return Span(span.source, start, start + len(name))
+
+
+def _functions(program: Program) -> Iterator[ast.Lambda]:
+    for each in program.facts:
+        for node in walk(each.form):
+            if type(node) is ast.Lambda:
+                yield node
+
+
+def _unread_parameter(program: Program, spelled: str, passed: str) -> Any:
+    """The keyword parameter ``spelled`` that its function does not read, though it mentions ``passed``."""
+    for function in _functions(program):
+        for parameter in function.parameters:
+            if parameter.kind == "keyword" and parameter.name == spelled and isinstance(parameter.target, Variable):
+                nodes = list(walk(function.body))
+                is_read = any(type(n) is ast.Reference and n.target is parameter.target for n in nodes)
+                if not is_read and re.search(rf"(?<![\w-]){re.escape(passed)}(?![\w-])", function.span.text):
+                    return parameter
+    return None
+
+
+def _inside_function(diagnostic: Diagnostic, function: ast.Lambda) -> bool:
+    span, around = diagnostic.span, function.span
+    return span is not None and span.source is around.source and around.start <= span.start <= span.end <= around.end
+
+
+def _is_about(diagnostic: Diagnostic, passed: str, spelled: str) -> bool:
+    """Whether a diagnostic is about the name that is read in place of the parameter, or says that it is unused."""
+    assert diagnostic.span is not None
+    if diagnostic.name == "unused":
+        return f"`{spelled}`" in diagnostic.message
+    return re.search(rf"(?<![\w-]){re.escape(passed)}(?![\w-])", diagnostic.span.text) is not None
+
+
+# Fixes: those that follow from a diagnostic's location alone, and their application to a text.
+
+
+_FRACTION = re.compile(r"([+-]?\d+)/(\d+)\Z")
+_TOKENS = re.compile(r"""(?:"(?:[^"\\]|\\.)*"|;[^\n]*|#\|.*?\|#|[()\[\]'`,]|[^\s()\[\]";'`,]+)""", re.S)
+_NAME = re.compile(r"[^\s()\[\]\";'`,“”„]+\Z")
+
+
+def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
+    """Return a diagnostic with its fixes, or with those that its name and the text at its location suggest.
+
+    The location must refer to the whole text of a file.
+    """
+    span = diagnostic.span
+    if diagnostic.name == "foreign-syntax":
+        return replace(diagnostic, fixes=tuple(map(_narrowed, diagnostic.fixes)))
+    if diagnostic.fixes:
+        return replace(diagnostic, fixes=tuple(_checked_for_comments(_removing_lines(fix)) for fix in diagnostic.fixes))
+    if span is None or span.expansion is not None:
+        return diagnostic
+    text, fix = span.text, None
+    if diagnostic.name == "bracket" and text.startswith("[") and text.endswith("]"):
+        fix = Fix("Replace brackets with parentheses", (Edit(span, f"({text[1:-1]})"),), safe=True)
+    elif diagnostic.name == "word" and _NAME.match(text):
+        fix = Fix("Add quotes", (Edit(span, f'"{text}"'),), safe=True)
+    elif diagnostic.name == "bad-atom" and (match := _FRACTION.match(text)):
+        fix = Fix("Replace with a division", (Edit(span, f"(/ {match[1]} {match[2]})"),), safe=not _is_quoted(span))
+    elif diagnostic.name == "index":
+        fix = _index_fix(span)
+    elif diagnostic.name == "syntax" and diagnostic.message.startswith("unexpected operand"):
+        fix = Fix(
+            "Leave it out", (Edit(Span(span.source, len(span.source.text[: span.start].rstrip()), span.end), ""),)
+        )
+    elif diagnostic.name == "not-a-procedure":
+        fix = infix_fix(span)
+    elif match := _SYMBOL.search(diagnostic.message):
+        fix = _quotes_fix(span, match[1])
+    elif diagnostic.name == "keyword" and (match := _UNKNOWN.search(diagnostic.message)):
+        fix = _keyword_fix(span, match[1], diagnostic.hint or "")
+    elif diagnostic.name == "extra-close" and text in (")", "]") and "unmatched" in diagnostic.message:
+        fix = Fix("Remove the bracket", (Edit(span, ""),), safe=True)
+    return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
+
+
+_SYMBOL = re.compile(r"expects a (?:Word|String|string)\b.*, got a symbol: '?([^\s']+)\Z")
+
+
+def _quotes_fix(span: Span, name: str) -> Fix | None:
+    """Return the fix for a string in single quotes, which is read as a symbol and another quote."""
+    text = span.source.text[: span.end + 1]
+    at = text.find(f"'{name}'", span.start)
+    if at < 0:
+        return None
+    return Fix("Write double quotes", (Edit(Span(span.source, at, at + len(name) + 2), f'"{name}"'),), safe=True)
+
+
+_UNKNOWN = re.compile(r"has no parameter `:([^`]+)`")
+_MEANT = re.compile(r"did you mean `:?([^`]+)`")
+
+
+def _keyword_fix(call: Span, name: str, hint: str) -> Fix | None:
+    """Return the fix for a keyword that a function does not have, found in a run: the name that the hint suggests."""
+    meant = _MEANT.match(hint)
+    forms = read(Source("<call>", call.text)).forms if meant is not None else ()
+    if meant is None or len(forms) != 1 or not isinstance(forms[0], ListDatum):
+        return None
+    written = [item for item in forms[0].items if item.span.text in (f":{name}", f"&{name}")]
+    if len(written) != 1:
+        return None
+    place = written[0].span
+    edit = Edit(Span(call.source, call.start + place.start, call.start + place.end), f":{meant[1]}")
+    return Fix(f"Change to `:{meant[1]}`", (edit,))
+
+
+def _index_fix(span: Span) -> Fix | None:
+    """Return the fix for an index that counts from 1: one less than what is written."""
+    forms = read(Source("<index>", span.text)).forms
+    call = forms[0] if len(forms) == 1 and isinstance(forms[0], ListDatum) else None
+    if call is None or len(call.items) < 3 or call.items[0].span.text not in ("ref", "list-ref"):
+        return None
+    index = call.items[2]
+    if isinstance(index, Atom) and type(index.value) is int and index.value > 0:
+        written = str(index.value - 1)
+    elif isinstance(index, ListDatum) and [each.span.text for each in (index.items[0], index.items[-1])] == ["+", "1"]:
+        written = index.items[1].span.text
+        if len(index.items) != 3:
+            return None
+    else:
+        return None
+    at = span.start
+    edit = Edit(Span(span.source, at + index.span.start, at + index.span.end), written)
+    return Fix(f"Change to `{written}`", (edit,))
+
+
+def _is_quoted(span: Span) -> bool:
+    """Return whether a location is inside quoted data, where a list is not a call."""
+    quoted = [False]
+    last = ""
+    for match in _TOKENS.finditer(span.source.text, 0, span.start):
+        piece = match.group()
+        if piece == "(" or piece == "[":
+            quoted.append(quoted[-1] or last in ("'", "`"))
+        elif piece in ")]":
+            quoted = quoted[:-1] or [False]
+        elif last == "(" and piece in ("quote", "quasiquote"):
+            quoted[-1] = True
+        last = piece
+    return quoted[-1] or last in ("'", "`")
+
+
+def _checked_for_comments(fix: Fix) -> Fix:
+    """Mark a fix as unsafe if it would delete comments."""
+    for edit in fix.edits:
+        comments = read_comments(Source("<edit>", edit.span.text))
+        if any(comment.text not in edit.text for comment in comments):
+            return replace(fix, safe=False)
+    return fix
+
+
+def _narrowed(fix: Fix) -> Fix:
+    """Return a fix whose edits leave out what they keep, by whole tokens, so that other fixes may change it."""
+    return replace(fix, edits=tuple(_narrowed_edit(edit) for edit in fix.edits))
+
+
+def _narrowed_edit(edit: Edit) -> Edit:
+    old, new = [[m.span() for m in _TOKENS.finditer(text)] for text in (edit.span.text, edit.text)]
+    if len(old) <= 1 or not new:
+        return edit
+    texts = [[text[start:end] for start, end in places] for text, places in ((edit.span.text, old), (edit.text, new))]
+    room = min(len(old), len(new))
+    head = next((i for i in range(room) if texts[0][i] != texts[1][i]), room)
+    room -= head
+    tail = next((i for i in range(room) if texts[0][-1 - i] != texts[1][-1 - i]), room)
+    start, end = _between(old, head, tail, len(edit.span.text))
+    first, last = _between(new, head, tail, len(edit.text))
+    if (start == end and first == last) or start > end or first > last:
+        return edit
+    at = edit.span.start
+    return Edit(Span(edit.span.source, at + start, at + end), edit.text[first:last])
+
+
+def _between(places: Sequence[tuple[int, int]], head: int, tail: int, length: int) -> tuple[int, int]:
+    """Return the range between the end of the first ``head`` tokens and the start of the last ``tail``."""
+    start = places[head - 1][1] if head else 0
+    return start, places[-tail][0] if tail else length
+
+
+def _removing_lines(fix: Fix) -> Fix:
+    """Extend the deletions of a fix to the line breaks of lines that become empty."""
+    return replace(fix, edits=tuple(_removal(edit.span) if not edit.text else edit for edit in fix.edits))
+
+
+def _removal(form: Span) -> Edit:
+    text = form.source.text
+    line = text.rfind("\n", 0, form.start) + 1
+    after = re.compile(r"[ \t]*\r?\n?").match(text, form.end)
+    end = after.end() if after is not None else form.end
+    alone = not text[line : form.start].strip() and (text[end - 1 : end] == "\n" or end == len(text))
+    if alone:
+        return Edit(Span(form.source, line, end), "")
+    return Edit(form, with_spacing(form, "") or "")
+
+
+def apply_fixes(source: Source, diagnostics: Iterable[Diagnostic]) -> tuple[str, int]:
+    """Apply all safe fixes to a text, skipping those that overlap another one.
+
+    Returns
+    -------
+    tuple of (str, int)
+        The new text and the number of applied fixes.
+    """
+    text, applied, limit = source.text, 0, len(source.text) + 1
+    fixes = [fix for d in diagnostics for fix in d.fixes[:1] if fix.safe and _is_within(fix, source)]
+    for fix in sorted(fixes, key=lambda fix: -max(edit.span.end for edit in fix.edits)):
+        if max(edit.span.end for edit in fix.edits) > limit:
+            continue
+        text = with_edits(text, fix.text_edits)
+        limit = min(edit.span.start for edit in fix.edits)
+        applied += 1
+    return text, applied
+
+
+def _is_within(fix: Fix, source: Source) -> bool:
+    """Return whether all edits of a fix are in ``source``, outside expansions of macros."""
+    return all(edit.span.source.name == source.name and edit.span.expansion is None for edit in fix.edits)
+
+
+# Suppression comments: ``; lint: allow unused W304``.
+#
+# At the end of a line, a comment applies to that line; on a separate line, to the form that follows;
+# ``; lint: allow-file`` applies to the whole file. Errors cannot be suppressed.
+
+
+_ALLOW = re.compile(r";+\s*lint:\s*allow(?P<file>-file)?\s+(?P<names>.+)")
+
+
+@dataclass(frozen=True, eq=False)
+class Suppressions:
+    """Suppression comments of a text: names or codes of warnings, each with a range of offsets."""
+
+    source: Source
+
+    @cached_property
+    def _ranges(self) -> Sequence[tuple[int, int, frozenset[str]]]:
+        if "lint:" not in self.source.text:
+            return ()
+        found = []
+        for comment in read_comments(self.source):
+            match = _ALLOW.match(comment.text)
+            if match is not None:
+                names = frozenset(re.split(r"[\s,]+", match["names"].strip()))
+                found.append((*self._scope(comment.start, comment.end, bool(match["file"])), names))
+        return found
+
+    def _scope(self, start: int, end: int, whole: bool) -> tuple[int, int]:
+        text = self.source.text
+        if whole:
+            return 0, len(text)
+        line = text.rfind("\n", 0, start) + 1
+        if text[line:start].strip():
+            return line, end
+        return piece_at(text, end)
+
+    def suppress(self, diagnostic: Diagnostic) -> bool:
+        """Return whether a comment suppresses the diagnostic."""
+        span = diagnostic.span
+        if diagnostic.is_error or span is None or span.source.name != self.source.name:
+            return False
+        return any(
+            start <= span.start < max(end, start + 1) and not names.isdisjoint((diagnostic.name, diagnostic.code))
+            for start, end, names in self._ranges
+        )
+
+
+def without_suppressed(diagnostics: Iterable[Diagnostic], sources: Iterable[Source]) -> list[Diagnostic]:
+    """Return the diagnostics that no comment in these texts suppresses."""
+    suppressions = [Suppressions(source) for source in sources]
+    return [d for d in diagnostics if d.is_error or not any(each.suppress(d) for each in suppressions)]
+
+
+# --- findings and runs -----------------------------------------------------------------------------------------------
+
+
+def confirmed(
+    found: Sequence[Diagnostic], problem: Diagnostic | None, warnings: Sequence[Diagnostic]
+) -> list[Diagnostic]:
+    """Return the findings of the check with the error and the warnings of the run, each mistake once.
+
+    Errors of the check that the run did not meet are warnings: the code was guarded, or not evaluated.
+    """
+    warnings = [d for d in warnings if not any(_is_reported(each, d) for each in found)]
+    if problem is None or CODES[problem.name].code.startswith("E5"):
+        found = [replace(d, name="conditional-failure") if d.is_error else d for d in found]
+        return [*found, problem, *warnings] if problem else [*found, *warnings]
+    places = [place for place in (problem.span, *(span for _, span in problem.chain)) if place is not None]
+    is_known = any(_is_same(d, problem, places) for d in found if d.is_error)
+    return [*found, *warnings] if is_known else [*found, problem, *warnings]
+
+
+def _is_reported(finding: Diagnostic, warning: Diagnostic) -> bool:
+    """Return whether a warning of the run is a finding of the check, which shows its place more closely."""
+    return (
+        finding.name == warning.name
+        and finding.span is not None
+        and warning.span is not None
+        and finding.span.overlaps(warning.span)
+    )
+
+
+def _is_same(finding: Diagnostic, problem: Diagnostic, places: Sequence[Span]) -> bool:
+    """Return whether a finding of the check is the error of the run: at its place, or of its kind and on a line of the
+    calls that led there, or about the word that was called last."""
+    spans = [span for span in (finding.span, *(note.span for note in finding.notes)) if span is not None]
+    if problem.span is not None and any(span.overlaps(problem.span) for span in spans):
+        return True
+    if finding.name != problem.name:
+        return False
+    if finding.message == problem.message:
+        return True
+    if not places or (problem.name == "parts" and problem.chain and problem.chain[0][0] in finding.message):
+        return True
+    lines = {(place.source, place.source.position(place.start)[0]) for place in places}
+    return any((span.source, span.source.position(span.start)[0]) in lines for span in spans)

@@ -1,0 +1,255 @@
+"""Primitives, lights and cameras of other tools in calls.
+
+A word that nothing binds is a noun and is drawn as a labelled box, so that ``(call "box" :size [1 2 3])`` would be a
+unit box without a word. Any noun may be called with what describes it, so only three things are reported: attributes
+that no description has, the sizes of what other tools call a primitive, and compounds that name nothing but a class of
+another tool. The tables are from three.js, Babylon.js, A-Frame, Blender, OpenSCAD, POV-Ray, trimesh and pyrender.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.datum import Span, dataclass
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
+from scenelang.interpreter.scene.primitives import geometry_attributes, is_word
+from scenelang.interpreter.values.values import Keyword
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """What an attribute of another tool is here: the attribute in its place, None where there is none, and a hint."""
+
+    hint: str
+    attribute: str | None = None
+
+
+_MATERIAL = "a material is made of `:color`, `:roughness`, `:metallic`, `:opacity`, `:emission` and `:ior`"
+_SIZES = Meaning("the sizes along x, y and z are `:scale [x y z]`", "scale")
+_EDGES = Meaning("a part has its size by `:scale [x y z]`, and is placed by `transform`")
+_STROKES = Meaning('paths of SVG are profiles: `(extrude (svg-path "M 0 0 L 1 0 L 1 1 Z") 1)`')
+_RADIANCE = Meaning("a surface with `:emission` is a light", "emission")
+_CAMERA = Meaning("the camera is no part of the scene: `render --camera azimuth=40,elevation=20,fov=35`")
+_SHADOWS = Meaning("every surface casts and receives shadows in final pictures")
+_SMOOTH = Meaning("surfaces are exact; `export --tolerance` says how finely they are divided")
+_SIDES = Meaning("surfaces have two sides, and are always filled")
+_PLACED = Meaning("a part is placed by `transform`: `(transform part (translate [x y z]))`")
+_TURNED = Meaning("a part is turned by `transform`: `(transform part (rotate angle [0 1 0]))`")
+_SHADED = Meaning(_MATERIAL)
+_MESH = Meaning("a mesh is made by `(mesh vertices faces)`")
+_PART = 'a word is bound to what it draws: `(bind "word" (lambda () ...))`'
+_IS = 'the primitive is "{}"'
+
+_ROWS: Mapping[Meaning, str] = {
+    _SIZES: "size dimensions dims extents local-scale",
+    _EDGES: "dx dy dz xmin xmax ymin ymax zmin zmax x1 y1 x2 y2 cx cy",
+    _RADIANCE: "intensity luminosity lumens irradiance radiance penumbra shadow-soft-size",
+    _CAMERA: """
+        fov fovy fovx yfov xfov field-of-view focal-length aspect aspect-ratio look-at clip-start clip-end znear zfar
+        near-plane far-plane ortho-scale
+    """,
+    _SHADOWS: "cast-shadow cast-shadows receive-shadow receive-shadows shadow-map",
+    _SMOOTH: """
+        radial-segments width-segments height-segments depth-segments tubular-segments segment-count ring-count
+        subdivisions $fn $fa $fs theta-start theta-length phi-start phi-length
+    """,
+    _SIDES: "wireframe double-sided side-orientation open-ended flat-shading smooth-shading",
+    _PLACED: "position pos translation translate local-position",
+    _TURNED: "rotation rotate euler quaternion local-rotation local-euler-angles",
+    _SHADED: "diffuse specular shininess metalness diffuse-color specular-color base-color",
+    _MESH: "geometry vertices faces paths indices triangles normal normals",
+    _STROKES: "stroke stroke-width stroke-opacity stroke-dasharray stroke-linecap stroke-linejoin",
+}
+_ATTRIBUTES: Mapping[str, Meaning] = {name: meaning for meaning, names in _ROWS.items() for name in names.split()}
+
+_ARRAYS = (_PLACED, _TURNED, _MESH)  # of which a number is a description
+
+# What other tools call a primitive, by the primitive here, and the attributes that give its size there.
+_PRIMITIVES: Mapping[str, str] = {
+    name: own
+    for own, names in {
+        "cube": "box cuboid rect rectangle square quad plane prism",
+        "sphere": "ball icosphere uvsphere ellipsoid spheroid",
+        "cylinder": "disk disc circle tube pipe",
+        "torus": "ring donut annulus",
+        "cone": "pyramid frustum",
+        "": "tetrahedron octahedron dodecahedron icosahedron polyhedron torus-knot",
+    }.items()
+    for name in names.split()
+}
+_MEASURED = """
+    width height depth length radius diameter r d w h l x y z rx ry rz radii x-size y-size z-size r1 r2 radius1 radius2
+    radius-top radius-bottom top-radius bottom-radius inner-radius outer-radius radius-inner radius-outer major-radius
+    minor-radius tube p0 p1 rounding corner-radius segments slices stacks sectors facets detail
+"""
+_MEASURES = frozenset(_MEASURED.split())
+_SAME = {"r": "radius", "p0": "p0", "p1": "p1", "radius": "radius", "tube": "tube"}  # as the primitives here call them
+
+_LIGHTS = (
+    "point spot directional ambient area hemisphere hemispheric rect rect-area rectangle-area disk sphere dome mesh"
+)
+_NOUNS = frozenset(("spot-light", "dome-light", "disk-light"))  # lamps, unless written as a class: `SpotLight`
+_UNPLACED = frozenset(("directional-light", "ambient-light", "hemisphere-light", "hemispheric-light", "dome-light"))
+_SOLIDS = {
+    "box": "cube", "cube": "cube", "sphere": "sphere", "cylinder": "cylinder", "cone": "cone", "torus": "torus",
+    "capsule": "capsule", "plane": "cube", "circle": "cylinder", "ring": "torus", "tube": "cylinder",
+}  # fmt: skip
+_SHAPES = (
+    "buffer extrude lathe shape torus-knot polyhedron icosahedron dodecahedron octahedron tetrahedron edges wireframe"
+)
+_MATERIALS = """
+    mesh-standard mesh-basic mesh-phong mesh-physical mesh-lambert mesh-normal mesh-toon standard pbr phong lambert
+"""
+_CAMERAS = "perspective orthographic arc-rotate free universal pinhole intrinsics"
+_OTHERS = """
+    linear-extrude rotate-extrude orbit-controls axes-helper grid-helper skinned-mesh instanced-mesh
+    julia-fractal sphere-sweep bicubic-patch smooth-triangle isosurface
+    a-scene a-entity a-assets a-sky a-light a-camera a-text a-image a-video a-sound a-cursor a-mixin
+"""
+_LIGHT = "a surface with `:emission` is a light, and `--environment` lights the whole scene"
+
+
+@cache
+def _compounds() -> Mapping[str, tuple[str | None, str]]:
+    """Return what a compound is here by its name: the primitive, None where there is none, and a hint."""
+    found: dict[str, tuple[str | None, str]] = {f"{kind}-light": (None, _LIGHT) for kind in _LIGHTS.split()}
+    found.update({f"{kind}-camera": (None, _CAMERA.hint) for kind in _CAMERAS.split()})
+    found.update({f"{kind}-material": (None, _MATERIAL) for kind in _MATERIALS.split()})
+    for ending in ("geometry", "buffer-geometry"):
+        found.update({f"{kind}-{ending}": (None, _PART) for kind in _SHAPES.split()})
+    for ending in ("geometry", "buffer-geometry", "shape", "mesh", "primitive"):
+        found.update({f"{kind}-{ending}": (own, _IS.format(own)) for kind, own in _SOLIDS.items()})
+    found.update({f"a-{kind}": (own, _IS.format(own)) for kind, own in _SOLIDS.items()})  # A-Frame
+    found.update(dict.fromkeys(_OTHERS.split(), (None, _PART)))
+    return found | dict.fromkeys(("uv-sphere", "ico-sphere"), ("sphere", _IS.format("sphere")))
+
+
+_CAMEL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|[_\s]+")
+
+
+def _normal(name: str) -> str:
+    """Return ``pointLight``, ``PointLight`` and ``point_light`` as ``point-light``."""
+    return _CAMEL.sub("-", name).lower()
+
+
+def calls_of_other_tools(node: ast.Call, word: str) -> Iterator[Diagnostic]:
+    """Yield what is wrong with a call of a word that is no primitive, should the program not bind it."""
+    if is_word(word):
+        return
+    compound = _compounds().get(_normal(word))
+    if compound is not None and (_normal(word) not in _NOUNS or word != word.lower()):
+        yield _compound(node, word, *compound)
+        return
+    given = list(_given(node))
+    own = _PRIMITIVES.get(_normal(word))
+    seen: set[str] = set()
+    for key, value in given:
+        name = _normal(str(key.value))
+        is_text = type(value) is ast.Constant and type(value.value) is str and not name.startswith("stroke")
+        meaning = _ATTRIBUTES.get(name)
+        if meaning is None and own is not None and name in _MEASURES:
+            hint = f"{_IS.format(own)}, with {_listed(own)}" if own else _PART
+            meaning = Meaning(hint, _SAME.get(name))
+        if meaning in _ARRAYS and own is None and _is_number(value):  # a die has 6 `:faces`, a runner the `:position` 3
+            continue
+        if meaning is not None and not is_text and meaning.hint not in seen:  # once for a width and a height
+            seen.add(meaning.hint)
+            yield _attribute(word, key, meaning, _fix(node, key, given, own, meaning))
+
+
+def hint_for_primitive(name: str) -> tuple[str, str | None] | None:
+    """Return what an attribute of other tools is on a primitive here: a hint, and the attribute if there is one."""
+    meaning = _ATTRIBUTES.get(_normal(name))
+    return None if meaning is None else (meaning.hint, meaning.attribute)
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) is ast.Constant and isinstance(value.value, (int, float))
+
+
+def _given(node: ast.Call) -> Iterator[tuple[ast.Constant, Any]]:
+    for key, value in pairwise(node.arguments):
+        if type(key) is ast.Constant and type(key.value) is Keyword:
+            yield key, value
+
+
+def _listed(own: str) -> str:
+    return ", ".join(f"`:{name}`" for name in geometry_attributes(own) or ())
+
+
+def _compound(node: ast.Call, word: str, own: str | None, hint: str) -> Diagnostic:
+    fix = Fix(f'Change to "{own}"', (Edit(node.word.span, f'"{own}"'),)) if own is not None else _light(node, word)
+    message = f'"{word}" is never bound and names nothing, so it is drawn as a labelled box'
+    return Diagnostic("near-word", message, node.word.span, hint, fixes=(fix,), near=(own,) if own is not None else ())
+
+
+def _placed_lights() -> frozenset[str]:
+    return frozenset(f"{kind}-light" for kind in _LIGHTS.split()) - _UNPLACED
+
+
+def _light(node: ast.Call, word: str) -> Fix:
+    """Return the fix that puts a glowing sphere in the place of a light, and nothing in that of anything else."""
+    strength = next((value.span.text for key, value in _given(node) if _normal(str(key.value)) == "intensity"), "1")
+    text = f'(call "sphere" :radius .1 :emission {strength})' if _normal(word) in _placed_lights() else "(union)"
+    return Fix(f"Change to `{text}`", (Edit(node.span, text),))
+
+
+def _attribute(word: str, key: ast.Constant, meaning: Meaning, fix: Fix | None) -> Diagnostic:
+    message = f'"{word}" is never bound, so it is drawn as a labelled box, which does not use `:{key.value}`'
+    near = (f":{meaning.attribute}",) if meaning.attribute is not None else ()
+    return Diagnostic("idle-attribute", message, key.span, meaning.hint, fixes=(fix,) if fix is not None else (),
+                      found=f":{key.value}", near=near)  # fmt: skip
+
+
+def _fix(
+    node: ast.Call, key: ast.Constant, given: Sequence[tuple[ast.Constant, Any]], own: str | None, meaning: Meaning
+) -> Fix | None:
+    if node.span.expansion is not None or not isinstance(key.span, Span):
+        return None
+    whole = _as_primitive(node, given, own) if own else None
+    if whole is not None:
+        return whole
+    value = next(value for other, value in given if other is key)
+    if meaning is _PLACED:
+        rest = _without(node, key, value)
+        written = f"(transform {rest} (translate {value.span.text}))"
+        return Fix(f"Change to `{written}`", (Edit(node.span, written),))
+    if meaning.attribute is not None and (own is None or meaning in (_SIZES, _RADIANCE)):
+        return Fix(f"Change to `:{meaning.attribute}`", (Edit(key.span, f":{meaning.attribute}"),))
+    return Fix(f"Remove `:{key.value}`", (Edit(Span(key.span.source, key.span.start, value.span.end), ""),))
+
+
+def _without(node: ast.Call, key: ast.Constant, value: Any) -> str:
+    """Return the text of a call without an attribute."""
+    text, start = node.span.source.text, node.span.start
+    before, after = text[start : key.span.start].rstrip(), text[value.span.end : node.span.end]
+    return before + (after if after.startswith((")", " ")) else f" {after}")
+
+
+def _as_primitive(node: ast.Call, given: Sequence[tuple[ast.Constant, Any]], own: str) -> Fix | None:
+    """Return the fix that calls the primitive with its attributes, if it has one for each of those that are given."""
+    if 2 * len(given) != len(node.arguments):  # an embedding by position
+        return None
+    values = {_normal(str(key.value)): value.span.text for key, value in given}
+    sizes = [next((values.pop(name) for name in names if name in values), None) for names in _AXES]
+    written: dict[str, str] = {}
+    if own == "cube" and any(size is not None for size in sizes):
+        written["scale"] = f"[{' '.join(size or '1' for size in sizes)}]"
+    elif any(size is not None for size in sizes):
+        return None
+    known = geometry_attributes(own) or ()
+    for name, value in values.items():
+        attribute = "scale" if _ATTRIBUTES.get(name) is _SIZES else _SAME.get(name, name)
+        if attribute in written or (attribute not in known and (name in _ATTRIBUTES or name in _MEASURES)):
+            return None
+        written[attribute] = value
+    text = " ".join([f'(call "{own}"', *(f":{name} {value}" for name, value in written.items())]) + ")"
+    return Fix(f"Change to `{text}`", (Edit(node.span, text),))
+
+
+_AXES = (("width", "w", "x", "x-size"), ("height", "h", "y", "y-size"), ("depth", "d", "length", "l", "z", "z-size"))

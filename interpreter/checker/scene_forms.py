@@ -1,0 +1,758 @@
+"""Checks of the scene forms: ``bind``, ``call``, ``transform``, ``union`` and ``union-loop``."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import Edit, Fix, SceneError
+from scenelang.interpreter.checker.calls import check_keywords, split, takes
+from scenelang.interpreter.checker.kinds import (
+    A_PART,
+    ANY,
+    ARRAYS,
+    ENTITY,
+    LIST,
+    MATRIX,
+    MAX_SHOWN,
+    NEVER,
+    PART,
+    PARTS,
+    Kind,
+    accepts,
+    arity_of,
+    describe,
+    is_keyword,
+    item_of,
+    join,
+    length_of,
+    may_be_parts,
+    shown,
+    swap_fix,
+    triple_fix,
+    unquoted_number,
+    wrap_fix,
+)
+from scenelang.interpreter.compile.analyse import called_builtin
+from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.runtime.parts import OF_ENTITIES
+from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, PHYSICS, Attribute, find
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.checker.infer import KindInference
+
+_PHYSICS_NAMES = frozenset(attribute.name for attribute in PHYSICS)
+_ENTITY_ARGUMENTS = 2
+
+
+# --- words -----------------------------------------------------------------------------------------------------------
+
+
+def call_word(inference: KindInference, node: ast.Call, word: Kind, arguments: Sequence[Kind]) -> Kind:
+    """Check ``(call word argument ...)``."""
+    if not accepts("Word", word):
+        report_word(inference, node.word, word, "call")
+        return ENTITY
+    name = node.word.value if type(node.word) is ast.Constant else None
+    owner = f'"{name}"' if name is not None else "the word"
+    if not _check_embeddings(inference, node, owner):
+        return ENTITY
+    parts = split(inference, node, node.arguments, owner, "")
+    if parts is None or name is None:
+        return ENTITY
+    positional, keywords = parts
+    function = inference.world.word_function(name)
+    if function is not None:
+        _call_bound(inference, node, name, function, positional, keywords)
+    elif not inference.world.may_be_bound(name):
+        check_primitive(inference, node, name, positional, keywords)
+    return ENTITY
+
+
+def call_primitive(inference: KindInference, node: ast.Application) -> None:
+    """Check ``(primitive word argument ...)``."""
+    word = node.arguments[0] if node.arguments else None
+    if type(word) is not ast.Constant or type(word.value) is not str:
+        return
+    call = ast.Call(word, node.arguments[1:], node.span)
+    if _check_embeddings(inference, call, f'"{word.value}"'):
+        parts = split(inference, node, node.arguments[1:], f'"{word.value}"', "")
+        if parts is not None:
+            check_primitive(inference, node, word.value, *parts)
+
+
+def report_word(inference: KindInference, node: Any, kind: Kind, form: str) -> None:
+    text = node.span.text
+    is_name = type(node) is ast.Reference and node.span.expansion is None
+    hint = f'write the word in quotes: `"{text}"`' if is_name else None
+    inference.report(
+        "word", f"`{form}` expects a string for the word, got {shown(node, kind)}", node.span, hint,
+        expected="a String", found=describe(kind),
+    )  # fmt: skip
+
+
+def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> bool:
+    """Check that what is passed by position can be an embedding."""
+    pending = iter(node.arguments)
+    written: list[tuple[Any, Any]] = []
+    for argument in pending:
+        if is_keyword(argument):
+            value = next(pending, None)
+            if value is None:
+                break
+            written.append((argument, value))
+            continue
+        kind = inference.result.kinds[argument]
+        if kind is ANY or kind is NEVER:
+            return True  # it may be a keyword, so that what follows has another meaning
+        tags = {option.tag for option in kind.options}
+        if "Keyword" in tags:
+            return True
+        if tags & {"Embedding", "String"}:
+            continue
+        text = argument.span.text
+        empty = next((key for key, value in written if is_keyword(value)), None)
+        if empty is not None:
+            message = f"missing value after `{empty.span.text}` in a call of {owner}"
+            inference.report("embedding", message, empty.span, expected="a value", found="a keyword")
+            return False
+        spelled = _spelled_attribute(inference, node, argument)
+        if spelled is not None:
+            return spelled
+        hint = f"name the attribute: `:name {text}`" if len(text) <= MAX_SHOWN else "name the attribute: `:name value`"
+        fixes: tuple[Fix, ...] = ()
+        if len(node.arguments) == 1 and type(node.word) is ast.Constant and argument.span.expansion is None:
+            only = _only_attribute(inference, node.word.value, kind)
+            names = _attribute_names(inference, node.word.value)
+            if len(names) > 1 and only is None:
+                hint = f"name the attribute: {', '.join(f'`:{name}`' for name in names[:6])}"
+            if kind is MATRIX:
+                hint = "a part is placed by `transform`: `(transform (call ...) pose)`"
+            elif kind is ENTITY:
+                hint = "entities are put together by `union`"
+            if only is not None:
+                short = len(text) <= MAX_SHOWN
+                hint = f"name the attribute: `:{only} {text}`" if short else f"write `:{only}` before it"
+                fixes = (Fix(f"Name it `:{only}`", (Edit(argument.span, f":{only} {text}"),), safe=True),)
+        if kind is ENTITY and type(node.word) is ast.Constant and node.word.value in OF_ENTITIES:
+            name = str(node.word.value)
+            hint, fixes = f"`{name}` is a function: write `({name} ...)`", _called_fix(node, name)
+        inference.report(
+            "embedding",
+            f"`call` expects embeddings and `:name value` attributes, but {owner} got {shown(argument, kind)}",
+            argument.span, hint, fixes=fixes, expected="an Embedding", found=describe(kind),
+        )  # fmt: skip
+        return False
+    return True
+
+
+def _called_fix(node: ast.Call, name: str) -> tuple[Fix, ...]:
+    """Return the edit of ``(call "difference" ...)`` to ``(difference ...)``."""
+    word = node.word.span
+    if word.expansion is not None or not node.span.text.startswith("("):
+        return ()
+    return (Fix(f"Call `{name}`", (Edit(Span(word.source, node.span.start + 1, word.end), name),), safe=True),)
+
+
+def _spelled_attribute(inference: KindInference, node: ast.Call, argument: Any) -> bool | None:
+    """Report ``(call "cube" scale 2)``, where the name of an attribute stands without its colon."""
+    if type(argument) is not ast.Reference or type(node.word) is not ast.Constant:
+        return None
+    if argument.span.expansion is not None:
+        return None
+    text = argument.span.text
+    if text not in (
+        *_attribute_names(inference, node.word.value),
+        COLOR.name,
+        *(each.name for each in (*MATERIALS, *PHYSICS)),
+    ):
+        return None
+    at = Span(argument.span.source, argument.span.start, argument.span.start)
+    inference.report(
+        "embedding", f"the attribute `{text}` lacks its colon", argument.span, f"write `:{text}`",
+        fixes=(Fix(f"Write `:{text}`", (Edit(at, ":"),), safe=True),), expected=f":{text}", found=text,
+    )  # fmt: skip
+    return False
+
+
+def _attribute_names(inference: KindInference, word: str) -> list[str]:
+    """Return the attributes that a word reads, as far as they are known."""
+    function = inference.world.word_function(word)
+    if function is not None:
+        return [p.name for p in function.parameters if p.kind == "keyword"]
+    cls = None if inference.world.may_be_bound(word) else _primitive(word)
+    return [each.name for each in cls.attributes] if cls is not None else []
+
+
+def _only_attribute(inference: KindInference, word: str, kind: Kind) -> str | None:
+    """Return the one attribute of a word that a value of this kind can be."""
+    function = inference.world.word_function(word)
+    if function is not None:
+        names = [p.name for p in function.parameters if p.kind == "keyword" and takes(p, kind)]
+        return names[0] if len(names) == 1 else None
+    if inference.world.may_be_bound(word) or (cls := _primitive(word)) is None:
+        return None
+    names = [each.name for each in cls.attributes if any(accepts(name, kind) for name in each.accepts)]
+    return names[0] if len(names) == 1 else None
+
+
+def _primitive(word: str) -> Any:
+    try:
+        return find(word)
+    except SceneError:
+        return None
+
+
+def _call_bound(
+    inference: KindInference,
+    node: ast.Call,
+    word: str,
+    function: ast.Lambda,
+    positional: Sequence[Any],
+    keywords: Sequence[tuple[str, Any, Any]],
+) -> None:
+    owner = f'"{word}"'
+    named = {p.name: p for p in function.parameters if p.kind == "keyword"}
+    takes_any = any(p.kind == "keys" for p in function.parameters)
+    required = sum(p.kind == "required" for p in function.parameters)
+    if required > _ENTITY_ARGUMENTS:
+        _report_too_many_required(inference, node, word, function, required)
+        return
+    if not named and not takes_any:
+        _warn_plain_parameters(inference, node, word, function, keywords)
+        return
+    brings = () if any(map(_may_carry_attributes, positional)) else None
+    own = [each for each in keywords if each[0] in named or each[0] not in _PHYSICS_NAMES]
+    check_keywords(inference, node, owner, "attribute", function, own, brings)
+
+
+def _may_carry_attributes(node: Any) -> bool:
+    """Return whether an embedding may have attributes of its own; a text has none, a handle may have some in Z."""
+    return not (type(node) is ast.Constant and type(node.value) is str)
+
+
+def _report_too_many_required(
+    inference: KindInference, node: ast.Call, word: str, function: ast.Lambda, required: int
+) -> None:
+    hint = f"make them keyword parameters, such as `:{function.parameters[0].name}`; parameters: {function.usage}"
+    inference.report(
+        "arity", f'the function of "{word}" has {required} required parameters, but `call` passes at most two',
+        node.span,
+        hint, expected="at most 2 required parameters", found=str(required), signature=function.usage,
+    )  # fmt: skip
+
+
+def _warn_plain_parameters(
+    inference: KindInference, node: ast.Call, word: str, function: ast.Lambda, keywords: Sequence[tuple[str, Any, Any]]
+) -> None:
+    """Warn about ``(call "leg" :height 2)`` where the function has ``height`` as a positional parameter."""
+    names = {p.name: p for p in function.parameters if p.kind in ("required", "optional")}
+    for key, key_node, _ in keywords:
+        if key in names:
+            what = "the embedding" if names[key] is function.parameters[0] else "an embedding"
+            message = f'"{word}" takes `{key}` by position, so that it is {what}, not the value of `:{key}`'
+            hint = f"make it a keyword parameter: `(lambda (:{key}) ...)`"
+            fixes = keyword_fixes(names[key], function)
+            inference.warn("plain-parameter", message, key_node.span, hint, fixes)
+            return
+
+
+def keyword_fixes(parameter: ast.Parameter, function: ast.Lambda) -> tuple[Fix, ...]:
+    """Return the fix that makes a positional parameter a keyword parameter."""
+    span = parameter.target.span if isinstance(parameter.target, Variable) else None
+    if span is None or span.expansion is not None or function.span.expansion is not None:
+        return ()
+    edit = Edit(Span(span.source, span.start, span.start), ":")
+    return (Fix("Make it a keyword parameter", (edit,), safe=True),)
+
+
+# --- primitives ------------------------------------------------------------------------------------------------------
+
+
+def check_primitive(
+    inference: KindInference,
+    node: Any,
+    word: str,
+    positional: Sequence[Any],
+    keywords: Sequence[tuple[str, Any, Any]],
+) -> None:
+    """Check the attributes of a primitive: their kinds, and the values of literals."""
+    cls = _primitive(word)
+    attributes = cls.attributes if cls is not None else ()
+    known = {attribute.name: attribute for attribute in (COLOR, *MATERIALS, *_physics_of(cls), *attributes)}
+    for key, _, value in keywords:
+        attribute = known.get(key)
+        if attribute is not None and attribute.accepts:
+            _check_attribute(inference, word, attribute, value)
+    if cls is not None and cls.is_file and not any(map(_may_carry_attributes, positional)):
+        if all(key != "file" for key, _, _ in keywords):
+            inference.report("attribute", f'the primitive "{word}" requires the attribute `:file`, a string', node.span,
+                             f'write `(call "{word}" :file "chair.glb")`', expected=":file", found="nothing",
+                             signature=_usage_of(word))  # fmt: skip
+    ends = [value for key, _, value in keywords if key in ("p0", "p1")]
+    points = [[inference.number_of(item) for item in end.items] for end in ends if type(end) is ast.ArrayLiteral]
+    if "p0" in known and len(points) == 2 and points[0] == points[1] and None not in points[0]:
+        message = f'the ends `:p0` and `:p1` of "{word}" are the same point, so that it has no length'
+        inference.warn("no-extent", message, ends[1].span, expected="two points", found=ends[1].span.text)
+
+
+def _physics_of(cls: Any) -> tuple[Attribute, ...]:
+    """Return the attributes of physics; those of a semantic primitive may mean something else to a model."""
+    return PHYSICS if cls is not None and not cls.is_semantic else ()
+
+
+def _usage_of(word: str) -> str:
+    """Return the attributes of a primitive as a call."""
+    cls = _primitive(word)
+    names = [COLOR.name, *(each.name for each in cls.attributes)] if cls is not None else [COLOR.name]
+    return f'(call "{word}" {" ".join(f"[:{name}]" for name in dict.fromkeys(names))})'
+
+
+def _check_attribute(inference: KindInference, word: str, attribute: Attribute, value: Any) -> None:
+    kind = inference.result.kinds[value]
+    if kind is ANY:
+        types = (*attribute.accepts, "None")
+        place = f'used as `:{attribute.name}` of "{word}"'
+        inference.need(value, place, types, str(attribute.type), "attribute")
+        if attribute.low is not None:
+            low, high = attribute.low, attribute.high
+            limits = "not negative" if high == math.inf else f"{low:g} to {high:g}"
+            inference.need(value, place, (), limits, "out-of-range", fails=lambda number: not low <= number <= high)
+    if type(value) is ast.ArrayLiteral and {"Triple", "Color"} & set(attribute.accepts):
+        inference.need_numbers(value, f'a component of `:{attribute.name}` of "{word}"')
+    if kind is ANY or kind is NEVER or any(option.tag == "None" for option in kind.options):
+        return
+    if not any(accepts(name, kind) for name in attribute.accepts):
+        hint, fixes = _attribute_advice(attribute, value, kind)
+        inference.report(
+            "attribute",
+            f'the attribute `:{attribute.name}` of "{word}" must be {attribute.type}, got {shown(value, kind)}',
+            value.span, hint or attribute.doc, fixes=fixes, expected=attribute.type, found=describe(kind),
+            signature=_usage_of(word),
+        )  # fmt: skip
+        return
+    _check_range(inference, word, attribute, value)
+
+
+def _attribute_advice(attribute: Attribute, value: Any, kind: Kind) -> tuple[str | None, tuple[Fix, ...]]:
+    text = value.span.text
+    is_literal = type(value) is ast.Constant and type(value.value) is str and value.span.expansion is None
+    if attribute.name == "color" and is_literal:
+        written = re.fullmatch(r'"rgba?\(\s*(\d+)\s*,\s*(\d+)\s*,\s*(\d+)[^)]*\)"', text)
+        if written is not None:
+            color = f"(rgb {' '.join(written.groups())})"
+            return f"write `{color}`", (Fix(f"Write `{color}`", (Edit(value.span, color),), safe=True),)
+        return f"convert the name: `(color {text})`", (wrap_fix(value, "color"),)
+    if is_literal and unquoted_number(value)[0] is not None:
+        return unquoted_number(value)
+    if "Triple" in attribute.accepts and "Number" not in attribute.accepts and kind.tag in ("Integer", "Float"):
+        return "write a point as `[x y z]`", ()
+    if attribute.accepts == ("Number",) and kind.tag in ("Vector", "List"):
+        return "it is one number", ()
+    if "Triple" in attribute.accepts and kind.tag == "Vector":
+        return triple_fix(value)
+    return None, ()
+
+
+def _check_range(inference: KindInference, word: str, attribute: Attribute, value: Any) -> None:
+    """Warn about literal values that are outside the range of an attribute."""
+    if attribute.low is None or value.span.expansion is not None:
+        return
+    items = value.items if type(value) is ast.ArrayLiteral else (value,)
+    numbers = [inference.number_of(item) for item in items]
+    wrong = [n for n in numbers if n is not None and (n < attribute.low or n > attribute.high)]
+    if attribute.name == "color" and len(numbers) == 4 and not wrong:
+        message = f'the attribute `:color` of "{word}" has three components; the fourth is ignored'
+        _, fixes = triple_fix(value)
+        inference.warn("out-of-range", message, value.span, "transparency is the attribute `:opacity`", fixes,
+                       expected="three numbers", found=value.span.text)  # fmt: skip
+    if not wrong:
+        return
+    hint = _range_hint(attribute, value, numbers)
+    code = re.search(r"`(\(rgb [^`]*\)|[\d.]+)`\Z", hint or "")
+    fixes = (Fix(f"Change to `{code[1]}`", (Edit(value.span, code[1]),)),) if code else ()
+    text = value.span.text if type(value) is not ast.Reference else f"{value.span.text}, which is {wrong[0]:g}"
+    limits = "not be negative" if attribute.high == math.inf else f"be {attribute.low:g} to {attribute.high:g}"
+    inference.warn(
+        "out-of-range", f'the attribute `:{attribute.name}` of "{word}" should {limits}, got {text}',
+        value.span, hint, fixes, expected=limits.removeprefix("not be ").removeprefix("be "), found=value.span.text,
+    )  # fmt: skip
+
+
+def _range_hint(attribute: Attribute, value: Any, numbers: Sequence[float | None]) -> str | None:
+    """Return what may have been meant by a value out of range: components up to 255, or percent."""
+    known = [number for number in numbers if number is not None]
+    if attribute.name == "color" and len(known) == len(numbers) == 3 and max(known) <= 255 and min(known) >= 0:
+        return f"components from 0 to 255 are converted by `rgb`: `(rgb {' '.join(i.span.text for i in value.items)})`"
+    if attribute.high == 1.0 and len(known) == 1 and 1.0 < known[0] <= 100.0:
+        return f"a share of 1, not percent: write `{known[0] / 100:g}`"
+    return attribute.doc
+
+
+# --- transform and parts ---------------------------------------------------------------------------------------------
+
+
+def transform(inference: KindInference, node: ast.Transform, part: Kind, matrix: Kind) -> Kind:
+    """Check ``(transform part matrix)``."""
+    is_part, is_pose = may_be_parts(part), accepts("Matrix", matrix)
+    is_swapped = not is_part and accepts("Matrix", part) and may_be_parts(matrix)
+    if part is ANY:
+        inference.need(node.part, "placed by `transform`", ("Parts",), "an entity", "parts")
+    if matrix is ANY and not is_swapped:
+        inference.need(node.matrix, "used as a pose", ("Matrix",), "a pose", "pose")
+    if not (is_part and is_pose):
+        if is_swapped:
+            hint, fixes = swap_fix(node, node.part, node.matrix)
+            usage = "(transform part matrix)"
+            inference.report(
+                "pose", f"`transform` expects the part first and the pose second, got {describe(part)} first",
+                node.span, f"{hint}: write `{usage}`", fixes=fixes, expected="an Entity", found=describe(part),
+                signature=usage,
+            )  # fmt: skip
+        elif not is_part:
+            report_parts(inference, node.part, part, "`transform`")
+        else:
+            _report_pose(inference, node, matrix)
+        return PART
+    if type(node.matrix) is ast.ArrayLiteral and not _is_square(node.matrix):
+        _report_pose(inference, node, matrix)
+    elif _is_other_size(inference, node.matrix) or _is_no_pose(inference, node.matrix):
+        _report_pose(inference, node, ARRAYS)
+    if part is ENTITY or part is PART:
+        return PART
+    return PARTS if part.tag == "List" else join(PART, LIST)
+
+
+def _is_other_size(inference: KindInference, node: Any) -> bool:
+    """Return whether an expression is a unit matrix that is not 4x4."""
+    if called_builtin(node) not in ("eye", "identity-matrix") or not node.arguments:
+        return False
+    return inference.number_of(node.arguments[0]) not in (None, 4)
+
+
+def _is_no_pose(inference: KindInference, node: Any) -> bool:
+    """Return whether an expression is the sum of two poses, or a multiple of one: its last row is not 0 0 0 1."""
+    name = called_builtin(node)
+    if name not in ("+", "-", "*", "/"):
+        return False
+    kinds = [inference.result.kinds[each] for each in node.arguments]
+    poses = sum(kind is MATRIX for kind in kinds)
+    if name in ("+", "-"):
+        return poses == len(kinds) > 1
+    factors = [inference.number_of(each) for each in node.arguments if inference.result.kinds[each] is not MATRIX]
+    return poses == 1 and len(factors) == 1 and factors[0] not in (None, 1)
+
+
+def _is_square(array: ast.ArrayLiteral) -> bool:
+    """Return whether an array of arrays has four rows of four items, as far as its text shows."""
+    lengths = [len(row.items) for row in array.items if type(row) is ast.ArrayLiteral]
+    return len(lengths) < len(array.items) or set(lengths) == {4} == {len(array.items)}
+
+
+def _report_pose(inference: KindInference, node: ast.Transform, kind: Kind) -> None:
+    value = node.matrix
+    hint, fixes = "a vector becomes a pose with `(translate [x y z])`", ()
+    if type(value) is ast.ArrayLiteral and any(type(row) is ast.ArrayLiteral for row in value.items):
+        hint = "a pose has four rows of four numbers, the last of which is [0 0 0 1]"
+    if _is_no_pose(inference, value):
+        hint = "poses are composed by `@`: `(@ last first)`, the first applies first; `(scale n)` is a pose"
+        head = value.function.span  # type: ignore[union-attr]
+        if head.expansion is None and head.text == "+":
+            fixes = (Fix("Write `@`", (Edit(head, "@"),), safe=True),)  # type: ignore[assignment]
+    elif kind.tag in ("Vector", "List") and value.span.expansion is None and (length_of(kind) in (3, None)):
+        fixes = (wrap_fix(value, "translate"),)  # type: ignore[assignment]
+    elif kind.tag == "Function":
+        hint = "call the function to get its pose"
+    inference.report(
+        "pose", f"a pose must be a 4x4 matrix whose last row is 0 0 0 1, got {shown(value, kind)}", value.span, hint,
+        fixes=fixes, expected="a Matrix", found=describe(kind),
+    )  # fmt: skip
+
+
+def are_no_parts(kind: Kind) -> bool:
+    """Return whether a value is a list of unknown length whose items, if it has any, are no parts."""
+    item = item_of(kind) if kind.tag == "List" and kind.items is None else ANY
+    return item is not ANY and item is not NEVER and not may_be_parts(item)
+
+
+def report_missing_branch(inference: KindInference, node: Any, kind: Kind, place: str) -> None:
+    """Warn about an ``if`` without a second branch whose value is to be a part."""
+    missing = _if_without_branch(node)
+    if missing is None or kind is ANY or not any(option.tag == "None" for option in kind.options):
+        return
+    text = missing.span.text
+    head = re.match(r"\((if|when|unless)\b", text)
+    if head is None or missing.span.expansion is not None:
+        return  # the clauses of `cond` and `case` may be all that there are
+    name = head[1]
+    message = f"{place} gets `none` where this `{name}` has no branch, which is neither an entity nor parts"
+    hint = "nothing at all is `(union)`: `(if test entity (union))`"
+    fixes: tuple[Fix, ...] = ()
+    if name == "if" and missing.otherwise is None:
+        end = missing.span.end - 1
+        edit = Edit(Span(missing.span.source, end, end), " (union)")
+        fixes = (Fix("Add a branch", (edit,), safe=True),)  # what is right stays as it is
+    inference.report(
+        "parts", message, missing.span, hint, fixes=fixes, always=False,
+        expected=A_PART, found="`none`",
+    )  # fmt: skip
+
+
+def _if_without_branch(node: Any) -> Any:
+    """Return the conditional without a last branch that gives the value of an expression, if there is one."""
+    pending = [node]
+    while pending:
+        node = pending.pop()
+        if type(node) is ast.Body and node.items:
+            pending.append(node.items[-1])
+        elif type(node) is ast.If:
+            ends = (node.then, node.otherwise)
+            if any(end is None or (type(end) is ast.Constant and end.value is None) for end in ends):
+                return node
+            pending += ends
+    return None
+
+
+def report_parts(inference: KindInference, node: Any, kind: Kind, place: str, always: bool = True) -> None:
+    """Report a value that is neither an entity nor a list of parts."""
+    hint = None
+    fixes: tuple[Fix, ...] = ()
+    culprit = _not_a_part(kind) if always else item_of(kind)
+    text = node.span.text
+    is_written = node.span.expansion is None and len(text) <= MAX_SHOWN
+    if culprit.tag == "None":
+        hint = "use `for/union` in place of `for`" if type(node) is ast.For else "nothing at all is `(union)`"
+        last = node.items[-1] if type(node) is ast.Body and node.items else node
+        if type(last) is ast.Define:
+            hint = "the last form of a body is its value, and this one ends with a definition"
+        if type(node) is ast.For and node.span.expansion is None and text.startswith("(for "):
+            start = node.span.start + 1
+            fixes = (Fix("Use `for/union`", (Edit(Span(node.span.source, start, start + 3), "for/union"),), safe=True),)
+    elif culprit.tag == "Boolean":
+        hint = "nothing at all is `(union)`"
+    elif culprit.tag == "Matrix":
+        hint = "a pose belongs to an entity: `(transform entity matrix)`"
+    elif culprit.tag == "String" and is_written:
+        hint = f"a word is called: `(call {text})`"
+        fixes = (wrap_fix(node, "call"),) if type(node) is ast.Constant else ()
+    elif culprit.tag == "Function":
+        hint = f"call the function: `({text})`" if is_written else "call the function"
+        if is_written and type(node) is ast.Reference and isinstance(kind.code, ast.Lambda):
+            fixes = (Fix("Call the function", (Edit(node.span, f"({text})"),), safe=_takes_nothing(kind)),)
+    elif culprit.tag == "Embedding":
+        hint = 'an embedding belongs to a call: `(call "word" embedding)`'
+    elif culprit.tag == "Pair" and culprit.items is not None and may_be_parts(culprit.items[1]):
+        hint = "the entity comes first: `(cons entity matrix)`"
+        if type(node) is ast.Application and len(node.arguments) == 2:
+            fixes = swap_fix(node, *node.arguments)[1]
+    elif culprit.tag == "Frames":
+        hint = "only the root's value can be `(frames ...)`"
+    inference.report(
+        "parts", f"{place} expects entities or (entity . matrix) pairs, got {shown(node, culprit)}", node.span, hint,
+        fixes=fixes, always=always, expected=A_PART, found=describe(culprit),
+    )  # fmt: skip
+
+
+def _takes_nothing(kind: Kind) -> bool:
+    low, _, _, _ = arity_of(kind.code)
+    return low == 0
+
+
+def _not_a_part(kind: Kind) -> Kind:
+    """Return the kind of the first item of a list that cannot be a part; otherwise the kind itself."""
+    while kind.tag == "List":
+        items = kind.items if kind.items is not None else (item_of(kind),)
+        inner = next((item for item in items if not may_be_parts(item)), None)
+        if inner is None:
+            return kind
+        kind = inner
+    return kind
+
+
+def report_dropped(inference: KindInference, node: Any, kind: Kind) -> None:
+    """Warn about an entity that is made and then not used."""
+    if type(node) is ast.For and node.kind == "each" and node.span.expansion is None:
+        made = inference.result.kinds.get(node.body, ANY)
+        if made is ENTITY or made is PART or _is_parts(made):
+            inference.warn(
+                "dropped-value", "the entities that this loop creates are not used", node.span,
+                "collect them with `for/union`",
+            )  # fmt: skip
+        return
+    if kind is not ENTITY and kind is not PART and not _is_parts(kind):
+        _report_unused_result(inference, node)
+        return
+    if node.span.expansion is None:
+        inference.warn(
+            "dropped-value", "this entity is not used: only the last value of a body counts", node.span,
+            "put all parts into one `(union ...)`",
+        )  # fmt: skip
+
+
+# Functions that only return a new value: a call whose value is not used does nothing. The one that was meant follows.
+_PURE = {
+    "append": "extend!", "cons": "push!", "reverse": "reverse!", "sort": "sort!", "shuffle": "shuffle!",
+    "delete": "remove!", "string-append": "", "list": "", "vector": "", "translate": "", "rotate": "", "scale": "",
+    "reflect": "", "+": "", "-": "", "*": "", "/": "", "@": "", "color": "", "rgb": "", "hsv": "",
+}  # fmt: skip
+
+
+def _report_unused_result(inference: KindInference, node: Any) -> None:
+    """Warn about a call in the middle of a body that has no effect."""
+    name = called_builtin(node)
+    if name not in _PURE or node.span.expansion is not None:
+        return
+    changing = _PURE[name]
+    hint = f"`{name}` returns a new value and changes nothing"
+    if changing:
+        hint += f"; a mutable list is changed by `{changing}`, a variable by `set!`"
+    elif name in ("translate", "rotate", "scale", "reflect"):
+        hint = "a pose is applied by `transform`: `(transform part pose)`"
+    inference.warn("dropped-value", f"the value of `{name}` is not used", node.span, hint)
+
+
+def _is_parts(kind: Kind) -> bool:
+    return kind.tag == "List" and kind.item is PART
+
+
+def _is_no_number(inference: KindInference, node: Any) -> bool:
+    kind = inference.result.kinds[node]
+    return kind is not ANY and not any(option.tag in ("Integer", "Float") for option in kind.options)
+
+
+def report_array_item(inference: KindInference, around: ast.ArrayLiteral, node: Any, kind: Kind) -> None:
+    hint = "use `(list ...)` for a list of other values"
+    fixes: tuple[Fix, ...] = ()
+    number, number_fixes = unquoted_number(node)
+    if number is not None:
+        hint, fixes = number, number_fixes
+    elif is_keyword(node) and node.span.expansion is None:
+        hint = f"write the variable without a colon: `{node.value}`"
+        fixes = (Fix("Remove the colon", (Edit(node.span, str(node.value)),), safe=True),)
+    elif around.span.expansion is None and around.span.text.startswith("["):
+        edit = Edit(around.span, f"(list {around.span.text[1:-1]})")
+        fixes = (Fix("Write a list", (edit,), safe=all(_is_no_number(inference, item) for item in around.items)),)
+    inference.report(
+        "type", f"expected a number in an array, got {shown(node, kind)}", node.span, hint, fixes=fixes,
+        expected="a number", found=describe(kind),
+    )  # fmt: skip
+
+
+def check_rows(inference: KindInference, node: ast.ArrayLiteral, kinds: Sequence[Kind]) -> bool:
+    """Report an array whose items surely have different shapes: a vector among numbers, or rows of two lengths."""
+    lengths = [_row_length(kind) for kind in kinds]
+    numbers = [kind.tag in ("Integer", "Float") for kind in kinds]
+    known = {length for length in lengths if length is not None}
+    is_mixed = bool(known) and any(numbers)
+    if not is_mixed and len(known) < 2:
+        return True
+    wrong = next(i for i, length in enumerate(lengths) if length is not None and (is_mixed or length != lengths[0]))
+    item, kind = node.items[wrong], kinds[wrong]
+    found = shown(item, kind)
+    if not is_mixed:
+        message, hint = f"the rows of an array must have the same length, got {found}", None
+    else:
+        message, hint = f"expected a number in an array of numbers, got {found}", None
+        if known == {3}:
+            text = item.span.text if item.span.expansion is None and len(item.span.text) <= MAX_SHOWN else "v"
+            hint = f"one of its components is `({'xyz'[wrong] if wrong < len('xyz') else 'y'}-of {text})`"
+    inference.report("value", message, item.span, hint, expected="a number" if is_mixed else "rows of one length",
+                     found=describe(kind))  # fmt: skip
+    return False
+
+
+def _row_length(kind: Kind) -> int | None:
+    return length_of(kind) if kind.tag in ("Vector", "List") else None
+
+
+def check_collected(inference: KindInference, loop: str, node: Any, kind: Kind) -> bool:
+    """Check that the value of a body of ``for/append``, ``for/sum`` or ``for/table`` can be collected."""
+    name, found = f"`for/{loop}`", shown(node, kind)
+    if loop == "append" and not accepts("List", kind):
+        error, expected, hint = "type", "a List", "use `for/list` to collect single values"
+    elif loop == "sum" and not accepts("Numeric", kind):
+        error, expected, hint = "type", "a number or an array", ""
+        if may_be_parts(kind):
+            hint = "use `for/union` to collect entities"
+    elif loop == "table" and not _may_be_row(kind):
+        error, expected, hint = "value", "`(list key value)`", ""
+    else:
+        return True
+    message = f"{name} expects {expected} from its body, got {found}"
+    inference.report(error, message, node.span, hint or None, expected=expected, found=describe(kind))
+    return False
+
+
+def _may_be_row(kind: Kind) -> bool:
+    """Return whether a value may be a list of a key and its value."""
+    if kind is ANY or kind is NEVER:
+        return True
+    return any(option.tag in ("List", "Pair", "Part") and length_of(option) in (None, 2) for option in kind.options)
+
+
+def report_bound_value(inference: KindInference, node: ast.Bind, kind: Kind) -> None:
+    """Report ``bind`` of something other than a function."""
+    word = f'"{node.word.value}"' if type(node.word) is ast.Constant else "the word"
+    value = node.function
+    fixes: tuple[Fix, ...] = ()
+    hint = "write an entity function as `(lambda (z gamma) ...)` or `(lambda () ...)`"
+    if may_be_parts(kind) and value.span.expansion is None:
+        hint = "wrap it in a function: `(lambda () ...)`"
+        fixes = (Fix("Wrap it in a function", (Edit(value.span, f"(lambda () {value.span.text})"),), safe=True),)
+    inference.report(
+        "type", f"`bind` expects a function for {word}, got {describe(kind)}", value.span, hint, fixes=fixes,
+        expected="a Function", found=describe(kind),
+    )  # fmt: skip
+
+
+def report_swapped_loop(inference: KindInference, node: ast.UnionLoop) -> None:
+    hint, fixes = swap_fix(node, node.count, node.function)
+    usage = "(union-loop count function)"
+    if inference.result.kinds[node.count].tag != "Function" and fixes:
+        body = node.count.span.text
+        edits = (Edit(node.count.span, node.function.span.text), Edit(node.function.span, f"(lambda (i) {body})"))
+        fixes = (Fix("Write the count and a function", edits, safe=True),)
+    inference.report(
+        "type", "`union-loop` expects the count first and the function second", node.span, f"{hint}: `{usage}`",
+        fixes=fixes, expected="an Integer", found="a Function", signature=usage,
+    )  # fmt: skip
+
+
+def report_loop_body(inference: KindInference, node: ast.UnionLoop, kind: Kind) -> None:
+    """Report a body of ``union-loop`` that is not a function."""
+    body, found = node.function, describe(kind)
+    fixes: tuple[Fix, ...] = ()
+    if body.span.expansion is None:
+        edit = Edit(body.span, f"(lambda (i) {body.span.text})")
+        fixes = (Fix("Write a function", (edit,), safe=may_be_parts(kind)),)
+    inference.report(
+        "not-a-procedure", f"`union-loop` expects a function of the index, got {found}", body.span,
+        "write `(lambda (i) ...)` around the body", fixes=fixes, expected="a Function", found=found,
+    )  # fmt: skip
+
+
+def _hint_of_count(kind: Kind) -> str:
+    if kind.tag == "String":
+        return "write the number without quotes"
+    if kind.tag in ("List", "Vector", "MutableList"):
+        return "`for/union` goes through a list: `(for/union ((x list)) ...)`"
+    return "round it: `(round n)`, `(floor n)`"
+
+
+def _fix_of_count(node: Any) -> tuple[Fix, ...]:
+    """Return the fix for ``(iota n)`` or ``(range n)`` in place of the count."""
+    if called_builtin(node) not in ("iota", "range") or len(node.arguments) != 1 or node.span.expansion is not None:
+        return ()
+    text = node.arguments[0].span.text
+    return (Fix(f"Change to `{text}`", (Edit(node.span, text),), safe=True),)
+
+
+def report_count(inference: KindInference, node: Any, kind: Kind) -> None:
+    inference.report(
+        "type", f"`union-loop` expects an Integer count, got {shown(node, kind)}", node.span,
+        _hint_of_count(kind), fixes=_fix_of_count(node), expected="an Integer", found=describe(kind),
+    )  # fmt: skip

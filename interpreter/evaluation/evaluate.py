@@ -1,0 +1,634 @@
+"""Evaluation of a program: its top-level forms in order, then its root, which creates the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from contextlib import contextmanager
+from typing import Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.ast import parse_core
+from scenelang.grammar.datum import Datum, Span, dataclass
+from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.interpreter.checker.program import Prelude, Program, prelude_of
+from scenelang.interpreter.compile.analyse import pattern_variables, strings_in, walk
+from scenelang.interpreter.compile.compile import compile_forms
+from scenelang.interpreter.expand.expand import RunMacro
+from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.runtime.parts import call_embeddings, parts_of, with_attributes
+from scenelang.interpreter.runtime.procedures import MAKE_RECORD, UNDEFINED, Cell, Closure, EscapeSignal
+from scenelang.interpreter.runtime.runtime import NEVER, Runtime, root_arguments
+from scenelang.interpreter.runtime.types import Builtin, Library, type_name
+from scenelang.interpreter.scene.entity import Entity, Frames, Scene
+from scenelang.interpreter.values.limits import Limits
+from scenelang.interpreter.values.values import NIL, Embedding, Matrix, MutableList, Pair, Vector, list_items, make_list
+
+
+class Globals(dict[Variable, Cell]):
+    """Cells of global variables. Prelude functions are compiled when first referenced."""
+
+    def __init__(self, rt: Runtime, prelude: Prelude) -> None:
+        super().__init__()
+        self._rt = rt
+        self._prelude = prelude
+
+    def get(self, variable: Variable, default: Any = None) -> Any:
+        cell = super().get(variable)
+        if cell is None and variable in self._prelude.definitions:
+            cell = self[variable] = Cell(UNDEFINED, NEVER)  # its definition is no effect of the call that needs it
+            (run,) = compile_forms(self._rt, self, [self._prelude.definitions[variable]])
+            run([])
+            cell.birth = 0
+        return cell
+
+
+class ProgramRun:
+    """Run of a program that evaluates one form at a time; the REPL continues it with further forms."""
+
+    def __init__(self, library: Library, runtime: Runtime) -> None:
+        self.rt = runtime
+        self.globals = Globals(runtime, prelude_of(library))
+
+    def run_form(self, form: Any) -> Any:
+        """Run one top-level form; return the value of an expression, or None for a definition."""
+        (node,) = compile_forms(self.rt, self.globals, [form])
+        try:
+            return node([])
+        except SceneError as error:
+            error.span = error.span or form.span
+            raise
+        except EscapeSignal as signal:
+            name = signal.escape.name
+            raise SceneError("escape", f"`{name}` was called outside its `let/ec`", None, form.span) from None
+
+    def run_forms(self, program: Program) -> None:
+        for form in program.forms:
+            self.run_form(form)
+
+    def run_root(self, program: Program, word: str, seed: int) -> Scene:
+        """Seed the random streams, evaluate the root ``word`` and return its scene."""
+        rt = self.rt
+        rt.streams.seed(seed)
+        span = program.all_words.get(word) or (program.scene.span if program.scene else None)
+        with _located(word, program.scene.span if program.scene else span):
+            z, gamma = self._root_call(program, word)
+        cell = rt.words.get(word)
+        if cell is None or cell.function is None:
+            hint = suggest(word, rt.words) or 'bind it with `(bind "word" (lambda () ...))`'
+            raise SceneError("root", f'the root "{word}" is not bound', hint, span)
+        with _located(word, program.scene.span if program.scene else span):
+            return self.evaluate_root(word, cell.function, z, gamma)
+
+    def _root_call(self, program: Program, word: str) -> tuple[Embedding, Any]:
+        """Return the root's embedding and gamma: the defaults, merged with the arguments of ``(scene ...)``."""
+        z, gamma = root_arguments(self.rt)
+        scene = program.scene
+        if scene is None or not scene.arguments or type(scene.word) is not ast.Constant or scene.word.value != word:
+            return z, gamma
+        values = [self.run_form(argument) for argument in scene.arguments]
+        given, rest, written = call_embeddings(self.rt, word, values)
+        self.rt.check_written(word, written)
+        joined = Embedding(given.handle or z.handle, given.text or z.text, z.attributes)
+        joined = with_attributes(self.rt, joined, given.attributes)
+        return joined, make_list(rest) if rest else gamma
+
+    def evaluate_root(self, word: str, function: Any, z: Embedding, gamma: Any) -> Scene:
+        """Call the root's function and return its scene, which is static or consists of frames."""
+        rt = self.rt
+        rt.clock += 1
+        serial = rt.clock
+        rt.save_streams(serial)
+        stated = tuple(rt.declarations)
+        try:
+            value = rt.apply_entity_function(function, word, z, gamma)
+            frames = _frames(rt, function, value, word)
+        except SceneError as error:
+            error.called(f'"{word}"', None)
+            raise
+        roots = [rt.make_entity(word, z, children) for children in frames]
+        own = rt.declared_since(len(stated))
+        for root in roots:
+            root.function, root.rest, root.serial, root.declarations = function, gamma, serial, own
+        return Scene(word, roots, _is_animated(function, value), stated)
+
+
+def _is_animated(function: Any, value: Any) -> bool:
+    return type(value) is Frames or _is_frame_list(function, value)
+
+
+def _is_frame_list(function: Any, value: Any) -> bool:
+    """Return whether a value is a 4D scene in the paper's form: a root without parameters returns a list of frames."""
+    if type(function) is not Closure or function.code.parameters:
+        return False
+    if type(value) is Entity or (type(value) is not Pair and not isinstance(value, MutableList)):
+        return False
+    members = value.items if isinstance(value, MutableList) else list_items(value)
+    return bool(members) and all(_is_frame(member) for member in members) and _is_proper(value)
+
+
+def _is_proper(value: Any) -> bool:
+    if isinstance(value, MutableList):
+        return True
+    while type(value) is Pair:
+        value = value.cdr
+    return value is NIL
+
+
+def _is_frame(member: Any) -> bool:
+    if type(member) is Entity or member is NIL or isinstance(member, MutableList):
+        return True
+    return type(member) is Pair and not (type(member.car) is Entity and type(member.cdr) is Matrix)
+
+
+def _frames(rt: Runtime, function: Any, value: Any, word: str) -> list[tuple[Any, ...]]:
+    if type(value) is Frames:
+        return list(value.frames)
+    if _is_frame_list(function, value):
+        members = value.items if isinstance(value, MutableList) else list_items(value)
+        return [parts_of(rt, member, word) for member in members]
+    try:
+        return [parts_of(rt, value, word)]
+    except SceneError as error:
+        if error.name == "parts" and error.span is None:
+            error.message = f'expected a scene as the value of the root "{word}", got {type_name(value)}'
+            error.hint = "return an entity, parts such as those of `union`, or `(frames ...)`"
+        raise
+
+
+def macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], None] | None = None) -> RunMacro:
+    """Return a function that runs the bodies of ``define-macro`` at expansion time.
+
+    Macros are compiled at their first use and share one meter. ``started`` is called with their runtime, so that it can
+    be cancelled.
+    """
+    runs: list[ProgramRun] = []
+    compiled: dict[int, tuple[Datum, Any]] = {}
+
+    def run_macro(function: Datum, arguments: list[Any]) -> tuple[Any, bool]:
+        if not runs:
+            runs.append(ProgramRun(library, Runtime(library, limits)))
+            if started is not None:
+                started(runs[0].rt)
+        run = runs[0]
+        if id(function) not in compiled:
+            (form,) = parse_core([function])
+            compiled[id(function)] = function, run.run_form(form)
+        run.rt.drew_random = False
+        value = run.rt.apply(compiled[id(function)][1], arguments)
+        return value, not run.rt.drew_random
+
+    return run_macro
+
+
+@contextmanager
+def _located(word: str, span: Span | None) -> Iterator[None]:
+    """Give errors about the call of the root, which no code makes, the place of ``scene`` or of the root's ``bind``."""
+    try:
+        yield
+    except SceneError as error:
+        if error.span is None and error.name in ("keyword", "embedding"):
+            error.span = span
+            error.hint = f'write `(scene "{word}" :name value)`, or give the parameter a default: `(:name value)`'
+        raise
+
+
+# Evaluation of a program under edit: only what an edit reaches is evaluated again.
+#
+# The runtime of one version goes on with the next. A top-level form that only creates functions is skipped if neither
+# it nor anything that it mentions, directly or through other forms, has changed; all other forms run again, in order.
+# A memoised call is used again if the function of its word was not created again: all that it can have read is then as
+# it was. What is not certain is run from scratch: a word with two bindings, a form at top level that uses what is
+# defined behind it, a value that differs although nothing that it was computed from has changed.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FormReach:
+    """What a top-level form defines, and what it can read.
+
+    Attributes
+    ----------
+    form
+        Form of the core AST.
+    variables, words
+        Global variables that it defines, and words that it binds.
+    mentions, strings
+        Global variables that it mentions, and strings, each of which may be the word of a call.
+    is_open
+        Whether it may look up a word that it does not mention.
+    is_static
+        Whether running it only creates functions.
+    """
+
+    form: Any
+    variables: tuple[Variable, ...]
+    words: tuple[str, ...]
+    mentions: frozenset[Variable]
+    strings: frozenset[str]
+    is_open: bool
+    is_static: bool
+
+
+_LOOKUPS = frozenset(("call", "retrieve", "bound?", "apply-entity-function"))
+
+
+def reach_of(form: Any, known: Mapping[int, FormReach]) -> FormReach:
+    """Return what a top-level form defines and can read, from what is ``known`` of forms by their ids if it holds."""
+    found = known.get(id(form))
+    if found is not None and found.form is form and found.is_static == _makes_functions(form, found.variables):
+        return found
+    mentions: set[Variable] = set()
+    strings: set[str] = set()
+    is_open = False
+    for node in walk(form):
+        kind = type(node)
+        if kind is ast.Constant:
+            strings.update(strings_in(node.value))
+        elif kind is ast.Call or kind is ast.Bind:
+            is_open = is_open or type(node.word) is not ast.Constant
+        elif kind is ast.Reference or kind is ast.Assignment:
+            target = node.target
+            if isinstance(target, (Builtin, Variable)):
+                is_open = is_open or target.name in _LOOKUPS  # `call` as a value, too
+            if isinstance(target, Variable) and target.is_global:
+                mentions.add(target)
+    variables = tuple(pattern_variables(form.target)) if type(form) is ast.Define else ()
+    words = (form.word.value,) if type(form) is ast.Bind and type(form.word) is ast.Constant else ()
+    is_static = _makes_functions(form, variables)
+    return FormReach(form, variables, words, frozenset(mentions), frozenset(strings), is_open, is_static)
+
+
+def _makes_functions(form: Any, variables: tuple[Variable, ...]) -> bool:
+    if type(form) is ast.Bind:
+        return type(form.word) is ast.Constant and type(form.function) is ast.Lambda
+    if type(form) is not ast.Define or any(variable.assigned for variable in variables):
+        return False
+    value = form.value
+    if type(value) is ast.Application and type(value.function) is ast.Reference:
+        return value.function.target is MAKE_RECORD and all(type(each) is ast.Constant for each in value.arguments)
+    return type(value) is ast.Lambda
+
+
+class _Restart(Exception):
+    """The version must be run from scratch."""
+
+
+_MAX_KEPT = 1_000_000
+
+
+class IncrementalRun:
+    """Run of the successive versions of one program, which share what an edit does not reach.
+
+    Parameters
+    ----------
+    library
+        Standard library.
+    new_runtime
+        Function that returns a runtime for a run from scratch.
+    """
+
+    def __init__(self, library: Library, new_runtime: Callable[[], Runtime]) -> None:
+        self._library = library
+        self._new_runtime = new_runtime
+        self._reaches: dict[int, FormReach] = {}
+        self._run: ProgramRun | None = None  # None if the next version must be run from scratch
+        self._assigned: dict[Variable, bool] = {}
+        self._functions: dict[str, Any] = {}  # of the words that are bound at top level
+        self._bindings = 0
+        self._scene: Scene | None = None  # of the last version, if it depends on the functions alone
+        self._root: tuple[str, Any] | None = None
+        self._trace: Sequence[Any] = ()
+        self.rt = new_runtime()
+        self._place = self.rt.place
+        self.evaluated = 0  # top-level forms that the last run evaluated
+
+    def run(self, program: Program, word: str, seed: int, place: Callable[[Span], Span], spent: float = 0.0) -> Scene:
+        """Run the next version of the program, and return its scene. Raises like a run from scratch.
+
+        ``place`` returns where a span of the program is in the text.
+        """
+        self._place = self.rt.place = place
+        reaches = [reach_of(form, self._reaches) for form in program.forms]
+        previous, self._reaches = self._reaches, {id(reach.form): reach for reach in reaches}
+        run, self._run = self._run, None  # so that the next version starts from scratch if this one fails
+        try:
+            if run is None or self.rt.kept > _MAX_KEPT:
+                raise _Restart
+            return self._continue(run, program, reaches, previous, word, seed, spent)
+        except _Restart:
+            return self._from_scratch(program, reaches, word, seed, spent)
+
+    def _from_scratch(
+        self, program: Program, reaches: Sequence[FormReach], word: str, seed: int, spent: float
+    ) -> Scene:
+        self.rt = self._new_runtime()
+        self.rt.place = self._place
+        self.rt.restart(seed, spent)
+        run = ProgramRun(self._library, self.rt)
+        for form in program.forms:
+            run.run_form(form)
+        self.evaluated = len(reaches)
+        return self._finish(run, program, reaches, word, seed, self.rt.binds)
+
+    def _continue(
+        self,
+        run: ProgramRun,
+        program: Program,
+        reaches: Sequence[FormReach],
+        previous: Mapping[int, FormReach],
+        word: str,
+        seed: int,
+        spent: float,
+    ) -> Scene:
+        rt = self.rt
+        again = self._changed(run, reaches, previous)
+        kept = {id(reach.form) for reach in reaches if reach.is_static} - again
+        if uses_what_follows(reaches, kept):
+            raise _Restart
+        values = self._clean(run, reaches, kept, seed, spent)
+        rt.keep_calls(self._functions, self._bindings)  # until the words of other forms are bound again
+        before, binds = rt.clock, rt.binds
+        for reach in reaches:
+            if id(reach.form) not in kept:
+                run.run_form(reach.form)
+                if id(reach.form) not in again and not all(
+                    is_same(values[each], run.globals[each].value) for each in reach.variables
+                ):
+                    raise _Restart
+        self.evaluated = len(reaches) - len(kept)
+        binds = rt.binds - binds
+        if binds != sum(bool(reach.words) for reach in reaches if id(reach.form) not in kept):
+            raise _Restart  # a word is bound by other code
+        if rt.clock != before and any(reach.words and id(reach.form) in again for reach in reaches):
+            raise _Restart  # calls at top level, between bindings
+        rt.keep_calls(_functions(rt, reaches), self._bindings)
+        if self._scene is not None and self._root == (word, self._function(word)) and program.scene is None:
+            self._keep(run, reaches)
+            rt.replay(self._trace)
+            return self._scene
+        kept_words = sum(bool(reach.words) for reach in reaches if id(reach.form) in kept)
+        return self._finish(run, program, reaches, word, seed, binds + kept_words)
+
+    def _changed(self, run: ProgramRun, reaches: Sequence[FormReach], previous: Mapping[int, FormReach]) -> set[int]:
+        """Return the forms that are new, those whose values cannot be compared, and all that depend on these."""
+        now = {id(reach.form) for reach in reaches}
+        gone = [reach for key, reach in previous.items() if key not in now]
+        words = {each for reach in gone for each in reach.words}
+        variables = {each for reach in gone for each in reach.variables}
+        forms: set[int] = set()
+        for reach in reaches:
+            is_new = id(reach.form) not in previous
+            flags = any(self._assigned.get(v) != v.assigned for v in (*reach.variables, *reach.mentions))
+            values = [run.globals[v].value for v in reach.variables if v in run.globals]
+            is_volatile = not reach.is_static and bool(reach.words or not all(map(is_plain, values)))
+            if is_new or flags or is_volatile:
+                forms.add(id(reach.form))
+                words.update(reach.words)
+                variables.update(reach.variables)
+        return with_dependents(reaches, forms, words, variables)
+
+    def _clean(
+        self, run: ProgramRun, reaches: Sequence[FormReach], kept: set[int], seed: int, spent: float
+    ) -> dict[Variable, Any]:
+        """Undo what the last run did, apart from the functions that are kept; return the values of the variables."""
+        rt = self.rt
+        rt.restart(seed, spent)
+        bound = {each for reach in reaches if id(reach.form) in kept for each in reach.words}
+        for each in list(rt.words):
+            if each not in bound:
+                del rt.words[each]
+        values = {}
+        for reach in reaches:
+            if id(reach.form) not in kept:
+                for variable in reach.variables:
+                    cell = run.globals.get(variable)
+                    if cell is not None:
+                        values[variable], cell.value = cell.value, UNDEFINED
+        return values
+
+    def _finish(
+        self, run: ProgramRun, program: Program, reaches: Sequence[FormReach], word: str, seed: int, binds: int
+    ) -> Scene:
+        """Evaluate the root, and keep the state for the next version unless words were bound by other code than a
+        ``bind`` at top level; ``binds`` is how often the forms have bound words."""
+        rt = self.rt
+        output, bindings, before = rt.output, rt.bindings, rt.binds
+        functions = _functions(rt, reaches)
+        rt.drew_random, rt.oldest_read, rt.oldest_write = False, NEVER, NEVER
+        scene = run.run_root(program, word, seed)
+        is_pure = not rt.drew_random and rt.oldest_read == rt.oldest_write == NEVER and rt.output == output
+        is_bound_once = len(functions) == sum(len(reach.words) for reach in reaches) == binds and rt.binds == before
+        if is_bound_once and rt.bindings == bindings and functions == _functions(rt, reaches):
+            self._scene = scene if is_pure and program.scene is None else None
+            self._root, self._trace = (word, self._function(word)), rt.trace or []
+            self._keep(run, reaches)
+        return scene
+
+    def _keep(self, run: ProgramRun, reaches: Sequence[FormReach]) -> None:
+        self._run = run
+        self._functions, self._bindings = _functions(self.rt, reaches), self.rt.bindings
+        self._assigned = {v: v.assigned for reach in reaches for v in (*reach.variables, *reach.mentions)}
+
+    def _function(self, word: str) -> Any:
+        cell = self.rt.words.get(word)
+        return cell.function if cell is not None else None
+
+
+def _functions(rt: Runtime, reaches: Sequence[FormReach]) -> dict[str, Any]:
+    """Return the functions of the words that are bound at top level."""
+    words = [each for reach in reaches for each in reach.words]
+    return {each: rt.words[each].function for each in words if each in rt.words}
+
+
+def with_dependents(
+    reaches: Sequence[FormReach], forms: set[int], words: set[str], variables: set[Variable]
+) -> set[int]:
+    """Return ``forms`` with all that mention changed words or variables, directly or through other forms."""
+    readers: dict[Any, list[FormReach]] = {}
+    for reach in reaches:
+        for name in (*reach.mentions, *reach.strings, *reach.words):
+            readers.setdefault(name, []).append(reach)
+    is_open = [reach for reach in reaches if reach.is_open]
+    found, pending = set(forms), [*words, *variables]
+    while pending:
+        name = pending.pop()
+        affected = [*readers.pop(name, ())]
+        if type(name) is str:  # a word, which these may call without mentioning it
+            affected += is_open
+            is_open = []
+        for reach in affected:
+            if id(reach.form) not in found:
+                found.add(id(reach.form))
+                pending += (*reach.words, *reach.variables)
+    return found
+
+
+def uses_what_follows(reaches: Sequence[FormReach], kept: set[int]) -> bool:
+    """Return whether a form that runs code at top level can reach a function that is kept and defined behind it."""
+    places: dict[Any, int] = {}
+    for index, reach in enumerate(reaches):
+        places.update(dict.fromkeys((*reach.variables, *reach.words), index))
+    anything = len(reaches)  # stands for a form that mentions every name
+    readers: list[list[int]] = [[] for _ in range(anything + 1)]
+    for place in set(places.values()):
+        readers[place].append(anything)
+    for index, reach in enumerate(reaches):
+        names = (name for name in (*reach.mentions, *reach.strings) if name in places)
+        for place in [anything] if reach.is_open else {places[name] for name in names}:
+            readers[place].append(index)
+    seen = [False] * (anything + 1)
+    for last in range(anything - 1, -1, -1):  # the last form that is kept and reached
+        if id(reaches[last].form) not in kept:
+            continue
+        stack = readers[last]
+        while stack:
+            index = stack.pop()
+            if not seen[index]:
+                seen[index] = True
+                stack += readers[index]
+                if index < last and not reaches[index].is_static:
+                    return True
+    return False
+
+
+def is_plain(value: Any) -> bool:
+    """Return whether a value is immutable data that can be compared."""
+    count = 0
+    while type(value) is Pair:
+        count += 1
+        if count > 1000 or not is_plain(value.car):
+            return False
+        value = value.cdr
+    return value is None or value is NIL or type(value) in (int, float, bool, str, Vector, Matrix)
+
+
+def is_same(old: Any, new: Any) -> bool:
+    """Return whether nothing tells two plain values apart; 0.0 and -0.0 are two values."""
+    while type(old) is type(new) is Pair:
+        if not is_same(old.car, new.car):
+            return False
+        old, new = old.cdr, new.cdr
+    if type(old) is not type(new):
+        return False
+    return repr(old) == repr(new) if type(old) in (float, Vector, Matrix) else bool(old == new)
+
+
+# Calls of a REPL session: those that a definition does not reach are used again.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SessionForm:
+    """Form of a session in effect.
+
+    Attributes
+    ----------
+    trees
+        Its core forms.
+    is_static
+        Whether running it again only creates its functions again.
+    is_replaced
+        Whether another form has replaced it or is about to, so that running it again would undo that.
+    """
+
+    trees: tuple[Any, ...]
+    is_static: bool
+    is_replaced: bool = False
+
+
+class SessionCalls:
+    """Memoised calls of a REPL session, whose functions are defined one after another.
+
+    After a definition, the functions that mention what it defines, directly or through other forms, are created again,
+    so that their calls are new ones; all other calls stay valid. Where that is not certain, all calls are forgotten: if
+    a form has changed anything but what it defines, or if a value may contain a function that should be created again.
+
+    Parameters
+    ----------
+    run
+        Run of the forms.
+    volatile
+        Variables that change without a definition.
+    """
+
+    def __init__(self, run: ProgramRun, volatile: AbstractSet[Variable]) -> None:
+        self._run = run
+        self._volatile = volatile
+        self._reaches: dict[int, FormReach] = {}
+        self._changed: list[Any] = []  # core forms that ran since the calls were settled
+        self._before: tuple[int, int] | None = None  # the epochs before the first of them; None if settled
+        self.is_tracked = True  # False once a form has changed anything but what it defines
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether all calls are valid."""
+        return self._before is None
+
+    @property
+    def epochs(self) -> tuple[int, int]:
+        """The current epochs of words and of values."""
+        return self._run.rt.bindings, self._run.rt.epoch
+
+    def reach(self, tree: Any) -> FormReach:
+        """Return what a core form defines and can read."""
+        return reach_of(tree, self._reaches)
+
+    def note(self, trees: Sequence[Any], epochs: tuple[int, int]) -> None:
+        """Record that the core forms of a definition ran, which began in these epochs."""
+        self._changed += trees
+        self._before = self._before or epochs
+
+    def restore(self, variables: Iterable[Variable], epochs: tuple[int, int]) -> None:
+        """Keep all calls, after a definition that gave its variables the values that they had."""
+        self._run.rt.epoch = epochs[1]
+        self._observe(variables)
+
+    def settle(self, forms: Sequence[SessionForm]) -> None:
+        """Keep the calls that the definitions since the last time do not reach, in a session of these forms."""
+        rt, changed, before = self._run.rt, self._changed, self._before
+        self._changed, self._before = [], None
+        try:
+            again = self._reached(forms, changed) if self.is_tracked else None
+            if again is None or before is None:
+                rt.invalidate_calls()
+                return
+            for tree in again:
+                self._run.run_form(tree)
+        except BaseException:  # such as an interruption
+            rt.invalidate_calls()
+            raise
+        rt.keep_calls(_functions(rt, list(self._reaches.values())), *before)
+        for tree in (*changed, *again):
+            reach = self.reach(tree)
+            self._observe(reach.variables)
+            for word in reach.words:
+                rt.word_cell(word)
+
+    def _observe(self, variables: Iterable[Variable]) -> None:
+        """Mark variables as read, perhaps by a call that is kept."""
+        for cell in map(self._run.globals.get, variables):
+            if cell is not None:
+                cell.observed = True
+
+    def _reached(self, forms: Sequence[SessionForm], changed: Sequence[Any]) -> list[Any] | None:
+        """Return the core forms whose functions must be created again, or None if this is not certain."""
+        self._reaches = {id(tree): reach_of(tree, self._reaches) for form in forms for tree in form.trees}
+        new = list(map(self.reach, changed))
+        ids = {id(tree) for tree in changed}
+        words = {each for reach in new for each in reach.words}
+        variables = {each for reach in new for each in reach.variables} | self._volatile
+        reached = with_dependents(list(self._reaches.values()), ids, words, variables)
+        again: list[Any] = []
+        for form in forms:
+            trees = [tree for tree in form.trees if id(tree) in reached and id(tree) not in ids]
+            if trees and not (form.is_static or form.is_replaced):
+                return None
+            again += filter(self._is_defined, trees) if form.is_static else ()
+        return again
+
+    def _is_defined(self, tree: Any) -> bool:
+        """Return whether what a core form defines has values at present."""
+        reach = self.reach(tree)
+        cells = [self._run.globals.get(each) for each in reach.variables]
+        words = [self._run.rt.words.get(each) for each in reach.words]
+        is_bound = all(word is not None and word.function is not None for word in words)
+        return is_bound and all(cell is not None and cell.value is not UNDEFINED for cell in cells)

@@ -1,0 +1,291 @@
+"""Conversion of program values to the arguments of entities: parts, poses, embeddings (docs/language.md, "Entities and
+embeddings")."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.types import matrix_or_none, type_name
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.primitives.asset import Asset
+from scenelang.interpreter.values.values import (
+    ANONYMOUS,
+    IDENTITY,
+    NIL,
+    Embedding,
+    HandleList,
+    Keyword,
+    Matrix,
+    MutableArray,
+    MutableList,
+    Pair,
+    Set,
+    Table,
+    make_list,
+    table_key,
+)
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
+
+
+_CHECK_INTERVAL = 256  # parts between two checks of the limits
+_FREE_ATTRIBUTES = 32  # maximum number of attributes that cost no steps
+
+
+def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pair, ...]:
+    """Flatten a value to a tuple of parts, that is, pairs ``(Entity . Matrix)``.
+
+    Lists that share their tails can be exponentially larger than their memory, so the work is charged while it is done.
+
+    Parameters
+    ----------
+    value
+        An entity, an ``(entity . pose)`` pair, or a list of parts, nested to any depth.
+    word
+        Word that the error message names.
+
+    Raises
+    ------
+    SceneError("parts")
+        If ``value`` contains anything else.
+    SceneError("pose")
+        If an entity is paired with an invalid pose.
+    """
+    if type(value) is Entity:
+        return (Pair(value, IDENTITY),)
+    out: list[Pair] = []
+    stack: list[Any] = [value]
+    pending = 0
+    while stack:
+        item = stack.pop()
+        kind = type(item)
+        pending += 1
+        if pending >= _CHECK_INTERVAL:
+            pending = 0
+            runtime.charge(_CHECK_INTERVAL)
+            runtime.meter.check_growth(len(out), "a list of parts")
+        while kind is Pair and pending < _CHECK_INTERVAL:
+            pending += 1
+            head = item.car
+            if type(head) is Entity:
+                tail = item.cdr
+                if type(tail) is Matrix:
+                    out.append(item)
+                    item = NIL
+                    kind = type(NIL)
+                    break
+                if type(tail) is Pair or tail is NIL or isinstance(tail, MutableList):
+                    out.append(Pair(head, IDENTITY))
+                else:
+                    out.append(Pair(head, pose_from(runtime, tail)))
+                    tail = NIL
+                item = tail
+            elif type(head) is Pair and type(head.cdr) is Matrix and type(head.car) is Entity:
+                out.append(head)
+                item = item.cdr
+            else:
+                stack.append(item.cdr)
+                item = head
+            kind = type(item)
+        if kind is Entity:
+            out.append(Pair(item, IDENTITY))
+        elif kind is Pair:
+            stack.append(item)
+        elif isinstance(item, MutableList):
+            runtime.read(item)
+            runtime.charge(len(item.items) >> 8)
+            stack.extend(reversed(item.items))
+        elif item is not NIL:
+            raise _not_a_part(item, word)
+    runtime.charge(pending >> 1)
+    return tuple(out)
+
+
+def primitives_of(runtime: Runtime, value: Any) -> list[Pair]:
+    """Return the primitives below an entity, pair or list of parts in depth-first order, as pairs (entity . pose).
+
+    The poses are relative to ``value``.
+    """
+    found: list[Pair] = []
+    stack: list[tuple[Matrix, Iterator[Pair]]] = [(IDENTITY, iter(parts_of(runtime, value)))]
+    while stack:
+        around, pending = stack[-1]
+        part = next(pending, None)
+        if part is None:
+            stack.pop()
+            continue
+        runtime.charge(1)
+        entity = part.car
+        inside = part.cdr if len(stack) == 1 else pose.compose(around, part.cdr)
+        if entity.is_primitive:
+            found.append(part if len(stack) == 1 else Pair(entity, inside))
+            runtime.meter.check_growth(len(found), "a list of primitives")
+        else:
+            stack.append((inside, iter(entity.children)))
+    return found
+
+
+def _not_a_part(item: Any, word: str | None) -> SceneError:
+    where = f' in "{word}"' if word is not None else ""
+    message = f"expected entities or (entity . matrix) pairs{where}, got {type_name(item)}"
+    if item is not None:
+        message += f": {show(item, 60)}"
+    hint = "to return no parts, write `(union)`" if item is None or isinstance(item, bool) else None
+    if type(item) is Matrix:
+        hint = "to apply a pose to an entity, write `(transform entity matrix)`"
+    elif type(item) is str:
+        hint = f"to create an entity from a word, write `(call {show(item, 40)})`"
+    return SceneError("parts", message, hint=hint)
+
+
+def pose_from(runtime: Runtime, value: Any) -> Matrix:
+    """Convert a value to a finite pose; raise ``SceneError("pose")`` if it is not one."""
+    matrix = matrix_or_none(runtime, value)
+    if matrix is None:
+        message = f"expected a 4x4 pose matrix with the last row 0 0 0 1, got {type_name(value)}: {show(value, 60)}"
+        raise SceneError("pose", message, hint="to turn a vector into a pose, write `(translate [x y z])`")
+    if not pose.is_finite(matrix):
+        raise SceneError("pose", "a pose must be finite, but this one contains nan or inf")
+    return matrix
+
+
+def call_embeddings(
+    runtime: Runtime, word: Any, arguments: list[Any]
+) -> tuple[Embedding, list[Embedding], frozenset[str]]:
+    """Return the embeddings and attribute names in the arguments of a ``call``.
+
+    Parameters
+    ----------
+    arguments
+        Embeddings or texts, and ``:name value`` attributes.
+
+    Returns
+    -------
+    tuple of (Embedding, list of Embedding, frozenset of str)
+        The embedding z with the attributes merged in, the rest gamma, and the names of the attributes.
+    """
+    if type(word) is not str:
+        raise SceneError("word", f"`call` expects a string as the word, got {type_name(word)}: {show(word, 40)}")
+    embeddings: list[Embedding] = []
+    attributes: dict[str, Any] = {}
+    pending = iter(arguments)
+    for argument in pending:
+        kind = type(argument)
+        if kind is Keyword:
+            name = str(argument)
+            if name in attributes:
+                raise SceneError("keyword", f'`:{name}` appears twice in a call of "{word}"')
+            try:
+                attributes[name] = next(pending)
+            except StopIteration:
+                raise SceneError("keyword", f'`:{name}` has no value in a call of "{word}"') from None
+        elif kind is Embedding:
+            embeddings.append(argument)
+        elif kind is str:
+            embeddings.append(Embedding(text=argument))
+        else:
+            raise not_an_embedding(word, argument)
+    z = embeddings[0] if embeddings else ANONYMOUS
+    if attributes:
+        z = with_attributes(runtime, z, attributes)
+    return z, embeddings[1:], frozenset(attributes)
+
+
+# Functions that make entities of entities, by whose names `call` makes none.
+OF_ENTITIES = frozenset((
+    "cut-plane", "difference", "hull", "intersection", "minkowski", "offset-solid", "rounded", "shell", "split",
+    "transform", "union", "union-solid",
+))  # fmt: skip
+
+
+def not_an_embedding(word: str, value: Any) -> SceneError:
+    """Return the error for an argument of ``call`` that is neither an embedding nor an attribute."""
+    message = f'`call` expects embeddings and `:name value` attributes, but "{word}" got {type_name(value)}'
+    hint = f'to set an attribute, write its name: `(call "{word}" :name {show(value, 30)})`'
+    if isinstance(value, Entity) and word in OF_ENTITIES:
+        hint = f"`{word}` is a function: write `({word} ...)`"
+    if isinstance(value, HandleList):
+        hint = "to pass the first n embeddings of an infinite list, write `(list-head gamma n)`"
+    return SceneError("embedding", message + f": {show(value, 60)}", hint=hint)
+
+
+def with_attributes(runtime: Runtime, z: Embedding, attributes: Mapping[str, Any]) -> Embedding:
+    """Return ``z`` with ``attributes`` merged in, overriding its own.
+
+    Tables are copied, so later mutation has no effect.
+    """
+    copied = {name: copy_table(runtime, value) if type(value) is Table else value for name, value in attributes.items()}
+    if len(z.attributes) + len(copied) > _FREE_ATTRIBUTES:
+        runtime.charge((len(z.attributes) + len(copied)) >> 4)
+    return Embedding(z.handle, z.text, {**z.attributes, **copied} if z.attributes else copied)
+
+
+def copy_table(runtime: Runtime, table: Table) -> Table:
+    """Return an immutable copy of a table."""
+    if table.birth < 0:
+        return table
+    runtime.read(table)
+    runtime.charge(len(table.entries) >> 5)
+    return Table(dict(table.entries), -1)
+
+
+def geometric_attributes(runtime: Runtime, z: Embedding) -> dict[str, Any]:
+    """Return the attributes of ``z`` for the geometry; mutable lists and arrays are recorded as read."""
+    attributes = dict(z.attributes)
+    if len(attributes) > _FREE_ATTRIBUTES:
+        runtime.charge(len(attributes) >> 4)
+    for value in attributes.values():
+        if isinstance(value, (MutableList, MutableArray, Set)):
+            runtime.read(value)
+            if isinstance(value, MutableArray):
+                runtime.charge(value.data.size >> 6)
+    return attributes
+
+
+def load_asset(runtime: Runtime, attributes: dict[str, Any]) -> tuple[Asset, dict[str, Any]]:
+    """Load the mesh file of an asset.
+
+    Returns
+    -------
+    tuple of (Asset, dict)
+        Metadata of the mesh, and the attributes with the resolved path of the file.
+    """
+    file = attributes.get("file")
+    if type(file) is not str:
+        raise SceneError("attribute", 'the primitive "asset" requires the attribute `:file`, a string')
+    if runtime.asset is None:
+        raise SceneError("file", f"cannot read the asset {file}: loading of assets is disabled here")
+    asset = runtime.asset(file, runtime.charge)
+    return asset, {**attributes, "file": asset.path}
+
+
+def attribute_table(runtime: Runtime, pairs: Mapping[str, Any]) -> Table:
+    """Create a table that maps names to values."""
+    runtime.charge(len(pairs) >> 4)
+    return runtime.table_of({table_key(name): (name, value) for name, value in pairs.items()})
+
+
+def transformed(runtime: Runtime, part: Any, matrix: Any) -> Any:
+    """Apply ``(transform part matrix)``: return a pair for an entity or pair, and a list for a list."""
+    moved = pose_from(runtime, matrix)
+    if type(part) is Entity:
+        return Pair(part, moved)
+    parts = parts_of(runtime, part)
+    composed: list[Pair] = []
+    for start in range(0, len(parts), _CHECK_INTERVAL):
+        block = parts[start : start + _CHECK_INTERVAL]
+        runtime.charge(len(block))
+        for p in block:
+            inner = pose.compose(moved, p.cdr)
+            if not isfinite(sum(inner)):
+                pose_from(runtime, inner)  # the sum of finite numbers may overflow
+            composed.append(Pair(p.car, inner))
+    if type(part) is Pair and type(part.car) is Entity and part.cdr is not NIL and type(part.cdr) is not Pair:
+        return composed[0]
+    return make_list(composed)

@@ -1,0 +1,140 @@
+"""Shell completion with argcomplete, and completers for the values of arguments."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shlex
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from argcomplete import autocomplete
+from argcomplete.completers import SuppressCompleter
+
+Completer = Callable[..., Iterable[str]]
+_PROGRAMS = (".scene", ".py", ".txt", ".ipynb", ".json")  # file extensions of programs
+_CAMERAS = ("turntable", "top", "isometric", "follow")
+_BINDING = re.compile(r'\(bind\s+"([^"]*)"')
+
+
+def complete(build_parser: Callable[[str], argparse.ArgumentParser]) -> None:
+    """Answer the shell's completion request from the environment and exit the process.
+
+    Parameters
+    ----------
+    build_parser
+        Creates the parser that has the arguments of one command, given its name.
+    """
+    line = os.environ["COMP_LINE"][: int(os.environ["COMP_POINT"])]
+    words = [word for word in re.findall(r"(\S+)\s", line)[1:] if not word.startswith("-")]
+    parser = build_parser(words[0] if words else "")
+    _teach(parser)
+    autocomplete(parser, always_complete_options=False, default_completer=SuppressCompleter())
+
+
+def subcommands(parser: argparse.ArgumentParser) -> dict[str, tuple[argparse.ArgumentParser, str]]:
+    """Return the subparsers of a parser's commands with their one-line help."""
+    found: dict[str, tuple[argparse.ArgumentParser, str]] = {}
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            briefs = {choice.dest: choice.help or "" for choice in action._choices_actions}
+            found |= {name: (child, briefs.get(name, "")) for name, child in action.choices.items()}
+    return found
+
+
+def _teach(parser: argparse.ArgumentParser) -> None:
+    """Attach a completer to every argument whose values are known."""
+    for action in parser._actions:
+        if action.choices is None and action.nargs != 0:
+            setattr(action, "completer", _completer(action))  # noqa: B010 - an attribute of argcomplete's
+    for child, _ in subcommands(parser).values():
+        _teach(child)
+
+
+def _completer(action: argparse.Action) -> Completer:
+    metavar = action.metavar if isinstance(action.metavar, str) else ""
+    if action.dest in _KNOWN:
+        return _KNOWN[action.dest]
+    if action.option_strings and "|" in metavar:
+        return lambda **_: metavar.split("|")
+    if metavar == "DIR":
+        return _files()
+    if not action.option_strings and metavar in ("FILE", "A", "B", "PATH"):
+        return _files(*_PROGRAMS)
+    return _files("") if metavar.startswith(("FILE", "OUT", "PATH")) else _nothing
+
+
+def _nothing(**_: Any) -> Iterable[str]:
+    return ()
+
+
+def _files(*endings: str) -> Completer:
+    """Return a completer for folders, and for files with one of the extensions."""
+
+    def find(prefix: str, **_: Any) -> Iterator[str]:
+        start = prefix.rpartition("/")[2]
+        folder = prefix.removesuffix(start)
+        place = Path(folder).expanduser()
+        try:
+            found = sorted(place.iterdir())
+        except OSError:
+            return
+        for path in found:
+            if path.name.startswith(start) and (start or not path.name.startswith(".")):
+                shown = folder + path.name
+                if path.is_dir():
+                    yield f"{shown}/"
+                elif path.name.endswith(endings):
+                    yield shown
+
+    return find
+
+
+def _words(**_: Any) -> Iterator[str]:
+    """Yield the words bound by the programs on the command line."""
+    line = os.environ["COMP_LINE"]
+    try:
+        names = shlex.split(line)
+    except ValueError:  # an unterminated quotation
+        names = line.split()
+    for path in (Path(name) for name in names if name.endswith(".scene")):
+        if path.is_file():
+            yield from _BINDING.findall(path.read_text("utf-8", "replace"))
+
+
+def _backends(**_: Any) -> Iterable[str]:
+    from scenelang.backends import base
+
+    return base.names()
+
+
+def _environments(**_: Any) -> Iterable[str]:
+    from scenelang.backends.surfaces.appearance import ENVIRONMENTS
+
+    return ENVIRONMENTS
+
+
+def _grounds(**_: Any) -> Iterable[str]:
+    from scenelang.backends.surfaces.appearance import GROUNDS
+
+    return GROUNDS
+
+
+def _codes(**_: Any) -> Iterable[str]:
+    from scenelang.grammar.diagnostics import CODES
+
+    return [text for name, entry in CODES.items() for text in (entry.code, name)]
+
+
+_KNOWN: dict[str, Completer] = {
+    "root": _words,
+    "word": _words,
+    "z": _files(".safetensors"),
+    "backend": _backends,
+    "environment": _environments,
+    "ground": _grounds,
+    "camera": lambda **_: _CAMERAS,
+    "codes": _codes,
+}

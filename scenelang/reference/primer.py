@@ -1,0 +1,240 @@
+"""Compact language reference for language-model prompts and help texts, generated from the reference's records."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from itertools import chain
+from types import MappingProxyType
+
+from scenelang.backends.surfaces.appearance import MATERIALS
+from scenelang.grammar.diagnostics import CODES, diagnostic_named, explanation
+from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.scene import primitives
+from scenelang.stdlib.reference import ReferenceRecord, lookup, records
+
+# One-line descriptions of primitives and their attributes, for help and completion.
+
+_PHYSICS = {attribute.name: attribute.doc for attribute in primitives.PHYSICS}
+
+
+def attributes_of(word: str) -> tuple[str, ...]:
+    """Return the attributes that the primitive ``word`` reads, those of its geometry first. Other words are semantic
+    primitives, which are boxes."""
+    own = primitives.attributes_read(word)
+    return (*own, *MATERIALS, *_PHYSICS) if "color" in own else own  # materials apply only to visible geometry
+
+
+def attribute_doc(word: str | None, name: str) -> str | None:
+    """Return the meaning, range and default of attribute ``name`` for the primitive ``word``, or for any primitive, in
+    one line; None for an unknown attribute."""
+    if word is not None and name not in attributes_of(word):
+        return None
+    if word is None:
+        return primitives.docs_of_attributes().get(name) or MATERIALS.get(name) or _PHYSICS.get(name)
+    return primitives.attribute_doc(word, name) or MATERIALS.get(name) or _PHYSICS.get(name)
+
+
+def attribute_names() -> tuple[str, ...]:
+    """Return the names of all attributes read by any primitive."""
+    return (*primitives.docs_of_attributes(), *MATERIALS, *_PHYSICS)
+
+
+# Names that a prompt teaches, by group: what scenes need, by a census of the examples and the corpus. All others work
+# as in Scheme, Python or NumPy. A name with a tilde is explained by the first sentence of its doc.
+_TAUGHT: Mapping[str, str] = MappingProxyType({
+    "Things": "call~ union~ union-loop~ transform~",
+    "Definitions": "define lambda bind~ scene~ param let let* define-values frames~",
+    "Choices": "if cond case when and or",
+    "Loops": "for/union for*/union for/list for/sum for/fold for range iota zip",
+    "Poses": "translate~ rotate~ scale~ reflect~ look-at",
+    "Combinators": "grid~ ring~ row~ stack~ mirror~ on-top-of~ align~ attach~ along~ scatter~ jitter~",
+    "Boxes": "compute-shape-min compute-shape-max compute-shape-center compute-shape-sizes",
+    "Colours": "color~ rgb hsv",
+    "Random": "random uniform normal randint choice shuffle noise",
+    "Solids": "difference~ intersection union-solid hull extrude~ lathe~ sweep rounded shell text",
+    "Profiles": "circle rectangle polygon regular-polygon star spline profile-union profile-difference offset-profile",
+    "Paths": "polyline bezier catmull-rom helix",
+    "Numbers": "+ * - / = < > <= >= // % expt atan min max round clamp lerp sqrt abs sign floor ceiling sin cos tan "
+    "asin acos radians even? odd? not",
+    "Lists": "list append make-list first last rest length reverse ref take drop map filter fold apply append-map "
+    "contains? sort",
+    "Vectors": "vector dot cross norm normalize distance linspace sum",
+    "Others": "table string-append",
+})  # fmt: skip
+_CLAUSES = re.compile(r"\(\(x xs\) \.\.\.[^()]*\)")
+_UNTOLD = ("color", "emission", "opacity", "metallic", "roughness", "ior", "segments", "stream", "size", "line-height")
+_SURFACE = ("color", "emission", "opacity", "metallic", "roughness", "ior")
+
+
+def primer(words: Sequence[str] | None = None, without: Collection[str] = ()) -> str:
+    """Return primitives, forms and procedures as Markdown, in few words: the primitives ``words`` (None: all), and the
+    names that scenes need, except those in ``without``."""
+    chosen = tuple(primitives.docs_of_words()) if words is None else words
+    return "\n".join([*_primitives(chosen), *_names(chosen, without)])
+
+
+def _primitives(words: Sequence[str]) -> Iterator[str]:
+    yield "## Primitives\n"
+    docs = primitives.docs_of_words()
+    told: set[str] = set()
+    for word in words:
+        own = [name for name in attributes_of(word) if name not in _SURFACE and name not in _PHYSICS]
+        yield f'- `(call "{word}"{"".join(f" :{name}" for name in own)})`: {docs[word]}'
+        for name in own:
+            doc = attribute_doc(word, name)
+            if f"{name} {doc}" not in told:
+                told.add(f"{name} {doc}")
+                yield f"  - `:{name}` {doc}"
+    if not set(words) <= set(primitives.block_words()):
+        yield "\nMaterials of all primitives and solids:\n"
+        yield from (f"- `:{name}` {attribute_doc(None, name)}" for name in _SURFACE)
+
+
+def taught(without: Collection[str] = ()) -> dict[str, list[tuple[ReferenceRecord, bool]]]:
+    """Return the names that a prompt teaches by group, and whether each is explained."""
+    found: dict[str, list[tuple[ReferenceRecord, bool]]] = {}
+    for group, text in _TAUGHT.items():
+        for item in text.split():
+            name, explained = item.removesuffix("~"), item.endswith("~")
+            record = lookup(name)
+            assert record is not None, name
+            if name not in without:
+                found.setdefault(group, []).append((record, explained))
+    return found
+
+
+def _names(words: Sequence[str], without: Collection[str]) -> Iterator[str]:
+    is_blocks = set(words) <= set(primitives.block_words())
+    yield "\n## Names\n"
+    yield "`clause` is `(x xs)`, `xs` a list or a number of turns, or `:when test`. What is in brackets is optional.\n"
+    for group, members in taught(without).items():
+        if is_blocks and group in _NOT_FOR_BLOCKS:
+            continue
+        plain = ", ".join(_together([_usage(record) for record, explained in members if not explained]))
+        yield f"{group}:" + (f" {plain}" if plain else "")
+        yield from (
+            f"- {_quoted(_usage(record))}: {_sentence(record.doc)}" for record, explained in members if explained
+        )
+    yield "Constants: `pi`, `tau`, `none`, `#t`, `#f`"
+
+
+def _together(usages: Sequence[str]) -> Iterator[str]:
+    """Yield calls, those with the same parameters as one call with several names."""
+    names: dict[str, list[str]] = {}
+    for usage in usages:
+        name, _, parameters = usage[1:].partition(" ")
+        names.setdefault(parameters if " or (" not in usage else usage, []).append(name)
+    for parameters, (first, *others) in names.items():
+        usage = parameters if " or (" in parameters else f"({first} {parameters}".replace(" )", ")")
+        also = f" (and {' '.join(f'`{name}`' for name in others)})" if others else ""
+        yield _quoted(usage) + also
+
+
+def _quoted(usage: str) -> str:
+    return " or ".join(f"`{each}`" for each in re.split(r" or (?=\()", usage))
+
+
+_NOT_FOR_BLOCKS = ("Colours", "Solids", "Profiles", "Paths")
+
+
+def _sentence(doc: str) -> str:
+    """Return the first sentence of a description without "Return", which every second one starts with."""
+    text = re.split(r"(?<![ .])\. ", doc.removeprefix("Return "))[0].removesuffix(".")
+    return text[0].upper() + text[1:]
+
+
+def _usage(record: ReferenceRecord) -> str:
+    """Return a call without types, defaults of loops, and attributes of materials, which all solids have."""
+    call = re.sub(r"::\w+(\[[^\]]*\])?", "", record.signature.partition(" -> ")[0])
+    call = _CLAUSES.sub("(clause ...)", call)
+    return re.sub(rf" \[:(?:{'|'.join(_UNTOLD)})\]| \(:stream none\)", "", call)
+
+
+# Descriptions of names that a program does not define: library names, primitives, attributes, diagnostics.
+
+
+def description(name: str) -> list[str]:
+    """Return the description of ``name`` as lines: a library name, a primitive (quoted or not), an attribute with its
+    colon, or the code or name of a diagnostic; empty if unknown."""
+    for lines in (_of_library(name), _of_primitive(name), _of_attribute(name), _of_diagnostic(name)):
+        found = list(lines)
+        if found:
+            return found
+    return []
+
+
+def known_names() -> Iterator[str]:
+    """Return all names that have a description, without the codes of diagnostics."""
+    attributes = (f":{name}" for name in attribute_names())
+    return chain((record.name for record in records()), primitives.words(), attributes, CODES)
+
+
+def _of_library(name: str) -> Iterator[str]:
+    record = lookup(name.removeprefix(STD))
+    if record is None:
+        return
+    yield record.signature
+    yield f"  {record.doc}"
+    if record.module is not None:
+        yield f'  Requires (import "{record.module}").'
+    for example in record.examples:
+        yield f"  {example.expression} gives {example.value}"
+
+
+def _of_primitive(name: str) -> Iterator[str]:
+    word = name.strip('"')
+    docs = primitives.docs_of_words()
+    if word not in docs:
+        return
+    yield f'(call "{word}" {" ".join(f":{attribute}" for attribute in attributes_of(word))})'
+    yield f"  {docs[word]}"
+    for attribute in attributes_of(word):
+        yield f"  :{attribute}  {attribute_doc(word, attribute)}"
+
+
+def _of_attribute(name: str) -> Iterator[str]:
+    attribute = name.removeprefix(":")
+    doc = attribute_doc(None, attribute) if name.startswith(":") else None
+    if doc is None:
+        return
+    yield name
+    yield f"  {doc}"
+    yield f"  read by {', '.join(word for word in primitives.words() if attribute in attributes_of(word))}"
+
+
+def _of_diagnostic(name: str) -> Iterator[str]:
+    """Yield the explanation of a diagnostic, as printed by `scenelang explain`."""
+    key = diagnostic_named(name)
+    if key is not None:
+        yield from explanation(key)
+
+
+# Task description in the comment at the head of a program.
+
+
+_TASK = re.compile(r"task\s*:\s*(.+)", re.I)
+_SENTENCE = re.compile(r"(?<=[.!?])\s+")
+
+
+def stated_task(text: str) -> str | None:
+    """Return the task of a program: the line `; task: ...` of its leading comment, else the comment's first sentence
+    without the full stop; None without a leading comment."""
+    lines: list[str] = []
+    for line in text.lstrip("\ufeff").splitlines():
+        stripped = line.strip()
+        if stripped.startswith(";"):
+            lines.append(stripped.lstrip(";").strip())
+        elif stripped or lines:
+            break
+    for line in lines:
+        task = _TASK.match(line)
+        if task is not None:
+            return task[1].strip()
+    paragraph: list[str] = []
+    for line in lines:
+        if not line and paragraph:
+            break
+        paragraph += [line] if line else []
+    first = _SENTENCE.split(" ".join(paragraph), maxsplit=1)[0].rstrip(".").strip()
+    return first or None

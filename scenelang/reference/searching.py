@@ -1,0 +1,240 @@
+"""Search of the language by meaning: forms, functions, primitives, attributes, relations, diagnostics and examples.
+
+Documents are the records of the reference and the comments of example programs, ranked by BM25 (Robertson and Zaragoza,
+2009) over stemmed words; a few synonyms lead from the words of other languages and programs to ours.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from scenelang.backends.files import read_regular
+from scenelang.grammar.diagnostics import CODES, SceneError
+from scenelang.interpreter.scene import primitives
+from scenelang.interpreter.scene.declarations import RELATIONS
+from scenelang.reference.primer import attribute_doc, attribute_names, attributes_of, stated_task
+from scenelang.stdlib.reference import COMBINATORS, records
+
+MAX_QUERY = 500  # characters
+_K1, _B = 1.2, 0.75
+_NAME_WEIGHT = 4  # a word of a name counts as often
+_MAX_EXAMPLE_SIZE = 100_000
+_SCENES = frozenset(
+    {"forms", "paper", "poses", "combinators", "entities", "solids", "profiles", "paths", "random", "colors"}
+)
+_EXACT = 100.0  # what is asked for by its name comes first
+_SYNONYM_WEIGHT, _PHRASE_WEIGHT = 0.7, 2.0
+_OTHER = 0.5  # weight of what works as in any other language, and of diagnostics
+_INSTALLED, _CHECKOUT = Path(__file__).parent / "examples", Path(__file__).parents[1] / "examples"
+_EXAMPLES = _INSTALLED if _INSTALLED.is_dir() else _CHECKOUT
+_WORD = re.compile(r"[a-z]+|\d+")
+_ENDINGS = ("ations", "ation", "ings", "ing", "ies", "ied", "ers", "er", "ed", "es", "s", "e", "y")
+_STOP = frozenset(
+    re.findall(
+        r"\S+",
+        "a an and are as at be by can do for from have how i in into is it its make made my of on or part scene that "
+        "the their this thing to want what which with",
+    )
+)
+_SYNONYMS = {
+    "duplicate": "copy repeat", "clone": "copy repeat", "repeat": "copy loop", "copies": "ring row grid union-loop",
+    "copy": "ring row grid", "circle": "ring around", "radial": "ring", "circular": "ring", "around": "ring",
+    "subtract": "difference cut", "carve": "difference cut", "hole": "difference subtract", "cut": "difference",
+    "boolean": "difference intersection union-solid", "merge": "union", "combine": "union", "group": "union",
+    "move": "translate", "shift": "translate", "position": "translate", "spin": "rotate", "turn": "rotate",
+    "resize": "scale", "flip": "mirror reflect", "reflect": "mirror", "mirrored": "mirror symmetric",
+    "animation": "frames", "animate": "frames", "video": "frames", "motion": "frames", "material": "roughness metallic",
+    "shiny": "metallic roughness", "glass": "opacity ior", "transparent": "opacity", "transparency": "opacity",
+    "glow": "emission", "light": "emission", "colour": "color", "touch": "touching", "pile": "stack", "tower": "stack",
+    "spiral": "helix", "tube": "sweep", "pipe": "sweep", "letters": "text", "uneven": "noise", "font": "text",
+    "bevel": "rounded", "fillet": "rounded", "ball": "sphere", "box": "cube", "minecraft": "block",
+    "variable": "define let", "function": "lambda define", "iterate": "for", "slider": "param", "adjustable": "param",
+    "stands": "on supported", "stand": "on supported", "rest": "on supported", "resting": "on supported",
+    "floating": "supported on", "collide": "clear-of", "collision": "clear-of", "overlap": "clear-of",
+    "gap": "distance", "apart": "distance clear-of", "undefined": "unbound", "defined": "unbound", "revolve": "lathe",
+    "revolution": "lathe", "terrain": "heightfield",
+}  # fmt: skip
+
+_AROUND = re.compile(r"\b(?:in|into|around|on) an? (?:circle|ring)\b")  # a place, not the profile
+
+
+@dataclass(frozen=True, slots=True)
+class SearchResult:
+    """A name or example that was found.
+
+    Attributes
+    ----------
+    kind
+        "form", "function", "combinator", "constant", "type", "primitive", "attribute", "relation", "diagnostic" or
+        "example".
+    name, usage, doc
+        As in the reference; the usage of an example is its file.
+    example
+        An expression that uses it, or "".
+    score
+        The BM25 score, comparable within one search.
+    """
+
+    kind: str
+    name: str
+    usage: str
+    doc: str
+    example: str
+    score: float
+
+    def data(self) -> dict[str, Any]:
+        """Return the result as JSON data."""
+        data: dict[str, Any] = {"kind": self.kind, "name": self.name, "usage": self.usage, "doc": self.doc}
+        return data | ({"example": self.example} if self.example else {}) | {"score": round(self.score, 3)}
+
+    def text(self) -> str:
+        """Return the result as lines."""
+        example = f"\n    for example {self.example}" if self.example else ""
+        return f"{self.kind}  {self.usage}\n    {self.doc}{example}"
+
+
+def search(query: str, limit: int = 8) -> list[SearchResult]:
+    """Return the names and examples whose documentation fits a query best, at most ``limit``.
+
+    Raises SceneError("value") for a query of more than 500 characters.
+
+    Examples
+    --------
+    >>> [found.name for found in search("repeat along a curve", 1)]
+    ['along']
+    """
+    if len(query) > MAX_QUERY:
+        raise SceneError("value", f"a query has at most {MAX_QUERY} characters, got {len(query):,}")
+    index = _index()
+    scores: dict[int, float] = {}
+    for term, weight in _query_terms(query).items():
+        for number, part in index.postings.get(term, ()):
+            scores[number] = scores.get(number, 0.0) + weight * part
+    exact = query.strip().strip('"`:').lower()
+    for number, document in enumerate(index.documents):
+        if document.name.lower().lstrip(":") == exact:
+            scores[number] = scores.get(number, 0.0) + _EXACT
+    best = sorted(scores, key=lambda number: (-scores[number], number))[:limit]
+    return [_scored(index.documents[number], scores[number]) for number in best]
+
+
+def _scored(found: SearchResult, score: float) -> SearchResult:
+    return SearchResult(found.kind, found.name, found.usage, found.doc, found.example, score)
+
+
+def _query_terms(query: str) -> dict[str, float]:
+    """Return the stems of a query and their weights; those of synonyms count less."""
+    query, count = _AROUND.subn("", query.lower())
+    found: dict[str, float] = {}
+    for word in _words(query):
+        for other in _SYNONYMS.get(word, _SYNONYMS.get(word.removesuffix("s"), "")).split():
+            found.update((_stem(part), _SYNONYM_WEIGHT) for part in _words(other))
+    found |= dict.fromkeys(map(_stem, _words(query)), 1.0)
+    return found | ({_stem("ring"): _PHRASE_WEIGHT} if count else {})
+
+
+def _words(text: str) -> list[str]:
+    return [word for word in _WORD.findall(text.lower()) if word not in _STOP]
+
+
+@cache
+def _stem(word: str) -> str:
+    """Return a word without its ending, so that "rotated", "rotation" and "rotates" are the same."""
+    for ending in _ENDINGS:
+        if word.endswith(ending) and len(word) - len(ending) >= 3:
+            return word.removesuffix(ending)
+    return word
+
+
+# --- index -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Index:
+    """Documents, and for each stem the documents that have it with its share of their score."""
+
+    documents: tuple[SearchResult, ...]
+    postings: dict[str, list[tuple[int, float]]]
+
+
+@cache
+def _index() -> _Index:
+    weighted = list(_documents())
+    documents = tuple(document for document, _ in weighted)
+    counts = [_counts(document) for document in documents]
+    lengths = [sum(count.values()) for count in counts]
+    mean = sum(lengths) / len(lengths)
+    having = Counter(term for count in counts for term in count)
+    postings: dict[str, list[tuple[int, float]]] = {}
+    for number, count in enumerate(counts):
+        norm = _K1 * (1.0 - _B + _B * lengths[number] / mean)
+        for term, frequency in count.items():
+            idf = math.log(1.0 + (len(documents) - having[term] + 0.5) / (having[term] + 0.5))
+            postings.setdefault(term, []).append(
+                (number, weighted[number][1] * idf * frequency * (_K1 + 1.0) / (frequency + norm))
+            )
+    return _Index(documents, postings)
+
+
+def _counts(document: SearchResult) -> Counter[str]:
+    stems = [_stem(word) for word in _words(f"{document.usage} {document.doc} {document.kind}")]
+    return Counter(stems) + Counter({_stem(word): _NAME_WEIGHT for word in _words(document.name)})
+
+
+def _documents() -> Iterator[tuple[SearchResult, float]]:
+    """Yield all documents and their weights."""
+    for record in records():
+        kind = "combinator" if record.topic == COMBINATORS.partition(".")[0] else record.kind.value
+        example = record.examples[0] if record.examples else None
+        shown = f"{example.expression} gives {example.value}" if example else record.picture or ""
+        module = f' Requires (import "{record.module}").' if record.module else ""
+        weight = 1.0 if record.topic in _SCENES else _OTHER
+        yield SearchResult(kind, record.name, record.signature, record.doc + module, _short(shown), 0.0), weight
+    for word, doc in primitives.docs_of_words().items():
+        own = " ".join(f":{name}" for name in attributes_of(word)[:12])
+        yield SearchResult("primitive", word, f'(call "{word}" {own})', doc, "", 0.0), 1.0
+    for name in attribute_names():
+        yield SearchResult("attribute", f":{name}", f":{name}", attribute_doc(None, name) or "", "", 0.0), 1.0
+    for relation in RELATIONS.values():
+        yield SearchResult("relation", relation.name, relation.usage, relation.doc, relation.example, 0.0), 1.0
+    for name, code in CODES.items():
+        yield SearchResult("diagnostic", name, code.code, code.why, "", 0.0), _OTHER
+    yield from _examples()
+
+
+def _examples() -> Iterator[tuple[SearchResult, float]]:
+    """Yield the example programs, by the comment at their head and the words that they bind."""
+    for name in example_names():
+        path = _EXAMPLES / f"{name}.scene"
+        try:
+            text = read_regular(path, _MAX_EXAMPLE_SIZE).decode("utf-8", "replace")
+        except OSError:
+            continue
+        words = " ".join(dict.fromkeys(re.findall(r'\(bind "([^"]+)"', text)))
+        doc = f"{stated_task(text) or ''} ({words})"
+        yield SearchResult("example", path.stem, f"examples/{path.name}", doc, "", 0.0), 1.0
+
+
+def example_text(name: str) -> str | None:
+    """Return the text of an example program that ``search`` finds, None if there is none."""
+    path = _EXAMPLES / f"{name}.scene"
+    if name not in example_names():
+        return None
+    return read_regular(path, _MAX_EXAMPLE_SIZE).decode("utf-8", "replace")
+
+
+def example_names() -> list[str]:
+    """Return the names of the example programs."""
+    return sorted(path.stem for path in _EXAMPLES.glob("*.scene"))
+
+
+def _short(text: str) -> str:
+    line = " ".join(text.split())
+    return line if len(line) <= 200 else line[:197] + "..."

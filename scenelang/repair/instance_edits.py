@@ -1,0 +1,455 @@
+"""Edits of a program at an instance of its scene, such as ``chair/leg[2]``, proven by evaluation.
+
+A form that could make the instance is changed, and the program is evaluated: the edit is taken only if the chosen
+instances change as asked, and every other primitive of every frame stays the same. A form in a loop or in the
+definition of a word that occurs elsewhere makes more than one instance, so its edit is refused unless all are chosen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenelang.backends.surfaces.solids import FloatArray
+from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.reader import read
+from scenelang.interpreter.inspection.instance_paths import Located, Locator, outermost, primitive_ranges
+from scenelang.interpreter.runtime.show import primitive_attributes
+from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.flatten import FlatFrame, flatten
+from scenelang.interpreter.values.values import IDENTITY
+from scenelang.session.effort import Effort
+
+if TYPE_CHECKING:
+    from scenelang.session.session import Session
+
+_EFFORT = 20.0  # of all trials: about 20 s
+_MAX_TESTS = 60  # forms that are tried
+_MAX_PRIMITIVES = 200_000
+_CLOSE = 1e-9  # of the scene's size: less is rounding
+_SCOPES = frozenset({"bind", "define", "lambda", "param", "import", "scene", "let", "let*", "letrec", "quote"})
+
+
+@dataclass(frozen=True, slots=True)
+class InstanceEdit:
+    """What to do with the instances that a path means: exactly one of the fields but ``path`` is set.
+
+    Attributes
+    ----------
+    path
+        As in ``Scene.instances``.
+    move
+        Translation in the scene's axes.
+    attribute
+        Name of an attribute without its colon, and the text of its value.
+    form
+        Text of a form that replaces the one that makes the instance, in its place.
+    remove
+        Whether to remove it.
+    """
+
+    path: str
+    move: tuple[float, float, float] | None = None
+    attribute: tuple[str, str] | None = None
+    form: str | None = None
+    remove: bool = False
+
+    def __post_init__(self) -> None:
+        if sum((self.move is not None, self.attribute is not None, self.form is not None, self.remove)) != 1:
+            raise SceneError("value", "expected one of `move`, an attribute, a form that replaces it, and `remove`")
+        for what, text in (("value", self.attribute[1] if self.attribute else None), ("form", self.form)):
+            if text is not None and not _is_one_form(text):
+                raise SceneError("value", f'the {what} must be one form, such as `[1 0 0]` or `(call "cube")`')
+        if self.attribute is not None and not _is_keyword(self.attribute[0]):
+            raise SceneError("value", f"`{self.attribute[0][:40]}` is no name of an attribute")
+        if self.move is not None and not np.isfinite(self.move).all():
+            raise SceneError("value", "`move`: expected three finite numbers")
+
+
+def _is_one_form(text: str) -> bool:
+    found = read(Source("<form>", text))
+    return len(found.forms) == 1 and not any(each.is_error for each in found.diagnostics)
+
+
+def _is_keyword(name: str) -> bool:
+    forms = read(Source("<name>", f":{name}")).forms
+    return len(forms) == 1 and isinstance(forms[0], Atom) and forms[0].value == Keyword(name) and name.isprintable()
+
+
+@dataclass(frozen=True, slots=True)
+class EditedText:
+    """A program after an edit: its text, the line of the form, the form before and after, and the instances changed."""
+
+    text: str
+    line: int
+    old: str
+    new: str
+    instances: int
+
+
+def edited(session: Session, source: Source, edit: InstanceEdit) -> EditedText:
+    """Edit a program so that only the instances of a path change.
+
+    Raises
+    ------
+    SceneError
+        If the program is wrong, there is no such instance, or no form makes these instances only; the hint names the
+        form that comes nearest.
+    """
+    search = _Search(session, source, edit)
+    for trial in _trials(source, edit, search.before):
+        if search.tested >= _MAX_TESTS or search.effort.is_spent:
+            break
+        if search.succeeds(trial):
+            return search.result(trial)
+        if search.moved is not None:
+            measured = search.measured(trial)
+            search.moved = None
+            if measured is not None and search.succeeds(measured):
+                return search.result(measured)
+    raise search.refusal()
+
+
+class _Search:
+    """What was found out about the forms of a program."""
+
+    def __init__(self, session: Session, source: Source, edit: InstanceEdit) -> None:
+        self.session, self.source, self.edit = session, source, edit
+        self.effort = Effort(_EFFORT)
+        self.before = _Layout(session.evaluate(source).require(), edit.path)
+        self.tested = 0
+        self.moved: FloatArray | None = None  # how the last trial moved the chosen instances, if only them
+        self._nearest: tuple[int, _Trial] | None = None
+        self._problem: str | None = None  # why a form that makes only them does not do
+        self._failure: str | None = None  # of a program that was tried
+
+    def succeeds(self, trial: _Trial) -> bool:
+        """Evaluate a trial, and return whether it does what the edit asks and nothing else."""
+        self.tested += 1
+        text = self._text(trial)
+        result = self.session.evaluate(Source(self.source.name, text))
+        self.effort.spend_evaluation(text, result)
+        if result.scene is None:
+            problem = next((each.message for each in result.diagnostics if each.is_error), None)
+            if trial.is_direct and self._failure is None:
+                self._failure = problem
+            return False
+        found = self.before.outcome(result.scene, self.edit)
+        if found is None or found.others:
+            if found is not None and (self._nearest is None or found.others < self._nearest[0]):
+                self._nearest = found.others, trial
+            return False
+        if not found.is_done and self.edit.move is not None:
+            self.moved = found.motion
+            self._problem = "its instances, or the forms around them, are turned differently; move one of them"
+        elif not found.is_done and trial.is_direct:
+            self._problem = "nothing that is seen depends on it; edit a part of it"
+        return found.is_done
+
+    def _text(self, trial: _Trial) -> str:
+        return self.source.text[: trial.span.start] + trial.new + self.source.text[trial.span.end :]
+
+    def result(self, trial: _Trial) -> EditedText:
+        line = self.source.position(trial.span.start)[0]
+        return EditedText(self._text(trial), line, trial.span.text, trial.new, self.before.count)
+
+    def measured(self, trial: _Trial) -> _Trial | None:
+        """Return a trial whose translation was found by measuring what one along each axis does."""
+        form, columns = trial.span.text, list[FloatArray]()
+        for axis in range(3):
+            unit = _vector(np.eye(3)[axis])
+            self.moved = None
+            self.succeeds(_Trial(trial.span, f"(transform {form} (translate {unit}))", False))
+            if self.moved is None:
+                return None
+            columns.append(self.moved)
+        offset = np.linalg.lstsq(np.stack(columns, axis=1), np.array(self.edit.move), rcond=1e-9)[0]
+        return _Trial(trial.span, f"(transform {form} (translate {_vector(offset)}))", False)
+
+    def refusal(self) -> SceneError:
+        """Return why no form does."""
+        path = self.edit.path
+        if self._problem is not None:
+            return SceneError("value", f"`{path}` cannot be edited so: {self._problem}")
+        message = f"no form of the program makes only `{path}`"
+        if self._nearest is None and self._failure is not None:
+            return SceneError("value", f"`{path}` cannot be edited so: {self._failure}")
+        if self._nearest is None:
+            return SceneError("value", message, "edit the text of the program instead")
+        others, trial = self._nearest
+        line = self.source.position(trial.span.start)[0]
+        shown = " ".join(trial.span.text.split())
+        shown = shown if len(shown) <= 60 else shown[:57] + "..."
+        also = f"{others:,} other primitive{'s' * (others != 1)}"
+        hint = f"line {line}: `{shown}` also makes {also}; name all that it makes, or write the parts apart"
+        return SceneError("value", message, hint)
+
+
+# --- what changes ----------------------------------------------------------------------------------------------------
+
+
+class _Layout:
+    """The primitives of the frames of a scene, and which of them belong to the chosen instances."""
+
+    def __init__(self, scene: Scene, path: str) -> None:
+        self.frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
+        self.ranges: list[list[tuple[int, int]]] = []
+        self.word, self.count = path, 0
+        self._parent: FloatArray = np.eye(3)  # axes of what the first one is part of
+        problem: SceneError | None = None
+        for number, root in enumerate(scene.frames):
+            try:
+                locator = Locator(scene, number)
+                found = list(outermost(locator.find(path)))
+            except SceneError as error:
+                problem = problem or error
+                self.ranges.append([])
+                continue
+            self.ranges.append(primitive_ranges(root, found))
+            if not self.count:
+                self._choose(locator, found)
+        if not self.count:
+            raise problem or SceneError("value", f"no part `{path}`")
+
+    def _choose(self, locator: Locator, found: Sequence[Located]) -> None:
+        self.count, self.word = len(found), found[0].entity.word
+        self.is_root = not found[0].positions
+        above = locator.at(found[0].positions[:-1]).pose if found[0].positions else IDENTITY
+        self._parent = np.array(above, np.float64).reshape(3, 4)[:, :3]
+
+    def local(self, move: Sequence[float]) -> FloatArray:
+        """Return a translation of the scene's axes in those of what the first instance is part of."""
+        return np.asarray(np.linalg.lstsq(self._parent, np.array(move), rcond=None)[0], np.float64)
+
+    def outcome(self, scene: Scene, edit: InstanceEdit) -> _Outcome | None:
+        """Return what an edit changes, None if the primitives cannot be matched."""
+        try:
+            frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
+        except SceneError:
+            return None
+        if len(frames) != len(self.frames):
+            return None
+        others, done, motion = 0, True, None
+        for old, new, ranges in zip(self.frames, frames, self.ranges, strict=True):
+            found = _changed(old, new, ranges, edit)
+            if found is None:
+                return None
+            others, motion = others + found.others, motion if motion is not None else found.motion
+            done = done and found.is_done
+        return _Outcome(others, done, motion)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Outcome:
+    """How many other primitives change, whether the chosen ones change as asked, and how they move, all the same."""
+
+    others: int
+    is_done: bool
+    motion: FloatArray | None = None
+
+
+class _Rows:
+    """The primitives of a frame: poses (N, 3, 4), and a key (N,) of all else that is seen or counted."""
+
+    def __init__(self, frame: FlatFrame) -> None:
+        self.poses = np.asarray(frame.matrices, np.float64).reshape(-1, 3, 4)
+        keys = [_key(entity) for entity in frame.primitives]
+        paths = [hash(path) for path in frame.paths]
+        self.keys = np.array(
+            [hash((keys[i], paths[p])) for i, p in zip(frame.index.tolist(), frame.path_index.tolist())], np.int64
+        )
+        self.size = float(np.abs(self.poses[:, :, 3]).max(initial=1.0))
+
+    def same(self, rows: Any, other: _Rows, others: Any) -> Any:
+        """Return which rows (K,) are equal to those of another frame."""
+        close = np.abs(self.poses[rows] - other.poses[others]).max(axis=(1, 2), initial=0.0) <= _CLOSE * self.size
+        return close & (self.keys[rows] == other.keys[others])
+
+
+def _key(entity: Entity) -> str:
+    shape = entity.shape
+    box = () if shape is None or not shape.has_geometry else tuple(round(x, 9) for x in shape.box_under(IDENTITY))
+    own = entity.embedding
+    return repr((entity.word, own.handle, own.text, sorted(primitive_attributes(entity).items()), box))
+
+
+def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], edit: InstanceEdit) -> _Outcome | None:
+    """Return what changes in a frame, None if its primitives cannot be matched."""
+    chosen = sum(last - first for first, last in ranges)
+    left = len(new.keys) - (len(old.keys) - chosen)
+    if not ranges:
+        return _Outcome(int((~old.same(slice(None), new, slice(None))).sum()), True) if left == 0 else None
+    lengths = _lengths(ranges, left)
+    if lengths is None or (edit.move is not None and left != chosen) or (edit.remove and left):
+        missing = len(old.keys) - len(new.keys) - chosen
+        return _Outcome(missing, False) if missing > 0 else None
+    outside_old, outside_new, inside_new = _matched(len(old.keys), ranges, lengths)
+    others = int((~old.same(outside_old, new, outside_new)).sum())
+    inside_old = _rows_in(ranges)
+    if others or left != chosen:
+        return _Outcome(others, not others)
+    if edit.move is None:
+        return _Outcome(0, not bool(old.same(inside_old, new, inside_new).all()))
+    return _moved_rows(old, new, inside_old, inside_new, edit.move)
+
+
+def _moved_rows(old: _Rows, new: _Rows, before: Any, after: Any, move: Sequence[float]) -> _Outcome | None:
+    """Return whether primitives moved as asked, and how they did if all moved in the same way."""
+    if not bool((old.keys[before] == new.keys[after]).all()):
+        return None
+    change = new.poses[after] - old.poses[before]
+    close = 1e-7 * old.size
+    motion = change[0, :, 3]
+    if np.abs(change[:, :, :3]).max(initial=0.0) > close or np.abs(change[:, :, 3] - motion).max() > close:
+        return _Outcome(0, False)
+    return _Outcome(0, bool(np.abs(motion - np.array(move)).max() <= close), motion)
+
+
+def _lengths(ranges: Sequence[tuple[int, int]], left: int) -> list[int] | None:
+    """Return how many primitives each chosen instance has after an edit; None if that is unknown."""
+    old = [last - first for first, last in ranges]
+    if left == sum(old):
+        return old
+    return [left // len(old)] * len(old) if left >= 0 and left % len(old) == 0 else None
+
+
+def _rows_in(ranges: Sequence[tuple[int, int]]) -> Any:
+    return np.concatenate([np.arange(first, last) for first, last in ranges])
+
+
+def _matched(count: int, ranges: Sequence[tuple[int, int]], lengths: Sequence[int]) -> tuple[Any, Any, Any]:
+    """Return the other rows before, the same after, and the rows of the chosen instances after."""
+    outside_old, outside_new, inside = [], [], []
+    at, shift = 0, 0
+    for (first, last), length in zip(ranges, lengths, strict=True):
+        outside_old.append(np.arange(at, first))
+        outside_new.append(np.arange(at, first) + shift)
+        inside.append(np.arange(first, first + length) + shift)
+        at, shift = last, shift + length - (last - first)
+    outside_old.append(np.arange(at, count))
+    outside_new.append(np.arange(at, count) + shift)
+    return np.concatenate(outside_old), np.concatenate(outside_new), np.concatenate(inside)
+
+
+# --- forms to try ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Trial:
+    """A form of the text and what it becomes; a direct one calls the word itself."""
+
+    span: Span
+    new: str
+    is_direct: bool
+
+
+def _trials(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator[_Trial]:
+    """Yield the forms that could make the instances: calls of the word, what is around them, and its definition."""
+    calls, bodies = _forms(source, layout.word)
+    seen: set[tuple[int, int, str]] = set()
+    for chain in calls if not layout.is_root else []:
+        for form, new, is_direct in _of_chain(edit, chain, layout):
+            key = form.span.start, form.span.end, new
+            if key not in seen:
+                seen.add(key)
+                yield _Trial(form.span, new, is_direct)
+    for body in bodies:
+        if edit.form is not None or (edit.attribute is None and not edit.remove):
+            yield from (_Trial(body.span, new, False) for new in _changes(edit, body, layout, True))
+
+
+def _of_chain(edit: InstanceEdit, chain: Sequence[ListDatum], layout: _Layout) -> Iterator[tuple[ListDatum, str, bool]]:
+    """Yield the changes of a call and of the forms around it: numbers of a translation first, removals from outside."""
+    if edit.move is not None:
+        yield from ((form, new, False) for form in chain for new in _shifted(form, layout.local(edit.move)))
+    ordered = list(enumerate(chain))
+    for depth, form in reversed(ordered) if edit.remove else ordered:
+        yield from ((form, new, depth == 0) for new in _changes(edit, form, layout, depth == 0))
+
+
+def _changes(edit: InstanceEdit, form: ListDatum, layout: _Layout, is_call: bool) -> Iterator[str]:
+    """Yield what a form may become."""
+    text = form.span.text
+    if edit.move is not None:
+        yield f"(transform {text} (translate {_vector(layout.local(edit.move))}))"
+    elif edit.attribute is not None and _head(form) == "call":
+        yield _with_attribute(form, *edit.attribute)
+    elif edit.form is not None and is_call:
+        yield edit.form
+    elif edit.remove:
+        yield from ("", "(union)")
+
+
+def _shifted(form: ListDatum, offset: FloatArray) -> Iterator[str]:
+    """Yield a form `(transform X (translate [x y z]))` with other numbers."""
+    if _head(form) != "transform" or len(form.items) != 3:
+        return
+    pose = form.items[2]
+    if _head(pose) != "translate" or not isinstance(pose, ListDatum) or len(pose.items) != 2:
+        return
+    numbers = [item.value for item in subdatums(pose.items[1]) if isinstance(item, Atom)]
+    if len(numbers) == 3 and all(type(x) in (int, float) for x in numbers) and pose.items[1].span.text[0] == "[":
+        place, start = pose.items[1].span, form.span.start
+        new = _vector(np.array(numbers, np.float64) + offset)
+        yield form.span.text[: place.start - start] + new + form.span.text[place.end - start :]
+
+
+def _vector(offset: Any) -> str:
+    return "[" + " ".join(f"{round(float(x), 9) + 0.0:.12g}" for x in offset) + "]"
+
+
+def _with_attribute(form: ListDatum, name: str, value: str) -> str:
+    """Return a call with another value of an attribute, or with one attribute more."""
+    text, start = form.span.text, form.span.start
+    for key, given in zip(form.items, form.items[1:]):
+        if isinstance(key, Atom) and isinstance(key.value, Keyword) and key.value == name:
+            return text[: given.span.start - start] + value + text[given.span.end - start :]
+    return f"{text[:-1].rstrip()} :{name} {value})"
+
+
+def _forms(source: Source, word: str) -> tuple[list[list[ListDatum]], list[ListDatum]]:
+    """Return the calls of a word, each with the forms around it up to a definition, and the bodies of its functions.
+
+    Calls of computed words come last.
+    """
+    literal: list[list[ListDatum]] = []
+    computed: list[list[ListDatum]] = []
+    bodies: list[ListDatum] = []
+    stack: list[tuple[Datum, tuple[ListDatum, ...]]] = [(form, ()) for form in reversed(read(source).forms)]
+    while stack:
+        datum, around = stack.pop()
+        if isinstance(datum, ListDatum):
+            if _head(datum) == "call" and len(datum.items) > 1:
+                name = datum.items[1]
+                if isinstance(name, Atom) and type(name.value) is str:
+                    if name.value == word:
+                        literal.append([datum, *around])
+                else:
+                    computed.append([datum, *around])
+            if _head(datum) == "bind" and _binds(datum, word):
+                bodies += _bodies(datum)
+            around = () if _head(datum) in _SCOPES else (datum, *around)
+        stack.extend((child, around) for child in reversed(list(subdatums(datum))))
+    return [*literal, *computed], bodies
+
+
+def _binds(datum: ListDatum, word: str) -> bool:
+    return len(datum.items) > 2 and isinstance(datum.items[1], Atom) and datum.items[1].value == word
+
+
+def _bodies(datum: ListDatum) -> list[ListDatum]:
+    """Return the last form of the function that a word is bound to."""
+    function = datum.items[2]
+    if _head(function) != "lambda" or not isinstance(function, ListDatum) or len(function.items) < 3:
+        return []
+    last = function.items[-1]
+    return [last] if isinstance(last, ListDatum) else []
+
+
+def _head(datum: Datum) -> str | None:
+    first = datum.items[0] if isinstance(datum, ListDatum) and datum.items else None
+    return str(first.value) if isinstance(first, Atom) and isinstance(first.value, Symbol) else None

@@ -1,0 +1,50 @@
+"""Relations of things, the methods of ``Scene`` that tell where things are and which declarations fail."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenelang.grammar.datum import Source
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.interpreter.scene.declarations import RELATIONS
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.scene.declarations import Declaration
+    from scenelang.session.session import Session
+
+
+_BARE = re.compile(r"\s*\(\s*(?:not\s*\(\s*)?([^\s()]+)")  # a relation outside of `assert-that`
+
+
+def declarations_of(session: Session, asked: str) -> tuple[Declaration, ...]:
+    """Return the declarations of a text such as ``(on "cup" "table")``, or of a file of these or ``assert-that`` forms.
+
+    Raises SceneError with the first mistake.
+    """
+    source = declaration_source(asked) if asked.lstrip().startswith("(") else session.source(asked)
+    bare = _BARE.match(source.text)
+    if bare is not None and bare[1] in RELATIONS:
+        source = Source(source.name, declaration_source(source.text.strip()).text)
+    found = session.declarations(source)
+    if not found:
+        hint = 'write `(assert-that (on "cup" "table"))`'
+        raise SceneError("value", f"{Path(source.name).name} states no declaration", hint)
+    return found
+
+
+def declaration_source(text: str) -> Source:
+    """Return the source of a declaration such as ``(on "cup" "table")``."""
+    return Source("<declaration>", text if text.lstrip().startswith("(assert-that") else f"(assert-that {text})")
+
+
+def declaration_problem(text: str) -> Diagnostic | None:
+    """Return the first mistake in a declaration, None if it is well formed."""
+    from scenelang.session.session import Session
+
+    try:
+        Session().declarations(declaration_source(text))
+    except SceneError as error:
+        return error.diagnostic
+    return None

@@ -1,0 +1,161 @@
+"""Incremental checking and evaluation of a file that is open in an editor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenelang.grammar.datum import Source, Span, dataclass, rare_collection, replace
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.interpreter.checker.lint import confirmed, without_suppressed
+from scenelang.interpreter.checker.program import Program, prelude_of
+from scenelang.sandbox.supervision import limited, spent_seconds
+from scenelang.session.session import (
+    EXPANSION_DEPTH,
+    IMPORT_FORM,
+    MACRO_LIMITS,
+    Evaluated,
+    Session,
+    is_python,
+    is_scene_file,
+    macro_runner,
+    may_run,
+    run_with_room,
+    settled,
+    value_datum,
+)
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.evaluation.evaluate import IncrementalRun
+    from scenelang.interpreter.evaluation.interactive import Version, Versions
+
+_MACRO_LIMITS = replace(MACRO_LIMITS, memory=1_000_000_000)
+_TRIAL_LIMITS = replace(_MACRO_LIMITS, seconds=_MACRO_LIMITS.seconds + 2.0)  # includes the rest of the check
+_PROCEDURAL = "define-macro"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VersionAnalysis:
+    """Diagnostics of a version of a text. ``version`` is None if the program is nested too deeply to analyze."""
+
+    source: Source
+    version: Version | None
+    diagnostics: tuple[Diagnostic, ...]
+
+
+class Editing:
+    """Incremental checker of a file open in an editor. ``texts`` contains the texts of other open files, by resolved
+    path."""
+
+    def __init__(self, session: Session, texts: dict[Path, str] | None = None) -> None:
+        self.session = session
+        self.texts = texts if texts is not None else {}
+        self._versions = self._no_versions()
+        self._imported: tuple[str, ...] | None = None  # texts of imported files, None if unknown
+        self._run: IncrementalRun | None = None
+        self._name = ""
+
+    def check(self, source: Source) -> VersionAnalysis:
+        """Analyze the next version; errors are never raised. Procedural macros are first run in a forked process, which
+        can be killed if they do not terminate."""
+        from scenelang.sandbox.worker import trial
+
+        problem = trial(lambda: self._try(source)) if self._may_run_macros(source) else None
+        if problem is not None:
+            return VersionAnalysis(source, None, (_in_source(problem, source),))
+        try:
+            with rare_collection():
+                return run_with_room(lambda: self._check(source), EXPANSION_DEPTH, folders=self.session.folders(source))
+        except RecursionError:
+            self._versions = self._no_versions()
+            problem = Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1))
+            return VersionAnalysis(source, None, (problem,))
+
+    def evaluate(self, source: Source) -> Evaluated:
+        """Evaluate the next version as ``Session.evaluate`` does, but only what the edit reaches."""
+        if is_scene_file(source) or is_python(source) or self.session.options.z_entries:
+            return self.session.evaluate(source)
+        with limited(self.session.options.limits):
+            analysis = self.check(source)
+            version = analysis.version
+            if version is None or not (version.program.ok and may_run(version.program, analysis.diagnostics)):
+                program = _placed_program(version) if version is not None else None
+                return Evaluated(program, None, analysis.diagnostics)
+            try:
+                word, _ = self.session.root_of(version.program)
+            except SceneError:
+                return self.session.evaluate(source)
+            return self._evaluate(version, word, analysis.diagnostics)
+
+    def _evaluate(self, version: Version, word: str, found: Sequence[Diagnostic]) -> Evaluated:
+        from scenelang.interpreter.evaluation.evaluate import IncrementalRun
+
+        session, program, source = self.session, version.program, version.source
+        if self._run is None or self._name != source.name:
+            self._run, self._name = IncrementalRun(session.library, lambda: session.runtime_of(source)), source.name
+        run, scene, problem = self._run, None, None
+        try:
+            work = lambda: run.run(program, word, session.options.seed, version.place, spent_seconds())
+            cancel = lambda: run.rt.meter.cancel()
+            with rare_collection():
+                scene = run_with_room(work, session.options.limits.depth, cancel, session.folders(source))
+        except (SceneError, RecursionError, MemoryError) as error:
+            problem = session.problem_of(error)
+        for entity in run.rt.made:
+            entity.call_sites = tuple(map(version.place, entity.call_sites))
+        rt, sources = run.rt, (source, *program.sources[1:])
+        warnings = without_suppressed(map(version.diagnostic, rt.warnings.values()), sources)
+        diagnostics = confirmed(found, problem and version.diagnostic(problem), warnings)
+        return Evaluated(_placed_program(version), scene, tuple(diagnostics), tuple(rt.log), rt.meter.total)
+
+    def _no_versions(self) -> Versions:
+        from scenelang.interpreter.evaluation.interactive import Versions
+
+        return Versions(prelude_of(self.session.library))
+
+    def _may_run_macros(self, source: Source) -> bool:
+        """Return whether the text or a file that it imports may define procedural macros."""
+        if _PROCEDURAL in source.text:
+            return True
+        if IMPORT_FORM.search(source.text) is None:
+            return False
+        return self._imported is None or any(_PROCEDURAL in text for text in self._imported)
+
+    def _try(self, source: Source) -> None:
+        with limited(_TRIAL_LIMITS):
+            run_with_room(lambda: self._check(source), EXPANSION_DEPTH, folders=self.session.folders(source))
+
+    def _check(self, source: Source) -> VersionAnalysis:
+        runner = macro_runner(self.session.library, _MACRO_LIMITS)
+        overrides = {name: value_datum(name, text) for name, text in self.session.options.defines.items()}
+        version = self._versions.analyse(source, self.session.importer(source, self.texts), runner, overrides)
+        program = version.program
+        found = [*program.diagnostics, *self.session.warnings(program)]
+        sources = (source, *program.sources[1:])
+        self._imported = tuple(each.text for each in program.sources[1:])
+        return VersionAnalysis(source, version, settled((version.diagnostic(d) for d in found), sources))
+
+
+def _placed_program(version: Version) -> Program:
+    """Return the program of a version with places in its text."""
+    program = version.program
+    return replace(
+        program, main=version.source, sources=(version.source, *program.sources[1:]),
+        words=_placed(version, program.words), all_words=_placed(version, program.all_words),
+        params=tuple(replace(param, span=version.place(param.span)) for param in program.params),
+    )  # fmt: skip
+
+
+def _placed(version: Version, words: Mapping[str, Span]) -> dict[str, Span]:
+    return {word: version.place(span) for word, span in words.items()}
+
+
+def _in_source(problem: Diagnostic, source: Source) -> Diagnostic:
+    """Map a diagnostic from another process to its position in our text, or to the start of the text."""
+    span = problem.span
+    if span is None or span.source.name != source.name:
+        return replace(problem, span=Span(source, 0, 1), chain=())
+    line, column = span.source.position(span.start)
+    start = min(source.line_start(line) + column - 1, len(source.text))
+    return replace(problem, span=Span(source, start, start + max(1, span.end - span.start)), chain=())

@@ -1,0 +1,992 @@
+"""Session shared by the command line, the REPL, editors and language-model loops: checks and evaluates programs.
+
+It combines the standard library with the interpreter; the semantics of the language are implemented there."""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import sys
+import threading
+from codecs import BOM_UTF8
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext
+from functools import cache
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from scenelang.backends.files import read_regular, rewrite
+from scenelang.grammar.ast import check_strict
+from scenelang.grammar.datum import (
+    Atom,
+    Datum,
+    ListDatum,
+    Source,
+    Span,
+    Symbol,
+    dataclass,
+    field,
+    is_deeper,
+    rare_collection,
+    replace,
+    walk,
+)
+from scenelang.grammar.diagnostics import (
+    CODES,
+    Diagnostic,
+    Note,
+    SceneError,
+    UsageError,
+    error_of,
+    moved_diagnostic,
+)
+from scenelang.grammar.reader import MAX_NESTING, read, read_pieces
+from scenelang.grammar.settings import typed
+from scenelang.interpreter.checker.book import findings
+from scenelang.interpreter.checker.lint import (
+    apply_fixes,
+    confirmed,
+    find_root,
+    lint,
+    lint_forms,
+    unread_attributes,
+    with_fixes,
+    without_consequences,
+    without_suppressed,
+    word_warnings,
+)
+from scenelang.interpreter.checker.program import Program, load_program
+from scenelang.interpreter.runtime.types import STD, Library
+from scenelang.interpreter.values.limits import Limits, fork_safe_lock, recursion_room
+from scenelang.sandbox.supervision import limited, link, spent_seconds
+from scenelang.stdlib.library import build_library
+
+if TYPE_CHECKING:
+    from scenelang.backends.surfaces.assets import AssetFiles
+    from scenelang.interpreter.evaluation.interactive import TopLevel
+    from scenelang.interpreter.expand.expand import RunMacro
+    from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
+    from scenelang.interpreter.scene.declarations import Declaration
+    from scenelang.interpreter.scene.entity import Scene
+    from scenelang.interpreter.scene.modelling.outlines import Typeface
+    from scenelang.interpreter.scene.primitives.asset import Asset
+    from scenelang.interpreter.transpile.translate import Translation
+    from scenelang.interpreter.transpile.writing.code import Finish
+
+
+T = TypeVar("T")
+IMPORT_FORM = re.compile(r'\(import\s+"([^"\n]*)"')
+_REGISTERS = re.compile(r"^[ \t]*@register", re.M)
+_TRIAL_STEPS = 200_000  # of the run that finds out whether a translated program works
+_STACK = 512 * 1024 * 1024
+_STACK_OF_CALL = 8 * 1024
+_STARTING = fork_safe_lock()  # threading.stack_size is a process-wide setting
+_MAX_FILE_SIZE = 16_000_000
+MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
+EXPANSION_DEPTH = 60_000
+_MAX_FRAMES = 400  # of Python that are read after a stack overflow, of ten or fewer for each call
+_DEEPEST_CALLS = 40
+_FIX_ROUNDS = 20
+_MAX_IMPORTERS = 300
+_MAX_RECOVERED = 30_000  # characters of a program whose brackets are matched
+_MAX_IMPORTER_SIZE = 500_000  # bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """Options for reading and evaluating programs.
+
+    Parameters
+    ----------
+    root : str, optional
+        Word to evaluate.
+    seed : int
+        Random seed.
+    defines : mapping
+        Values that override params, as source text by name.
+    limits : Limits
+        Limits of time, memory and size.
+    project : Path, optional
+        Folder to which imports are restricted; default: the main file's folder.
+    allow_outside : bool
+        Allow imports from outside the project folder.
+    imports : set of Path, optional
+        Only files that may be imported; None allows all files in the project.
+    strict : bool
+        Require the paper's grammar.
+    z_entries : mapping
+        Embeddings by handle name.
+    """
+
+    root: str | None = None
+    seed: int = 0
+    defines: Mapping[str, str] = field(default_factory=dict)
+    limits: Limits = field(default_factory=Limits)
+    project: Path | None = None
+    allow_outside: bool = False
+    imports: frozenset[Path] | None = None
+    strict: bool = False
+    z_entries: Mapping[str, ZEntry] = field(default_factory=dict)
+
+
+def definition(item: str) -> tuple[str, str]:
+    """Split ``NAME=VALUE`` into name and text; raises UsageError."""
+    name, sign, text = item.partition("=")
+    if not sign or not name:
+        raise UsageError("param", f"expected NAME=VALUE for --define, got `{item}`")
+    return name.strip(), text
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """Result of a check: the program and its diagnostics in source order."""
+
+    program: Program | None
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def ok(self) -> bool:
+        return not any(d.is_error for d in self.diagnostics)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evaluated:
+    """Result of an evaluation. ``scene`` is None if there were errors; ``log`` contains the printed lines; ``draws`` is
+    False if it is the same for every seed; ``subject`` is the entity or the mesh that an error is about."""
+
+    program: Program | None = field(repr=False)
+    scene: Scene | None
+    diagnostics: tuple[Diagnostic, ...]
+    log: tuple[str, ...] = ()
+    steps: int = 0
+    draws: bool = True
+    subject: Any = field(default=None, repr=False)
+
+    @property
+    def ok(self) -> bool:
+        return self.scene is not None
+
+    def require(self) -> Scene:
+        """Return the scene; raises SceneError with the first error if there is none."""
+        if self.scene is None:
+            raise error_of(next(d for d in self.diagnostics if d.is_error))
+        return self.scene
+
+
+def _has_room(depth: int) -> bool:
+    """Return whether this is the main thread, with a stack for calls of this depth (``ulimit -s``)."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return False
+    size, _ = resource.getrlimit(resource.RLIMIT_STACK)
+    is_large = size == resource.RLIM_INFINITY or size >= min(_STACK, depth * _STACK_OF_CALL)
+    return is_large and threading.current_thread() is threading.main_thread()
+
+
+def run_with_room(
+    action: Callable[[], T], depth: int, cancel: Callable[[], None] | None = None, folders: tuple[str, ...] = ()
+) -> T:
+    """Run ``action`` with a large stack for deep recursion: in a thread, unless the main thread's stack suffices.
+
+    Ctrl-C calls ``cancel`` and then waits for the thread to end. In a supervised process the thread has read-only
+    access to ``folders`` and no other access to the file system.
+    """
+    watched = link()
+    if watched is None and _has_room(depth):
+        with recursion_room(depth):
+            return action()
+    outcome: list[Any] = []
+    done = threading.Event()  # Thread.join cannot be used: in Python 3.11 Ctrl-C marks the thread as ended
+
+    def target() -> None:
+        try:
+            with recursion_room(depth), watched.evaluating(folders) if watched is not None else nullcontext():
+                outcome.append((True, action()))
+        except BaseException as error:
+            outcome.append((False, error))
+        finally:
+            done.set()
+
+    with _STARTING:
+        old = threading.stack_size(_STACK)
+        try:
+            thread = threading.Thread(target=target, daemon=True)
+            thread.start()
+        finally:
+            threading.stack_size(old)
+    interrupted = False
+    while not done.is_set():
+        try:
+            done.wait(0.5)
+        except KeyboardInterrupt:
+            if cancel is None or interrupted:
+                raise
+            interrupted = True
+            cancel()
+    ok, value = outcome[0]
+    if ok:
+        result: T = value
+        return result
+    raise value
+
+
+def macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], None] | None = None) -> RunMacro:
+    """Return a function that runs the bodies of macros; the evaluator is imported when there is one to run."""
+    runners: list[RunMacro] = []
+
+    def run(function: Datum, arguments: list[Any]) -> tuple[Any, bool]:
+        if not runners:
+            from scenelang.interpreter.evaluation.evaluate import macro_runner
+
+            runners.append(macro_runner(library, limits, started))
+        return runners[0](function, arguments)
+
+    return run
+
+
+class Session:
+    """Checks and evaluates programs under one set of options."""
+
+    def __init__(self, options: Options | None = None) -> None:
+        self.options = options or Options()
+        self.library = build_library()
+
+    # --- sources ---------------------------------------------------------------------------------------------------
+
+    @typed
+    def source(self, path: str) -> Source:
+        """Read a file, or standard input for ``-``; raises SceneError if it cannot be read."""
+        return _read_source(path, path)
+
+    @staticmethod
+    def _folder(main: Source) -> Path:
+        return Path(main.name).parent if not main.name.startswith("<") else Path.cwd()
+
+    def _project(self, main: Source) -> Path:
+        """Return the folder to which imports are restricted: the option's, else the main file's."""
+        return (self.options.project or self._folder(main)).resolve()
+
+    def _assets(self, main: Source) -> AssetFiles:
+        """Return the resolver of the program's mesh files."""
+        from scenelang.backends.surfaces.assets import AssetFiles
+
+        return AssetFiles(self._folder(main), self._project(main), self.options.allow_outside)
+
+    def _measure_asset(self, main: Source) -> Callable[[str, Callable[[int], None]], Asset]:
+        """Return the function that measures a mesh file; what reads meshes is imported at its first use."""
+        files = cache(lambda: self._assets(main))
+        return lambda file, charge: files().measure(file, charge)
+
+    def _load_font(self, main: Source) -> Callable[[str, Callable[[int], None]], Typeface]:
+        """Return the function that loads a font file; what reads fonts is imported at its first use."""
+
+        def load(file: str, charge: Callable[[int], None]) -> Typeface:
+            from scenelang.interpreter.scene.modelling.outlines import FontFiles
+
+            return FontFiles(self._folder(main), self._project(main), self.options.allow_outside).load(file, charge)
+
+        return load
+
+    def folders(self, main: Source) -> tuple[str, ...]:
+        """Return the folders that an evaluation may read, in addition to the package."""
+        return ("/",) if self.options.allow_outside else (str(self._project(main)), str(self._folder(main).resolve()))
+
+    def importer(self, main: Source, texts: Mapping[Path, str] | None = None) -> Callable[[str, Source, Span], Source]:
+        """Return a function that loads imported files relative to the importing file, within the project folder.
+
+        ``texts`` contains the unsaved texts of files open in an editor, by resolved path.
+        """
+        project = self._project(main)
+
+        def load(path: str, importing: Source, span: Span) -> Source:
+            from scenelang.interpreter.scene.primitives.asset import is_hidden
+
+            folder = Path(importing.name).parent if not importing.name.startswith("<") else Path.cwd()
+            try:
+                target = (folder / path).resolve()
+            except (OSError, ValueError, RuntimeError):
+                raise SceneError("file", f"invalid path `{path[:80]}`", None, span) from None
+            if not self.options.allow_outside and not target.is_relative_to(project):
+                hint = "imports are restricted to the project folder; --allow-outside permits others"
+                raise SceneError("import-outside", f"`{path}` is outside the project folder {project}", hint, span)
+            if not self.options.allow_outside and is_hidden(target, project):
+                hint = "hidden files are not imported; --allow-outside permits them"
+                raise SceneError("import-outside", f"`{path}` is hidden", hint, span)
+            shown = os.path.relpath(target)
+            if self.options.imports is not None and target not in self.options.imports:
+                raise SceneError(
+                    "import-outside", f"import of `{path[:80]}` is not allowed for this program", None, span
+                )
+            if texts and target in texts:
+                return Source(shown, texts[target])
+            try:
+                return _read_source(str(target), shown)
+            except SceneError as error:
+                error.span = span
+                raise
+
+        return load
+
+    # --- checking ----------------------------------------------------------------------------------------------
+
+    @typed
+    def check(self, source: Source) -> Checked:
+        """Parse, expand and analyze a program; errors are returned as diagnostics and never raised."""
+        if is_scene_file(source):
+            return Checked(None, self._read_scene(source).diagnostics)
+        try:
+            with limited(self.options.limits), rare_collection():
+                check = lambda: self._translated(source, False)[1] if is_python(source) else self._check(source, None)
+                return run_with_room(check, EXPANSION_DEPTH, folders=self.folders(source))
+        except RecursionError:
+            return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
+
+    @typed
+    def autofix(self, source: Source) -> tuple[Source, int]:
+        """Apply all safe fixes, repeatedly, since one fix may enable another. Returns the source and the number of
+        fixes."""
+        total = 0
+        for _ in range(_FIX_ROUNDS):
+            text, number = apply_fixes(source, self.check(source).diagnostics)
+            if not number:
+                break
+            source, total = Source(source.name, text), total + number
+        return source, total
+
+    @typed
+    def fix_file(self, path: str) -> tuple[Source, int]:
+        """Apply ``autofix`` to a file in place; raises SceneError if it cannot be read or written."""
+        source, number = self.autofix(self.source(path))
+        if number:
+            mark = "\ufeff" if read_regular(path, 3).startswith(BOM_UTF8) else ""
+            rewrite(Path(path), mark + source.text)
+        return source, number
+
+    def expansion(self, program: Program) -> str:
+        """Return the text of a program after macro expansion."""
+        try:
+            return run_with_room(lambda: self._expansion(program), EXPANSION_DEPTH)
+        except RecursionError:
+            raise SceneError("nesting", "the expansion is nested too deeply to be printed") from None
+
+    def _expansion(self, program: Program) -> str:
+        from scenelang.grammar.layout import layout
+        from scenelang.interpreter.compile.analyse import mentioned
+        from scenelang.interpreter.compile.unparse import unparse
+        from scenelang.interpreter.expand.forms import INDENTS
+
+        forms = [*program.forms, *([program.scene] if program.scene else [])]
+        params = {param.span for param in program.params}
+        imports = (f'(import "{module}")' for module in self.library_imports(program))
+        datums: list[Datum] = list(read(Source("<expansion>", "\n".join(imports))).forms)
+        spelling: dict[int, str] = {}
+        uninlined = frozenset(variable for form in forms if form.span in params for variable in mentioned(form))
+        for datum, form in zip(unparse(forms, uninlined), forms, strict=True):
+            if form.span in params:  # unchanged, so that --define works on the expansion too
+                (datum,) = read(Source(form.span.source.name, form.span.text)).forms
+                spelling |= {id(atom): atom.span.text for atom in walk(datum) if isinstance(atom, Atom)}
+            elif form is program.scene and isinstance(datum, ListDatum):
+                datum = ListDatum((Atom(Symbol("scene"), datum.span), *datum.items[1:]), None, datum.span)
+            datums.append(datum)
+        if is_deeper(datums, MAX_NESTING):
+            message = f"the expansion has more than {MAX_NESTING:,} levels of parentheses, which could not be read"
+            raise SceneError("nesting", message)
+        return layout(datums, indents=INDENTS, spelling=spelling)
+
+    @typed
+    def transpile(self, source: Source, literal: bool = False) -> Translation:
+        """Translate a language model's response, or its Python, and check the program; errors are never raised.
+
+        The text is lifted to a program as a person would write it, unless ``literal`` is true.
+        """
+        from scenelang.interpreter.lift.lift import lift
+        from scenelang.interpreter.transpile.translate import Translation
+
+        names = self.library.names
+        finish: Finish | None = None if literal else lambda forms, notes, texts: lift(forms, notes, texts, names)
+
+        def work() -> Translation:
+            translation, checked = self._translated(source, True, finish)
+            return translation.with_diagnostics(checked.diagnostics)
+
+        try:
+            with limited(self.options.limits):
+                return run_with_room(work, EXPANSION_DEPTH, folders=self.folders(source))
+        except RecursionError:
+            problem = Diagnostic("nesting", "the Python is nested too deeply", Span(source, 0, 1))
+            return Translation((), "", (problem,))
+
+    @typed
+    def lift(self, source: Source) -> tuple[str | None, Sequence[Diagnostic]]:
+        """Return the text of an equal program that is easier to read, or None, and the diagnostics of the program."""
+        from scenelang.interpreter.lift.lift import lift_text
+
+        if is_python(source):
+            hint = "`scenelang transpile` lifts what it translates"
+            return None, (Diagnostic("unsupported", "only programs can be lifted, not Python", None, hint),)
+        checked = self.check(source)
+        if checked.ok and checked.program is None:
+            return None, (Diagnostic("unsupported", "only programs can be lifted, not scenes in JSON", None),)
+        return (lift_text(source, self.library.names) if checked.ok else None), checked.diagnostics
+
+    def _translated(self, source: Source, with_text: bool, finish: Finish | None = None) -> tuple[Translation, Checked]:
+        """Translate a language model's Python and check the program; parts in which the checker finds errors are
+        evaluated if that leaves none. A program whose text is wanted and that changes data is tried as well."""
+        from scenelang.interpreter.transpile.translate import translate, with_evaluated_parts
+
+        translation = translate(source, with_text, finish)
+        checked = self._check(source, translation)
+        wrong = [d for d in checked.diagnostics if d.is_error]
+        if not wrong and with_text and translation.changes_data:
+            wrong = self._failure(source, checked)
+        if wrong and translation.ok:
+            evaluated = with_evaluated_parts(source, translation, wrong, with_text, finish)
+            if evaluated.ok and evaluated is not translation:
+                again = self._check(source, evaluated)
+                if not any(d.is_error for d in again.diagnostics):
+                    return evaluated, again
+        return translation, checked
+
+    def _failure(self, source: Source, checked: Checked) -> list[Diagnostic]:
+        """Return the error that ends a short run of a translated program, at its place in the Python."""
+        limits = replace(self.options.limits, steps=min(self.options.limits.steps, _TRIAL_STEPS))
+        trial = Session(replace(self.options, limits=limits))
+        found = trial._evaluate_checked(source, checked)
+        problem = _mistake_of(found)
+        place = _place_in(source, problem) if problem is not None else None
+        return [replace(problem, span=place)] if problem is not None and place is not None else []
+
+    def recovered(self, source: Source, checked: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+        """Return the findings of a check; where brackets do not match, as if they were where they are expected.
+
+        The brackets are those that fit the indentation and the calls best; the diagnostics have fixes that set them.
+        """
+        if not any(d.is_error for d in checked) or len(source.text) > _MAX_RECOVERED or is_python(source):
+            return checked
+        from scenelang.grammar.recovery import wrong_chunks
+
+        is_foreign = any(d.name == "foreign-syntax" for d in checked)
+        text = apply_fixes(source, checked)[0] if is_foreign else source.text
+        if not (wrong_chunks(text) and wrong_chunks(source.text)):
+            return checked
+        try:
+            with limited(self.options.limits), rare_collection():
+                work = lambda: self._recovered(source, Checked(None, tuple(checked))).diagnostics
+                return run_with_room(work, EXPANSION_DEPTH, folders=self.folders(source))
+        except RecursionError:
+            return checked
+
+    def _recovered(self, source: Source, checked: Checked) -> Checked:
+        """Return the findings of a text with brackets added or removed, with the fixes that do so.
+
+        Of the edits that fit the indentation, those are chosen that leave the fewest errors and warnings. Nothing
+        changes if errors of another kind say more, as in a text of another language.
+        """
+        from scenelang.grammar.recovery import MAX_CHUNKS, Recovered, bracket_edits, quote_edits, wrong_chunks
+
+        best, found = Recovered(source, source), checked
+        while chunks := wrong_chunks(best.source.text):
+            edits = quote_edits(best.source.text) or bracket_edits(chunks[0])[::-1]  # of equals, the shortest string
+            trials = [best.edited(edit) for edit in edits]
+            if not trials or len(best.edits) == MAX_CHUNKS:
+                return checked
+            results = [self._check(trial.source, None) for trial in trials]
+            chosen = min(range(len(trials)), key=lambda i: _weight(results[i]))
+            best, found = trials[chosen], results[chosen]
+        is_about_brackets = any(d.name in ("unclosed", "extra-close") for d in checked.diagnostics)
+        if not is_about_brackets and _weight(found)[0] > _weight(checked)[0]:
+            return checked
+        problems = best.explained([with_fixes(d) for d in read_pieces(source).diagnostics], found.ok)
+        behind = [d for d in found.diagnostics if d.is_error or d.fixes]  # other warnings wait
+        found_behind = [moved_diagnostic(d, best.original) for d in behind]
+        return Checked(checked.program, tuple(_sorted([*problems, *found_behind])))
+
+    def _check(self, source: Source, translation: Translation | None) -> Checked:
+        try:
+            overrides = {name: value_datum(name, text) for name, text in self.options.defines.items()}
+        except SceneError as error:
+            return Checked(None, (error.diagnostic,))
+        found = translation.diagnostics if translation is not None else ()
+        if translation is not None and not translation.ok:
+            return Checked(None, settled([*found, *self._partial_findings(source, translation)], (source,)))
+        watched = link()
+        if watched is not None:
+            watched.note(Span(source, 0, 1))
+        datums = translation.forms if translation is not None else None
+        program = load_program(
+            source,
+            self.library,
+            self.importer(source),
+            macro_runner(self.library, self._macro_limits),
+            overrides,
+            datums,
+        )
+        diagnostics = [*found, *program.diagnostics]
+        if self.options.strict and program.ok:
+            try:
+                check_strict(read(source).forms if datums is None else datums)
+            except SceneError as error:
+                diagnostics.append(error.diagnostic)
+        diagnostics += self.warnings(program, translation is None)
+        return Checked(program, settled(diagnostics, program.sources, program))
+
+    def _partial_findings(self, source: Source, translation: Translation) -> list[Diagnostic]:
+        """Return the mistakes in the parts of a Python program that were translated, though others were not."""
+        runner = macro_runner(self.library, self._macro_limits)
+        program = load_program(source, self.library, self.importer(source), runner, {}, translation.partial)
+        known = [d.span for d in translation.diagnostics if d.is_error and d.span is not None]
+        from scenelang.interpreter.transpile.translate import in_python
+
+        found = [*findings(program, None, is_written=False), *unread_attributes(program)]
+        return [in_python(d) for d in found if d.span is not None and not any(map(d.span.overlaps, known))]
+
+    def warnings(self, program: Program, is_written: bool = True) -> list[Diagnostic]:
+        """Return what the kinds of a program show to be wrong, and the lint warnings of a program without errors,
+        including those about its root.
+
+        ``is_written`` is False for programs translated from Python, for which unused definitions are not reported.
+        """
+        try:
+            word, root = self.root_of(program)
+        except SceneError as error:
+            word, root = None, [] if error.name == "no-root" else [error.diagnostic]
+        found = findings(program, word, is_written)
+        if not is_written:
+            from scenelang.interpreter.transpile.translate import in_python
+
+            found = [in_python(d) for d in found]
+        if not program.ok:
+            return [*found, *(lint_forms(program) if is_written else ())]
+        if not is_written:
+            return [*found, *word_warnings(program), *root]
+        is_scene = lambda: word is not None and not root and not self._is_imported(program.main)
+        return [*found, *lint(program, is_scene), *root]
+
+    def _is_imported(self, source: Source) -> bool:
+        """Return whether a program in the same or the parent folder imports this one."""
+        if source.name.startswith("<"):
+            return False
+        path = Path(source.name).resolve()
+        names = {path.name, f"{path.parent.name}/{path.name}"}
+        around = [*path.parent.glob("*.scene"), *path.parent.parent.glob("*.scene")][:_MAX_IMPORTERS]
+        return any(other != path and _imports(other, names) for other in around)
+
+    def root_of(self, program: Program) -> tuple[str, list[Diagnostic]]:
+        if self.options.root is not None:
+            return self.options.root, []
+        return find_root(program)
+
+    def library_imports(self, program: Program) -> list[str]:
+        """Return the standard library modules that a program imports, such as ``std/python.scene``, for its
+        expansion."""
+        modules = {f"{STD}{module}" for module in self.library.imported}
+        return [source.name for source in program.sources if source.name in modules]
+
+    # --- evaluating --------------------------------------------------------------------------------------------
+
+    @typed
+    def evaluate(self, source: Source) -> Evaluated:
+        """Check and run a program, or read a JSON scene; errors are returned as diagnostics and never raised."""
+        with limited(self.options.limits):
+            return self._evaluate(source)
+
+    def _evaluate(self, source: Source) -> Evaluated:
+        if is_scene_file(source):
+            return self._read_scene(source)
+        checked = self.check(source)
+        found = self._evaluate_checked(source, checked)
+        if found.scene is not None or not is_python(source) or found.program is None:
+            return found
+        if not (checked.ok or may_run(found.program, checked.diagnostics)):
+            return found
+        problem = _mistake_of(found)
+        if problem is None:
+            return found
+        return self._evaluate_python(source, problem) or replace(
+            found, diagnostics=tuple(_in_python(d) if d.is_error else d for d in found.diagnostics)
+        )
+
+    def _evaluate_python(self, source: Source, problem: Diagnostic) -> Evaluated | None:
+        """Evaluate a program again whose translation has ended with an error, with the part evaluated in which it is.
+
+        Returns the scene, or the exception in Python's words; None if there is neither.
+        """
+        from scenelang.interpreter.transpile.translate import translate, with_evaluated_parts
+
+        place = _place_in(source, problem)
+        if place is None or self.options.seed:
+            return None
+        error = replace(problem, span=place)
+        work = lambda: with_evaluated_parts(source, translate(source, False), [error], False)
+        translation = run_with_room(work, EXPANSION_DEPTH, folders=self.folders(source))
+        exception = next((d for d in translation.diagnostics if d.name == "python-exception"), None)
+        if exception is not None:
+            if exception.span is not None and exception.span.overlaps(place):  # whose place is more exact
+                exception = replace(_in_python(problem), message=exception.message, hint=None)
+            return Evaluated(None, None, (exception,))
+        if not translation.ok:
+            return None
+        again = run_with_room(lambda: self._check(source, translation), EXPANSION_DEPTH, folders=self.folders(source))
+        found = self._evaluate_checked(source, again)
+        return found if found.scene is not None else None
+
+    def _evaluate_checked(self, source: Source, checked: Checked) -> Evaluated:
+        program = checked.program
+        if program is None or not (checked.ok or may_run(program, checked.diagnostics)):
+            return Evaluated(program, None, checked.diagnostics)
+        runtime = self.runtime_of(source)
+        runtime.meter.reset(spent_seconds())
+        run = lambda: self._run(program, runtime)
+        try:
+            scene = run_with_room(run, self.options.limits.depth, runtime.meter.cancel, self.folders(source))
+            problem = subject = None
+        except (SceneError, RecursionError, MemoryError) as error:
+            scene, problem, subject = None, self.problem_of(error), getattr(error, "subject", None)
+        if problem is not None and self.options.z_entries:
+            used = ", ".join(f"<{name}>" for name in list(self.options.z_entries)[:8])
+            note = Note(f"embeddings are applied to {used}; remove one with `embeddings FILE set HANDLE --clear`")
+            problem = replace(problem, notes=(*problem.notes, note))
+        warnings = without_suppressed(runtime.warnings.values(), program.sources)
+        diagnostics = confirmed(checked.diagnostics, problem, warnings)
+        draws = runtime.streams.was_used
+        return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total, draws, subject)
+
+    def check_geometry(self, source: Source) -> list[Diagnostic]:
+        """Evaluate a program and run the geometry lint on its scene; returns the diagnostics of both."""
+        from scenelang.backends.geometry.lint import check_geometry
+
+        with limited(self.options.limits):
+            result = self.evaluate(source)
+            return [*result.diagnostics, *linted(result, check_geometry)]
+
+    def declarations(self, source: Source) -> tuple[Declaration, ...]:
+        """Return the declarations that the top level of a file states; raises SceneError with its first mistake.
+
+        Options of the program that they are about, such as values of its params, have no meaning for the file.
+        """
+        if self.options.defines or self.options.root or self.options.z_entries:
+            return Session(replace(self.options, defines={}, root=None, z_entries={})).declarations(source)
+        with limited(self.options.limits):
+            checked = self.check(source)
+            wrong = next((d for d in checked.diagnostics if d.is_error and d.name != "root"), None)
+            if wrong is not None or checked.program is None:
+                raise error_of(wrong or checked.diagnostics[0])
+            runtime, program = self.runtime_of(source), checked.program
+            run = lambda: _run_forms(self.library, runtime, program)
+            run_with_room(run, self.options.limits.depth, runtime.meter.cancel, self.folders(source))
+            return tuple(runtime.declarations)
+
+    @property
+    def _macro_limits(self) -> Limits:
+        """Limits for running macro expanders: the macro limits, capped by the program's memory and by slightly more
+        than its CPU time, so that the program's own limit is reported first."""
+        program_limits = self.options.limits
+        return replace(
+            MACRO_LIMITS,
+            seconds=min(MACRO_LIMITS.seconds, program_limits.seconds + 1.0),
+            memory=min(MACRO_LIMITS.memory, program_limits.memory),
+        )
+
+    def top_level(self, main: Source, started: Callable[[Runtime], None]) -> TopLevel:
+        """Create an interactive top level in the context of the file ``main``. ``started`` is called with each runtime
+        in which macros run, to make it cancellable. Raises SceneError for a malformed ``--define``."""
+        from scenelang.interpreter.evaluation.interactive import TopLevel
+        from scenelang.interpreter.runtime.runtime import JournaledRuntime
+
+        options, library = self.options, self.library
+        overrides = {name: value_datum(name, text) for name, text in options.defines.items()}
+        asset = self._measure_asset(main)
+        runtime = JournaledRuntime(
+            library, options.limits, options.seed, options.z_entries, asset=asset, font=self._load_font(main)
+        )
+        new_macros = lambda: macro_runner(library, self._macro_limits, started)
+        return TopLevel(library, runtime, main, self.importer(main), new_macros, overrides)
+
+    def problem_of(self, error: BaseException) -> Diagnostic | None:
+        """Convert an exception that ended an evaluation to a diagnostic; None if the program did not cause it."""
+        if isinstance(error, SceneError):
+            return _outside_library(error.diagnostic)
+        if isinstance(error, RecursionError):
+            return _too_deep(self.options.limits, error)
+        if isinstance(error, MemoryError):
+            hint = "the machine has no more memory; set a lower limit with --max-memory"
+            return Diagnostic("memory", "the program ran out of memory", None, hint)
+        return None
+
+    def _read_scene(self, source: Source) -> Evaluated:
+        """Read a scene exported as JSON."""
+        from scenelang.backends.exports.scene_json import read_scene
+
+        try:
+            scene = read_scene(source.name, self._project(source), self.options.allow_outside)
+        except SceneError as error:
+            return Evaluated(None, None, (error.diagnostic,))
+        return Evaluated(None, scene, ())
+
+    def _run(self, program: Program, runtime: Runtime) -> Scene:
+        from scenelang.interpreter.evaluation.evaluate import ProgramRun
+
+        with rare_collection():
+            try:
+                word, _ = self.root_of(program)
+            except SceneError:
+                ProgramRun(self.library, runtime).run_forms(program)  # errors of the program take precedence
+                raise
+            scene = self._run_once(program, runtime, word)
+            return self._with_entries(program, runtime, word, scene) if self.options.z_entries else scene
+
+    def runtime_of(self, main: Source, snapshots: frozenset[int] = frozenset()) -> Runtime:
+        from scenelang.interpreter.runtime.runtime import Runtime
+
+        options = self.options
+        return Runtime(
+            self.library, options.limits, options.seed, options.z_entries, snapshots=snapshots,
+            asset=self._measure_asset(main), font=self._load_font(main),
+        )  # fmt: skip
+
+    def _run_once(self, program: Program, runtime: Runtime, word: str) -> Scene:
+        from scenelang.interpreter.evaluation.evaluate import ProgramRun
+
+        run = ProgramRun(self.library, runtime)
+        watched = link()
+        for form in program.forms:
+            if watched is not None:
+                watched.note(form.span)
+            run.run_form(form)
+        if watched is not None:
+            watched.note(program.all_words.get(word), f'"{word}"')
+        return run.run_root(program, word, self.options.seed)
+
+    def _with_entries(self, program: Program, runtime: Runtime, word: str, scene: Scene) -> Scene:
+        """Apply embeddings to entities with automatic handles; the program runs again to restore the states of the
+        random streams."""
+        from scenelang.interpreter.inspection.numbering import apply_overrides, overrides_by_path, serials_at
+
+        entries, unused = overrides_by_path(scene, self.options.z_entries)
+        for name in unused:
+            runtime.warn("unused-entry", f"the embedding `<{name}>` matches no entity of the scene")
+        if not entries:
+            return scene
+        again = self.runtime_of(program.main, serials_at(scene, entries))
+        grafted = apply_overrides(again, self._run_once(program, again, word), entries)
+        runtime.warnings.update(again.warnings)
+        return grafted
+
+
+def linted(result: Evaluated, *lints: Callable[[Scene], list[Diagnostic]]) -> list[Diagnostic]:
+    """Return what ``lints`` find in the scene of an evaluation, without what comments of the program suppress."""
+    if result.scene is None:
+        return []
+    found: list[Diagnostic] = []
+    for each in lints:
+        try:
+            found += each(result.scene)
+        except SceneError as error:
+            found.append(error.diagnostic)
+    return without_suppressed(found, result.program.sources if result.program is not None else ())
+
+
+def _run_forms(library: Library, runtime: Runtime, program: Program) -> None:
+    from scenelang.interpreter.evaluation.evaluate import ProgramRun
+
+    ProgramRun(library, runtime).run_forms(program)
+
+
+def is_scene_file(source: Source) -> bool:
+    """Return whether a source is a scene in JSON rather than a program."""
+    return source.name.endswith(".json")
+
+
+def is_python(source: Source) -> bool:
+    """Return whether a source is a language model's Python, by file extension, or by content for standard input."""
+    if source.name.endswith((".py", ".txt", ".ipynb")):
+        return True
+    return source.name.startswith("<") and bool(_REGISTERS.search(source.text))
+
+
+def _mistake_of(found: Evaluated) -> Diagnostic | None:
+    """Return the first error of a run, unless it is a limit."""
+    problem = next((d for d in found.diagnostics if d.is_error), None)
+    return problem if problem is not None and not CODES[problem.name].code.startswith("E5") else None
+
+
+def _place_in(source: Source, problem: Diagnostic) -> Span | None:
+    """Return where in a source an error is, or the innermost call in it that led there."""
+    places = (problem.span, *(span for _, span in problem.chain))
+    place = next((span for span in places if span is not None and span.source.name == source.name), None)
+    return Span(source, place.start, place.end) if place is not None else None
+
+
+def _in_python(diagnostic: Diagnostic) -> Diagnostic:
+    from scenelang.interpreter.transpile.translate import in_python
+
+    return in_python(diagnostic)
+
+
+def _outside_library(diagnostic: Diagnostic) -> Diagnostic:
+    """Move an error inside the standard library to the program's call."""
+    if diagnostic.span is None or not diagnostic.span.source.name.startswith(STD):
+        return diagnostic
+    for _, place in diagnostic.chain:
+        if place is not None and not place.source.name.startswith(STD):
+            note = Note("in the standard library", diagnostic.span)
+            return replace(diagnostic, span=place, notes=(note, *diagnostic.notes))
+    return diagnostic
+
+
+def may_run(program: Program, diagnostics: Iterable[Diagnostic]) -> bool:
+    """Return whether the only errors are those of kinds, which may concern code that a run never evaluates."""
+    return program.ok and all(CODES[d.name].code[:2] in ("E4", "E6") for d in diagnostics if d.is_error)
+
+
+def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
+    """Create the diagnostic of a stack overflow; the innermost calls are read from Python's traceback."""
+    from scenelang.interpreter.compile.generated import site_of
+    from scenelang.interpreter.runtime.procedures import Closure
+
+    innermost: deque[TracebackType] = deque(maxlen=_MAX_FRAMES)
+    traceback = error.__traceback__
+    while traceback is not None:
+        innermost.append(traceback)
+        traceback = traceback.tb_next
+    chain: list[tuple[str, Span | None]] = []
+    running: str | None = None
+    for entry in reversed(innermost):
+        frame = entry.tb_frame
+        names = frame.f_locals
+        site = site_of(entry)
+        if site is not None:
+            names = {"function": site[0], "span": site[1]}
+        function, word, span = names.get("function"), names.get("name"), names.get("span")
+        if frame.f_code.co_name == "call" and isinstance(word, str):
+            running = f'"{word}"'
+        elif isinstance(function, Closure) and not function.code.name.startswith('"'):  # words are recorded by `call`
+            running = f"`{function.code.name}`"
+        if running is not None and isinstance(span, Span):
+            chain.append((running, span))
+            running = None
+    hint = "check for infinite recursion, or raise the limit with --max-depth"
+    return Diagnostic(
+        "depth",
+        f"maximum call depth of {limits.depth:,} exceeded",
+        chain[0][1] if chain else None,
+        hint,
+        (),
+        tuple(chain[:_DEEPEST_CALLS]),
+    )
+
+
+def _weight(checked: Checked) -> tuple[int, int, int]:
+    """Return the numbers of errors, of those without a fix or in the form of the text, and of warnings of a text."""
+    errors = [d for d in checked.diagnostics if d.is_error]
+    open_ = [d for d in errors if not d.fixes or d.name == "syntax"]
+    return len(errors), len(open_), len(checked.diagnostics) - len(errors)
+
+
+def settled(
+    diagnostics: Iterable[Diagnostic], sources: Iterable[Source], program: Program | None = None
+) -> tuple[Diagnostic, ...]:
+    """Prepare diagnostics for display: explain constructs of other languages, sort by position, remove duplicates and
+    those suppressed by comments."""
+    sources = tuple(sources)
+    found = list(diagnostics)
+    for source in sources:
+        if not is_python(source) and any(d.is_error for d in found):
+            from scenelang.interpreter.checker.habits import explain
+
+            found = explain(source, [with_fixes(d) for d in found])
+    found = without_consequences(found, program)
+    return tuple(with_fixes(d) for d in _sorted(without_suppressed(found, sources)))
+
+
+def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Sort diagnostics by position and remove duplicates."""
+    unique: dict[Any, Diagnostic] = {}
+    names: set[str] = set()  # report each unbound name only once
+    for d in sorted(diagnostics, key=lambda d: d.span.start if d.span else -1):
+        place = (d.span.source.name, d.span.start) if d.span else ("", -1)
+        if d.name == "unbound":
+            if d.message in names:
+                continue
+            names.add(d.message)
+        unique.setdefault((place, d.name, d.message), d)
+    return [unique[key] for key in sorted(unique, key=lambda k: k[0])]
+
+
+def _imports(path: Path, names: set[str]) -> bool:
+    """Return whether a file contains an import of one of the files ``names``."""
+    try:
+        data = read_regular(path, _MAX_IMPORTER_SIZE + 1)
+        text = data.decode("utf-8") if len(data) <= _MAX_IMPORTER_SIZE else ""
+    except (OSError, ValueError):
+        return False
+    return any(match[1].removeprefix("./") in names for match in IMPORT_FORM.finditer(text))
+
+
+def _reading_hint(error: Exception) -> str | None:
+    """Return a hint for an error while reading a program file."""
+    number = getattr(error, "errno", None)
+    if number == errno.EISDIR:
+        return "name a file in the folder; only `check` and `fmt` accept folders"
+    return "use `-` for standard input" if number == errno.EINVAL else None
+
+
+def other_file_error(path: Path) -> SceneError | None:
+    """Return the error of a file that cannot be a program, with what to do with it, or None."""
+    from scenelang.interpreter.scene.primitives import MESH_ENDINGS
+
+    ending = path.suffix.lower()
+    if ending in MESH_ENDINGS:
+        hint = f'a mesh is a primitive: `(call "asset" :file "{path.name}")`'
+        return SceneError("file", f"`{path.name}` is a mesh, not a program", hint)
+    if ending in (".scad", ".schem", ".litematic", ".nbt"):
+        hint = f"`scenelang import {path.name}` writes a program"
+        return SceneError("file", f"`{path.name}` is of another program", hint)
+    return None
+
+
+def _read_source(path: str, shown: str) -> Source:
+    wrong = other_file_error(Path(path))
+    if wrong is not None:
+        raise wrong
+    try:
+        if path == "-":
+            data = sys.stdin.buffer.read(_MAX_FILE_SIZE + 1)
+        else:
+            data = read_regular(path, _MAX_FILE_SIZE + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "it is not a path"
+        raise SceneError("file", f"cannot read {shown}: {reason}", _reading_hint(error)) from None
+    if len(data) > _MAX_FILE_SIZE:
+        raise SceneError("file", f"{shown} exceeds the maximum program size of {_MAX_FILE_SIZE:,} bytes")
+    name = "<stdin>" if path == "-" else shown
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise SceneError(
+            "encoding", f"{name} is not UTF-8 text (line {line}, byte {error.start + 1})", "save it as UTF-8"
+        ) from None
+    if not name.endswith(".ipynb"):
+        return Source(name, text)
+    from scenelang.interpreter.transpile.analysis.python_text import notebook_code
+
+    return Source(name, notebook_code(text, name))
+
+
+def value_datum(name: str, text: str) -> Datum:
+    """Parse the value of ``--define name=text``; a bare word is a string."""
+    result = read(Source(f"<--define {name}>", text))
+    if len(result.forms) == 1 and not result.diagnostics:
+        form = result.forms[0]
+        if isinstance(form, Atom) and isinstance(form.value, Symbol):
+            return Atom(str(form.value), form.span)
+        if not isinstance(form, ListDatum):
+            return form
+    raise SceneError(
+        "param", f"--define {name}: invalid value `{text[:60]}`", 'write a number, "string", #t, #f or [array]'
+    )
