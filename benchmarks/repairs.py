@@ -20,7 +20,7 @@ from planted import half_of, programs
 
 from scenelang.grammar.datum import Source
 from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.repair.repairing import Repair, repaired
+from scenelang.repairs.repairing import Repair, repaired
 from scenelang.session.session import Session
 
 DOC = Path(__file__).parent.parent / "docs" / "relations.md"

@@ -80,7 +80,7 @@ if TYPE_CHECKING:
     from scenelang.learning.neural import distill as distill
     from scenelang.learning.neural import imagine as imagine
     from scenelang.learning.neural import imagine_layout as imagine_layout
-    from scenelang.repair.repairing import Repair as Repair
+    from scenelang.repairs.repairing import Repair as Repair
     from scenelang.scenes.scene import Camera as Camera
     from scenelang.scenes.scene import Film as Film
     from scenelang.scenes.scene import Image as Image
@@ -123,7 +123,7 @@ _HOMES = {
     "imagine_layout": "learning.neural",
     "Camera": "scenes.scene", "Film": "scenes.scene", "Image": "scenes.scene", "Maps": "scenes.scene",
     "Primitives": "scenes.scene",
-    "Repair": "repair.repairing",
+    "Repair": "repairs.repairing",
     "Scene": "scenes.scene", "Checked": "session.session",
     "Evaluated": "session.session", "Options": "session.session", "Session": "session.session",
 }  # fmt: skip

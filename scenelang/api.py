@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from scenelang.console.doctor import Check
     from scenelang.interpreter.transpile.translate import Translation
     from scenelang.reference.searching import SearchResult
-    from scenelang.repair.instance_edits import EditedText
-    from scenelang.repair.repairing import Repair
+    from scenelang.repairs.instance_edits import EditedText
+    from scenelang.repairs.repairing import Repair
     from scenelang.session.scene_changes import Changes
 
 
@@ -237,7 +237,7 @@ def repair(text: str, *declarations: str, name: str = "<text>", geometry: bool =
     >>> repair(box + pile + '(scene "pile")', '(count "box" 1)', '(on "cube" "box" :any)').edits[0].new
     '1'
     """
-    from scenelang.repair.repairing import repaired
+    from scenelang.repairs.repairing import repaired
     from scenelang.session.declarations import declarations_of
 
     session = Session()
@@ -291,7 +291,7 @@ def edit_instance(
     >>> edit_instance(pair, "cone", move=(0, 1, 0)).new
     '(transform (call "cone") (translate [2 1 0]))'
     """
-    from scenelang.repair.instance_edits import InstanceEdit, edited
+    from scenelang.repairs.instance_edits import InstanceEdit, edited
 
     offset = None if move is None else tuple(map(float, move))
     if offset is not None and len(offset) != 3:

@@ -8,8 +8,8 @@ import pytest
 
 from scenelang import Session, Source
 from scenelang.grammar.diagnostics import Diagnostic
-from scenelang.repair.alternatives import with_tested
-from scenelang.repair.checking import Examination
+from scenelang.repairs.alternatives import with_tested
+from scenelang.repairs.checking import Examination
 from scenelang.session.session import Evaluated
 
 SESSION = Session()

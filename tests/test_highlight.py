@@ -75,4 +75,4 @@ def test_it_is_an_entry_point() -> None:
 def test_importing_it_is_cheap() -> None:
     code = "import sys, scenelang.reference.highlight; print([m for m in sys.modules if m.startswith('scenelang.')], 'numpy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "['scenelang.reference.highlight'] False"
+    assert done.stdout.strip() == "['scenelang.reference', 'scenelang.reference.highlight'] False"

@@ -180,7 +180,7 @@ def add_repair(parser: argparse.ArgumentParser) -> None:
 
 
 def run_repair(arguments: argparse.Namespace) -> int:
-    from scenelang.repair.repairing import imports_of, repaired
+    from scenelang.repairs.repairing import imports_of, repaired
     from scenelang.session.declarations import declarations_of
 
     result, source, session = opened(arguments)

@@ -47,7 +47,7 @@ from scenelang.grammar.diagnostics import (
 )
 from scenelang.grammar.settings import line_range, part_of_one
 from scenelang.interpreter.scene.entity import count_words
-from scenelang.repair.checking import Examination
+from scenelang.repairs.checking import Examination
 from scenelang.session.declarations import declarations_of
 
 if TYPE_CHECKING:

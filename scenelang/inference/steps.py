@@ -135,7 +135,7 @@ class AnswerReader:
         This needs no model, and saves a turn with it. Edits of a person's program and lists of primitives stay as they
         are, and so does a program with other errors, which the model has to repair anyway.
         """
-        from scenelang.repair.repairing import repaired
+        from scenelang.repairs.repairing import repaired
 
         unresolved = [d for d in verdict.diagnostics if d.is_error and d.name != "declaration"]
         failed = any(d.name == "declaration" for d in verdict.diagnostics)

@@ -41,7 +41,7 @@ from scenelang.mcp import inspection, tools, workbench
 from scenelang.mcp.tools import Project, ProjectProgram, ToolAnswer, WrongArguments, clipped, fitted, refused
 from scenelang.mcp.workbench import TextSpan, Workbench, WorkingProgram
 from scenelang.reference.searching import example_names, example_text, search
-from scenelang.repair.instance_edits import InstanceEdit
+from scenelang.repairs.instance_edits import InstanceEdit
 from scenelang.sandbox.supervision import Ended
 from scenelang.sandbox.worker import Worker
 from scenelang.session.scene_changes import TOLERANCE

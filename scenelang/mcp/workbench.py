@@ -28,8 +28,8 @@ from scenelang.mcp.tools import (
     diagnosed,
     refused,
 )
-from scenelang.repair.instance_edits import InstanceEdit, edited
-from scenelang.repair.repairing import repaired
+from scenelang.repairs.instance_edits import InstanceEdit, edited
+from scenelang.repairs.repairing import repaired
 from scenelang.sandbox.supervision import limited
 from scenelang.session.declarations import declaration_source
 from scenelang.session.session import is_python

@@ -9,7 +9,7 @@ import pytest
 
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
-from scenelang.repair.repairing import Repair, repaired
+from scenelang.repairs.repairing import Repair, repaired
 from scenelang.session.declarations import declarations_of
 from scenelang.session.session import Session
 

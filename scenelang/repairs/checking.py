@@ -81,7 +81,7 @@ class Examination:
             found = [with_fixes(d) for d in self.session.recovered(source, result.diagnostics)]
             found = with_options(source, found)
             if self.complete and not is_python(source):
-                from scenelang.repair.alternatives import with_tested
+                from scenelang.repairs.alternatives import with_tested
 
                 found = with_tested(source, found, self.session.evaluate)
             return Examined(found, None, result.subject)
@@ -92,7 +92,7 @@ class Examination:
         except SceneError as error:
             return Examined([*result.diagnostics, error.diagnostic], result.scene, error.subject)
         if self.complete and result.scene is not None and not is_python(source) and not _changes(source, found):
-            from scenelang.repair.repairing import with_repairs
+            from scenelang.repairs.repairing import with_repairs
 
             found = with_repairs(self.session, source, found, self.stated, geometry=self.geometry)
         return Examined(found, result.scene, result.subject)

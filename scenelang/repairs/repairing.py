@@ -29,8 +29,8 @@ from scenelang.grammar.settings import typed
 from scenelang.interpreter.scene.entity import primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.values.values import IDENTITY
-from scenelang.repair.alternatives import loop_counts
-from scenelang.repair.rearranging import Aim, Rearranged, aims_of, is_deeper_motion, is_sound_motion, rows_of
+from scenelang.repairs.alternatives import loop_counts
+from scenelang.repairs.rearranging import Aim, Rearranged, aims_of, is_deeper_motion, is_sound_motion, rows_of
 from scenelang.session.effort import Effort
 
 if TYPE_CHECKING:
