@@ -443,7 +443,8 @@ def depth_condition(depth: Tensor, covered: Tensor) -> Tensor:
     inverse = torch.where(covered, 1.0 / depth.clamp_min(1e-6), 0.0)
     if bool(covered.any()):
         low, high = inverse[covered].min(), inverse[covered].max()
-        inverse = torch.where(covered, 0.1 + 0.9 * (inverse - low) / (high - low).clamp_min(1e-9), 0.0)
+        share = (inverse - low) / (high - low) if bool(high > low) else torch.ones_like(inverse)
+        inverse = torch.where(covered, 0.1 + 0.9 * share, 0.0)
     return inverse[None, None].expand(1, 3, -1, -1)
 
 

@@ -182,6 +182,7 @@ class Embeddings:
 
     path: Path | None
 
+    @typed
     def __init__(self, path: str | Path | None) -> None:
         object.__setattr__(self, "path", None if path is None else Path(path))
 

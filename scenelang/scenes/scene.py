@@ -1178,7 +1178,9 @@ class Scene:
 
         Examples
         --------
-        >>> scene.violations('(on "cup" "table")', '(count "chair" 6)')
+        >>> import scenelang as sl
+        >>> scene = sl.evaluate('(bind "cup" (lambda () (call "cube")))')
+        >>> scene.violations('(count "cup" 1)')
         []
         """
         from scenelang.backends.geometry.relations import violations as found_in
@@ -1211,8 +1213,11 @@ class Scene:
 
         Examples
         --------
-        >>> [(each.subject_word, each.relation, each.other_word) for each in scene.relations()]
-        [('cup', 'on', 'table')]
+        >>> import scenelang as sl
+        >>> table, cup = '(call "cube")', '(transform (call "cup") (translate [0 .75 0]))'
+        >>> text = f'(bind "cup" (lambda () (call "cube" :scale .5))) (bind "table" (lambda () (union {table} {cup})))'
+        >>> [each.relation for each in sl.evaluate(text).relations()]
+        []
         """
         from scenelang.backends.geometry.arrangement import Arrangement, related
         from scenelang.backends.labels.things import is_thing
@@ -1301,7 +1306,10 @@ def _picture_options(
 def _backends(quality: str | Sequence[str]) -> list[PictureBackend]:
     from scenelang.backends.pictures.film import picture_backend
 
-    return [picture_backend(name) for name in ([quality] if isinstance(quality, str) else quality)]
+    chosen = [quality] if isinstance(quality, str) else list(quality)
+    if not chosen:
+        raise SceneError("value", "`quality`: expected a quality or several, got none")
+    return [picture_backend(name) for name in chosen]
 
 
 def _drawn(graph: SceneGraph, options: PictureOptions, quality: str | Sequence[str]) -> tuple[Image, Shot]:

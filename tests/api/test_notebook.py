@@ -78,7 +78,7 @@ def test_printed_lines_and_the_viewer(shell: Any) -> None:
 
 def test_params_are_controls_that_evaluate_anew(shell: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     widgets = pytest.importorskip("ipywidgets")
-    from scenelang.notebook.magic import magic as notebook
+    from scenelang.notebook import magic as notebook
 
     panels: list[Any] = []
     panel = notebook._panel

@@ -100,7 +100,8 @@ def _named(path: str) -> Any:
     if owner in sl.__all__:
         found = getattr(sl, owner)
         return getattr(found, member) if member else found
-    return getattr(import_module(f"scenelang.{owner}"), member)
+    module, _, name = path.rpartition(".")
+    return getattr(import_module(f"scenelang.{module}"), name)
 
 
 @cache

@@ -32,7 +32,8 @@ from scenelang.interpreter.expand.forms import INDENTS
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.flatten import flatten
 from scenelang.interpreter.values.limits import Limits
-from scenelang.session.session import Options, Session, session
+from scenelang.session import session
+from scenelang.session.session import Options, Session
 
 SESSION = Session(Options(limits=Limits(steps=300_000, primitives=20_000, entities=20_000)))
 PER_SEED = 100

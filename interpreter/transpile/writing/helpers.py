@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 from scenelang.grammar.diagnostics import suggest
 from scenelang.grammar.reader import is_keyword_name
+from scenelang.interpreter.checker.other_tools import hint_for_primitive
 from scenelang.interpreter.checker.rules import unread_hint
 from scenelang.interpreter.scene.primitives import block_words, geometry_attributes, solid_words
 from scenelang.interpreter.transpile.analysis.inference import POSE, SEQUENCES, SHAPE
@@ -282,7 +283,9 @@ def _warn_unused(w: Writer, word: ast.expr, value: ast.expr) -> None:
         return
     for key in value.keys:
         name = key.value if isinstance(key, ast.Constant) else None
-        if isinstance(name, str) and key is not None and name not in used and unread_hint(primitive, name) is None:
+        if not isinstance(name, str) or key is None or name in used or hint_for_primitive(name) is not None:
+            continue
+        if unread_hint(primitive, name) is None:
             hint = "it uses " + ", ".join(f"`{n}`" for n in used)
             w.warn("idle-attribute", f"the primitive `{name_given}` does not use `{name}`", key, hint)
 
