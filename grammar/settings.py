@@ -252,7 +252,7 @@ def _expected(annotation: str) -> str:
 def fits(value: Any, annotation: str) -> bool:
     """Return whether a value fits an annotation; a name that is no builtin one is that of a class."""
     kinds = _parts(annotation, "|")
-    if isinstance(value, str) and "\0" in value and "Path" in kinds:  # no name of a file has one
+    if "Path" in kinds and isinstance(value, str | os.PathLike) and "\0" in os.fsdecode(value):  # as no name has
         return False
     if len(kinds) > 1:
         return any(fits(value, kind) for kind in kinds)
@@ -317,7 +317,7 @@ _KINDS: Mapping[str, Callable[[Any], bool]] = {
     "str": lambda value: isinstance(value, str),
     "bytes": lambda value: isinstance(value, bytes),
     "bool": lambda value: isinstance(value, bool) or type(value).__name__ == "bool_",
-    "Path": lambda value: isinstance(value, str | os.PathLike) and "\0" not in os.fsdecode(value),
+    "Path": lambda value: isinstance(value, str | os.PathLike),
     "Size": _is_size,
     "Progress": callable,
     "Warn": callable,

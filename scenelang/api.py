@@ -446,8 +446,6 @@ def _options(
     allow_outside: bool,
     strict: bool,
 ) -> Options:
-    if not 0 <= seed < 1 << 32:
-        raise SceneError("value", f"`seed`: expected a whole number from 0 to {(1 << 32) - 1}, got {seed}")
     return Options(
         root=root,
         seed=int(seed),

@@ -122,17 +122,21 @@ def filled(rt: Runtime, name: str, value: Any, fill: Any) -> tuple[Contours, str
     contours = profile_of(rt, name, value)
     if fill is not None:
         return contours, choice(name, ":fill", fill, _RULES)
+    place = crossing_place(rt, contours)
+    if place is not None:
+        hint = "what it winds around is inside; `:fill :even-odd` leaves what it winds around twice, as OpenSCAD does"
+        rt.warn("crossing-profile", f"the profile of `{name}` crosses itself at {place}", rt.site, hint)
+    return contours, shapes.NON_ZERO
+
+
+def crossing_place(rt: Runtime, contours: Contours) -> str | None:
+    """Return where a contour first crosses itself, such as "[1 1]"; None if none does."""
     for contour in contours:
         rt.charge(len(contour) >> 4)
         point = shapes.crossing_of(contour)
         if point is not None:
-            x, y = (f"{number:.4g}" for number in point)
-            hint = (
-                "what it winds around is inside; `:fill :even-odd` leaves what it winds around twice, as OpenSCAD does"
-            )
-            rt.warn("crossing-profile", f"the profile of `{name}` crosses itself at [{x} {y}]", rt.site, hint)
-            break
-    return contours, shapes.NON_ZERO
+            return f"[{point[0]:.4g} {point[1]:.4g}]"
+    return None
 
 
 def counter_clockwise(contour: Numpy) -> Numpy:

@@ -15,7 +15,7 @@ from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling import curves
-from scenelang.interpreter.scene.modelling.contours import NON_ZERO, Contours, crossing_of
+from scenelang.interpreter.scene.modelling.contours import NON_ZERO, Contours
 from scenelang.interpreter.scene.modelling.operations import SEGMENTS, Expression, Operand, check_size
 from scenelang.interpreter.scene.modelling.solid import SolidShape, operand_of
 from scenelang.interpreter.scene.modelling.sweeping import check_corners
@@ -28,6 +28,7 @@ from scenelang.stdlib.profiles import (
     FILL,
     LEFT,
     TEXT,
+    crossing_place,
     filled,
     finite,
     one_or_two,
@@ -448,11 +449,10 @@ def _poses_of(rt: Runtime, heights: Any, poses: Any, count: int) -> Any:
 def _loftable(rt: Runtime, profile: Any) -> Contours:
     """Return a profile of a loft; raises SceneError for one that crosses itself, whose points have no order."""
     contours = profile_of(rt, "loft", profile)
-    for contour in contours:
-        point = crossing_of(contour)
-        if point is not None:
-            message = f"a profile of `loft` crosses itself at [{point[0]:.4g} {point[1]:.4g}]"
-            raise SceneError("value", message, "take its outline, `(profile-union profile)`")
+    place = crossing_place(rt, contours)
+    if place is not None:
+        message = f"a profile of `loft` crosses itself at {place}"
+        raise SceneError("value", message, "take its outline, `(profile-union profile)`")
     return contours
 
 

@@ -44,10 +44,12 @@ from scenelang.backends.surfaces.precision import (
     ChangedBody,
     Copies,
     Rounding,
+    about,
     changed_bodies,
     chunks_of,
     own_offset,
 )
+from scenelang.backends.surfaces.solids import composed
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.runtime.show import plain_attributes
@@ -439,9 +441,8 @@ def _near_parts(root: Entity) -> list[tuple[Entity, FloatArray | None]]:
     found: list[tuple[Entity, FloatArray | None]] = []
     for groups, offset in chunks_of(copies.grouped(group)):
         inside = np.flatnonzero(np.isin(group, groups))
-        shift = offset[:, None] * (0.0, 0.0, 0.0, 1.0)
         pairs = [
-            Pair(frame.primitives[k], Matrix((matrix - shift).ravel().tolist()))
+            Pair(frame.primitives[k], Matrix(about(matrix, offset).ravel().tolist()))
             for k, matrix in zip(index[inside].tolist(), matrices[inside], strict=True)
         ]
         found.append((Entity(root.word, ANONYMOUS, tuple(pairs)), offset))
@@ -886,7 +887,7 @@ class Surfaces:
         for value, rows in _grouped(self.leaves.index * _SIDES + self.sides()):
             item = self.leaves.items[value // _SIDES]
             for piece in self.pieces(item, value % _SIDES):
-                poses = _products(self.leaves.matrices[rows], piece.pose)
+                poses = composed(self.leaves.matrices[rows], piece.pose)
                 fits = Copies.of(piece.surface.vertices, piece.surface.faces, poses).fit(rounding.error)
                 if fits.all():
                     continue
@@ -936,7 +937,7 @@ class Surfaces:
     def _block(self, kinds: Sequence[LeafPiece], kind: IntArray, leaf: IntArray) -> WorldBlock:
         first = _starts(_vertex_counts(kinds)[kind])
         own = np.array([piece.pose for piece in kinds])[kind]
-        poses = _products(self.leaves.matrices[leaf], own)
+        poses = composed(self.leaves.matrices[leaf], own)
         vertices, normals = np.empty((first[-1], 3)), np.empty((first[-1], 3))
         mirrored = np.zeros(len(kind), np.bool_)
         for surface, rows in _by_surface(kinds, kind):
@@ -947,13 +948,6 @@ class Surfaces:
 
 def _rows_of(place: Matrix) -> FloatArray:
     return np.array(place).reshape(3, 4)
-
-
-def _products(outer: FloatArray, inner: FloatArray) -> FloatArray:
-    """Return the products of poses (K, 3, 4), the inner ones, (K, 3, 4) or (3, 4), applied first."""
-    found = outer[:, :, :3] @ inner
-    found[:, :, 3] += outer[:, :, 3]
-    return np.asarray(found, np.float64)
 
 
 def _word_at(item: ExportItem, piece: LeafPiece, point: FloatArray) -> str:

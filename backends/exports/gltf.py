@@ -45,7 +45,8 @@ from scenelang.backends.exports.plan import (
 )
 from scenelang.backends.exports.trs import Decomposition, decompose, decompose_track
 from scenelang.backends.surfaces.appearance import Look, look_of
-from scenelang.backends.surfaces.precision import common_offset, size_of
+from scenelang.backends.surfaces.precision import about, common_offset, size_of
+from scenelang.backends.surfaces.solids import composed
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
@@ -444,7 +445,7 @@ class Nodes:
         numbers: dict[int, int] = {}
         index = [numbers.setdefault(id(item), len(numbers)) for item in items]
         own = np.array([self.placed(item, IDENTITY) for item in {id(item): item for item in items}.values()])
-        return _products(poses, own.reshape(-1, 3, 4)[index])
+        return composed(poses, own.reshape(-1, 3, 4)[index])
 
     def add_still(self, root: ExportItem, place: Matrix, siblings: list[int] | None) -> None:
         """Add a node for each instance below and including ``root``, without recursion."""
@@ -491,7 +492,7 @@ class Nodes:
                 below.setdefault(id(child), (child, []))[1].append(place)
             for child, own in reversed(list(below.values())):
                 inner = np.array(own).reshape(-1, 3, 4)
-                product_ = _products(np.repeat(poses, len(inner), axis=0), np.tile(inner, (len(poses), 1, 1)))
+                product_ = composed(np.repeat(poses, len(inner), axis=0), np.tile(inner, (len(poses), 1, 1)))
                 waiting.append((child, product_, children))
             if below:
                 node["children"] = children
@@ -500,7 +501,7 @@ class Nodes:
         """Add one node for all instances of a leaf, and ordinary nodes for those that are mirrored or sheared."""
         places = self._all_placed([item] * len(poses), poses)
         offset = common_offset(places[:, :, 3], size_of([item.entity]))  # translations of instances are float32
-        near = places if offset is None else places - offset[:, None] * (0.0, 0.0, 0.0, 1.0)
+        near = places if offset is None else about(places, offset)
         found = decompose(near)
         plain = ~found.shears & (found.scale > 0.0).all(axis=1)
         rows = np.flatnonzero(plain)
@@ -511,7 +512,7 @@ class Nodes:
             self._append(node, siblings)
             meshes = self.meshes_of(item)
             for number, (inner, mesh) in enumerate(meshes, start=1):
-                own = found if inner is IDENTITY else decompose(_products(near, np.array(inner).reshape(1, 3, 4)))
+                own = found if inner is IDENTITY else decompose(composed(near, np.array(inner).reshape(1, 3, 4)))
                 holder = node if len(meshes) == 1 else self._add_part(f"{item.word}/{number}", {}, node)
                 self.document.required.add(INSTANCED)
                 holder |= {"mesh": mesh, "extensions": {INSTANCED: {"attributes": self._instances(own, rows)}}}
@@ -670,7 +671,7 @@ class Nodes:
         if offset is not None:
             self._add_posed(name, [{"translation": offset.tolist()}], extras, siblings)
             name, extras, siblings = f"{name}/motion", None, self.document.nodes[-1].setdefault("children", [])
-            poses = poses - offset[:, None] * (0.0, 0.0, 0.0, 1.0)
+            poses = about(poses, offset)
         decomposition = None if still else decompose_track(poses)
         fields = self._fields(places[0]) if decomposition is None else node_fields(decomposition, 0)
         number = len(self.document.nodes)
@@ -688,13 +689,6 @@ class Nodes:
             node = self._add_inner(f"{name}/shown", first, node)
             tracks.add(len(self.document.nodes) - 1, "scale", np.repeat(np.array(shown, float)[:, None], 3, 1), True)
         return node
-
-
-def _products(outer: FloatArray, inner: FloatArray) -> FloatArray:
-    """Return the products of affine poses (K, 3, 4), the inner ones applied first."""
-    found: FloatArray = outer[:, :, :3] @ inner
-    found[:, :, 3] += outer[:, :, 3]
-    return found
 
 
 def _filled(items: Sequence[ExportItem | None]) -> list[ExportItem]:

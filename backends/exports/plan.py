@@ -18,7 +18,7 @@ from scenelang.backends.base import frame_of
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.surfaces.appearance import Look, check_seen, look_of
 from scenelang.backends.surfaces.contraction import contracted, crowded_edges
-from scenelang.backends.surfaces.precision import Copies, chunks_of, own_offset
+from scenelang.backends.surfaces.precision import Copies, about, chunks_of, own_offset
 from scenelang.backends.surfaces.solids import keeps_own_colors, own_mesh
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box
@@ -522,8 +522,7 @@ def _patches(shared_look: Look, parts: Sequence[tuple[Look, ExportSurface, Float
         for (look, surface, matrices), end in zip(parts, ends.tolist(), strict=True):
             chosen = matrices[rows[(rows >= end - len(matrices)) & (rows < end)] - (end - len(matrices))]
             if len(chosen):
-                chosen = chosen - offset[:, None] * (0.0, 0.0, 0.0, 1.0)
-                surfaces.append(_painted(surface.under(chosen), look))
+                surfaces.append(_painted(surface.under(about(chosen, offset)), look))
         yield Patch(shared_look, joined(surfaces), translation(offset) if offset.any() else IDENTITY)
 
 

@@ -52,7 +52,7 @@ from scenelang.backends.exports.plan import (
 )
 from scenelang.backends.exports.trs import decompose, unsheared
 from scenelang.backends.surfaces.appearance import Look, look_of
-from scenelang.backends.surfaces.precision import common_offset, size_of
+from scenelang.backends.surfaces.precision import about, common_offset, size_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
@@ -490,7 +490,7 @@ class _Tree:
         offset = common_offset(poses[:, :, 3], size_of(child.entity for child in children))  # positions are float32
         if offset is not None:
             self.prims.place(made, (translation(offset),))
-            poses = poses - offset[:, None] * (0.0, 0.0, 0.0, 1.0)
+            poses = about(poses, offset)
         self.prims.instancer(made, [each.path for each in prototypes], index, poses, positions)
         self.prims.hint_instances(made, children, poses)
         return set(positions.tolist())

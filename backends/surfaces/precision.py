@@ -88,6 +88,11 @@ def common_offset(points: FloatArray, size: float) -> FloatArray | None:
     return np.asarray((low + high) / 2.0, np.float64) if far > _FAR * max(size, float((high - low).max())) else None
 
 
+def about(poses: FloatArray, offset: FloatArray) -> FloatArray:
+    """Return poses (..., 3, 4) relative to an offset (3,) of their common frame."""
+    return poses - offset[:, None] * (0.0, 0.0, 0.0, 1.0)
+
+
 def size_of(entities: Iterable[Entity]) -> float:
     """Return the largest extent of the boxes of some entities."""
     boxes = [box for box in map(entity_box, entities) if box is not None]
@@ -111,8 +116,7 @@ class Copies:
             return Copies(np.zeros((len(matrices), 3)), none, none)
         low, high = vertices.min(axis=0), vertices.max(axis=0)
         linear = matrices[:, :, :3]
-        squares = np.einsum("nij,nij->n", linear, linear)  # of the Frobenius norm: at least twice the two largest axes
-        least = np.abs(np.linalg.det(linear)) / np.maximum(squares / 2.0, 1e-300)
+        squares, least = _growth_of(linear)
         centers = linear @ ((low + high) / 2.0) + matrices[:, :, 3]
         radii = np.sqrt(squares) * float(np.linalg.norm(high - low)) / 2.0
         return Copies(centers, radii, stoutness_of(vertices, faces) * least)
@@ -121,8 +125,7 @@ class Copies:
     def of_boxes(boxes: FloatArray, matrices: FloatArray) -> Copies:
         """Return boxes (N, 2, 3) under poses (N, 3, 4); a box is as stout as half its least side."""
         linear = matrices[:, :, :3]
-        squares = np.einsum("nij,nij->n", linear, linear)
-        least = np.abs(np.linalg.det(linear)) / np.maximum(squares / 2.0, 1e-300)
+        squares, least = _growth_of(linear)
         centers = np.einsum("nij,nj->ni", linear, boxes.mean(axis=1)) + matrices[:, :, 3]
         sides = boxes[:, 1] - boxes[:, 0]
         radii = np.sqrt(squares) * np.linalg.norm(sides, axis=1) / 2.0
@@ -158,6 +161,13 @@ class Copies:
         far = np.abs(centers).max(axis=1, initial=0.0) + self.radii[chosen]
         stoutness = self.stoutness[chosen]
         return np.asarray((far <= reach_of(stoutness, error)) | (stoutness == 0.0), np.bool_)
+
+
+def _growth_of(linear: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the squared Frobenius norms (N,) of linear maps (N, 3, 3), and a bound of how little they scale a length:
+    the squares of the two largest scales are at least twice their product."""
+    squares = np.einsum("nij,nij->n", linear, linear)
+    return squares, np.abs(np.linalg.det(linear)) / np.maximum(squares / 2.0, 1e-300)
 
 
 def chunks_of(copies: Copies) -> list[tuple[IntArray, FloatArray]]:

@@ -47,9 +47,6 @@ def optional_parameters(form: Any, word: str | None) -> Iterator[Diagnostic]:
                 yield Diagnostic("optional-embedding", message, function.span, hint)
 
 
-# Poses that are probably composed in the wrong order.
-
-
 # The directives of C, Python, Common Lisp and Scheme, in the order of their values.
 _DIRECTIVE = re.compile(r"~[asdfgvwADSFGVW]|%(?:\.\d+)?[sdifgeuxr]")
 
@@ -84,6 +81,9 @@ def _taken_values(template: str) -> int | None:
     except ValueError:
         return None
     return max(count, last)
+
+
+# Poses that are probably composed in the wrong order.
 
 
 def turned_after_moved(nodes: Iterable[Any]) -> Iterator[Diagnostic]:

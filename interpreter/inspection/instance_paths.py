@@ -396,9 +396,9 @@ def part_of(scene: Scene, path: str) -> Scene:
     return Scene(scene.word, frames, scene.animated)
 
 
-def box_of(scene: Scene, text: str) -> Box | None:
-    """Return the exact world-space box of all entities of a word or path over all frames, None without geometry.
+def box_of(scene: Scene, text: str | None) -> Box | None:
+    """Return the exact world-space box over all frames of a scene, or of a word or path in it; None without geometry.
 
     Raises SceneError for a path that means nothing.
     """
-    return word_box(scene, text) if is_plain(text) else word_box(part_of(scene, text), None)
+    return word_box(scene, text) if text is None or is_plain(text) else word_box(part_of(scene, text), None)

@@ -131,7 +131,7 @@ def settings_from(arguments: argparse.Namespace) -> InferenceSettings:
 
 def _options_of(arguments: argparse.Namespace) -> Options:
     """Return the evaluation options for the model's programs."""
-    return Options(seed=arguments.seed % (1 << 32), limits=limits_of(arguments))
+    return Options(seed=arguments.seed, limits=limits_of(arguments))
 
 
 def live_stream(arguments: argparse.Namespace) -> TextIO | None:

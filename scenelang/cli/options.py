@@ -207,7 +207,7 @@ def session_of(arguments: argparse.Namespace) -> Session:
 
     options = Options(
         root=arguments.root,
-        seed=arguments.seed % (1 << 32),
+        seed=arguments.seed,
         defines=dict(map(definition, arguments.define)),
         limits=limits_of(arguments),
         allow_outside=arguments.allow_outside,

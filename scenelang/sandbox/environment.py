@@ -64,7 +64,8 @@ def hidden_variables() -> Iterator[None]:
         if _USERS[0] == 1:
             kept = named_variables()
             _HIDDEN.update((name, value) for name, value in os.environ.items() if name not in kept)
-            keep_named_variables()
+            if _HIDDEN:  # most processes have removed them for good, and evaluate many times
+                keep_named_variables()
     try:
         yield
     finally:

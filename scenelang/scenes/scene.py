@@ -652,9 +652,8 @@ class Scene:
 
     def _box(self, word: str | None) -> FloatArray | None:
         from scenelang.interpreter.inspection.instance_paths import box_of
-        from scenelang.interpreter.scene.bounds import word_box
 
-        box = word_box(self.graph, None) if word is None else box_of(self.graph, word)
+        box = box_of(self.graph, word)
         return None if box is None else np.array(box, np.float64).reshape(2, 3)
 
     @typed

@@ -80,10 +80,20 @@ JOBS = {
 NO_BYTECODE = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
 
 
+def heed() -> None:
+    """Take SIGINT, which is ignored in what a script runs in the background, as tests may be."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def limit_files() -> None:
+    """Let no file grow past 20 bytes."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20, 20))
+
+
 def start(job: Job, folder: Path, **options: object) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-P", "-m", "scenelang", *job.words]
     pipe = subprocess.PIPE
-    heed = lambda: signal.signal(signal.SIGINT, signal.default_int_handler)
     settings = {"stdout": pipe, "stderr": pipe, "preexec_fn": heed, **options}
     return subprocess.Popen(command, cwd=folder, **settings)  # type: ignore[call-overload, no-any-return]
 
@@ -161,12 +171,7 @@ def test_an_ending_at_any_moment(name: str, fault: str, seed: int, tmp_path: Pat
 def test_a_full_disk(name: str, tmp_path: Path) -> None:
     """No file may grow past 20 bytes."""
     prepared(tmp_path)
-
-    def small() -> None:
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20, 20))
-
-    running = start(JOBS[name], tmp_path, preexec_fn=small, env=NO_BYTECODE)
+    running = start(JOBS[name], tmp_path, preexec_fn=limit_files, env=NO_BYTECODE)
     _, err = running.communicate()
     assert running.returncode == 1, err
     assert err

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import random
-import resource
 import signal
 import subprocess
 import sys
@@ -24,7 +23,7 @@ import copies
 import pytest
 from hostile.every_command import LINES, numeric_options, prepare
 from hostile.measuring import children
-from hostile.test_faults import read_only
+from hostile.test_faults import heed, limit_files, read_only
 from support import wait_until
 
 from scenelang.cli.main import COMMANDS
@@ -63,25 +62,12 @@ def closed() -> int:
     return writing
 
 
-def small(_: Path) -> Callable[[], None]:
-    def limit() -> None:
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20, 20))
-
-    return limit
-
-
 def sent(number: int, wait: Callable[[subprocess.Popen[bytes]], Any], *python: str) -> Condition:
     def send(running: subprocess.Popen[bytes]) -> None:
         wait(running)
         running.send_signal(number)
 
     return Condition(python=python, before=lambda _: heed, during=send)
-
-
-def heed() -> None:
-    """SIGINT is ignored in what a script runs in the background, as tests may be."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def importing(running: subprocess.Popen[bytes]) -> None:
@@ -101,7 +87,7 @@ CONDITIONS = {
     "latin-1": encoded("latin-1"), "ascii": encoded("ascii"), "cp1252": encoded("cp1252"),
     "no encoding": Condition({"PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LC_ALL": "C"}),
     "full output": Condition(output=lambda: os.open("/dev/full", os.O_WRONLY)),
-    "full disk": Condition({"PYTHONDONTWRITEBYTECODE": "1"}, before=small),
+    "full disk": Condition({"PYTHONDONTWRITEBYTECODE": "1"}, before=lambda _: limit_files),
     "read only": Condition(before=lambda folder: lambda: read_only(folder)),
     "closed pipe": Condition(output=closed),
     "SIGTERM in imports": sent(signal.SIGTERM, importing, "-X", "importtime"), "SIGINT in imports": sent(signal.SIGINT, importing, "-X", "importtime"),

@@ -31,7 +31,6 @@ def _places() -> Iterator[tuple[str, bytes]]:
             pass
 
 
-@strings.registry.define("spy", "go::String", "Integer", "Looks for the canary.")
 def spy(rt: Any, go: str) -> int:
     found = sorted({letter for letter, text in _places() if CANARY.encode() in text})
     ctypes.CDLL(None).prctl(_PR_SET_NAME, f"spy-{''.join(found)}".encode(), 0, 0, 0)
@@ -39,6 +38,9 @@ def spy(rt: Any, go: str) -> int:
         time.sleep(0.005)
     return 1
 
+
+if not __package__:  # in a process of its own: what the tests import changes no library
+    strings.registry.define("spy", "go::String", "Integer", "Looks for the canary.")(spy)
 
 if __name__ == "__main__":
     from scenelang.__main__ import entry

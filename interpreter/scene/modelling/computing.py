@@ -288,14 +288,11 @@ def _near_origin(name: str, operation: Operation, parameters: Parameters, operan
     if not operands or any(each.is_empty() for each in operands):
         return operation(parameters, operands)
     boxes = [np.array(each.bounding_box()).reshape(2, 3) for each in operands]
-    middles = [box.mean(axis=0) for box in boxes]
     if name == "hull":
-        middles = [(np.min([box[0] for box in boxes], axis=0) + np.max([box[1] for box in boxes], axis=0)) / 2.0] * len(
-            boxes
-        )
-        back = middles[0]
+        back = (np.min(boxes, axis=(0, 1)) + np.max(boxes, axis=(0, 1))) / 2.0
+        middles = [back] * len(boxes)
     else:
-        middles = [middle if name == "minkowski" or i == 0 else np.zeros(3) for i, middle in enumerate(middles)]
+        middles = [box.mean(axis=0) if name == "minkowski" or i == 0 else np.zeros(3) for i, box in enumerate(boxes)]
         back = np.sum(middles, axis=0)
     moved = [each.translate((-middle).tolist()) for each, middle in zip(operands, middles, strict=True)]
     return operation(parameters, moved).translate(back.tolist())
@@ -513,16 +510,9 @@ def _extrude(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
         surfaces = [twisted(part, height, math.radians(twist), parameters["taper"], layers) for part in parts]
         made = _united([manifold_of_mesh(Mesh(vertices, None, faces), "extrude") for vertices, faces in surfaces])
     else:
-        section = FilledContours(parameters["profile"], _fill_rule(parameters))
-        made = _straight(section, height, int(parameters["slices"]), (taper[0], taper[1]))
+        rule, slices = _fill_rule(parameters), int(parameters["slices"])
+        made = _straight(parameters["profile"], rule, height, slices, (taper[0], taper[1]))
     return made.translate((0.0, 0.0, -height / 2.0)) if parameters["center"] else made
-
-
-class FilledContours(NamedTuple):
-    """The contours of a profile and the rule by which they are filled."""
-
-    contours: Sequence[FloatArray]
-    rule: str
 
 
 def _fill_rule(parameters: Parameters) -> str:
@@ -532,13 +522,14 @@ def _fill_rule(parameters: Parameters) -> str:
     return str(rule)
 
 
-def _straight(profile: FilledContours, height: float, slices: int, taper: tuple[float, float]) -> Manifold:
+def _straight(
+    contours: Sequence[FloatArray], rule: str, height: float, slices: int, taper: tuple[float, float]
+) -> Manifold:
     """Return an extrusion without a twist; parts that lie apart are made each by itself, as Manifold is quadratic."""
     import manifold3d
 
-    contours = profile.contours
     groups = apart(contours) if len(contours) > _MANY_CONTOURS else [contours]
-    made = [section_of(group, profile.rule).extrude(height, slices, 0.0, taper) for group in groups]
+    made = [section_of(group, rule).extrude(height, slices, 0.0, taper) for group in groups]
     if len(made) == 1:
         return made[0]
     meshes = [each.to_mesh64() for each in made]

@@ -115,15 +115,15 @@ def normalized(contours: Sequence[FloatArray], rule: str = NON_ZERO) -> Contours
     return contours_of(section_of(contours, rule))
 
 
-def untouching(contours: Contours, rule: str = NON_ZERO) -> list[Contours]:
-    """Return the parts of a profile, each an outer contour with its holes, if some of them meet at a corner; else one.
+def untouching(contours: Contours) -> list[Contours]:
+    """Return the parts of a profile without overlaps, each an outer contour with its holes, if some meet at a corner.
 
     Surfaces over parts that meet would be joined there, along edges with four faces.
     """
     corners = np.concatenate(contours) if contours else np.zeros((0, 2))
     if len(contours) < 2 or len(np.unique(corners, axis=0)) == len(corners):
         return [contours]
-    return [contours_of(part) for part in section_of(contours, rule).decompose()]
+    return [contours_of(part) for part in section_of(contours).decompose()]
 
 
 def combined(name: str, kind: str, profiles: Sequence[Contours], rule: str = NON_ZERO) -> Contours:

@@ -262,7 +262,6 @@ def twisted(contours: Contours, height: float, twist: float, taper: FloatArray, 
     if not contours:
         raise SceneError("solid", "`extrude` got a profile with nothing inside")
     corners = np.concatenate(contours)
-    check_corners("extrude", layers + 1, len(corners), FEWER_SLICES)
     share = np.linspace(0.0, 1.0, layers + 1)
     scaled = corners[None] * (1.0 + (taper - 1.0) * share[:, None, None])
     c, s = np.cos(twist * share)[:, None], np.sin(twist * share)[:, None]
