@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo dev check types test test-blender lint install bench faults eval-recorded gallery docs site viewer build-page blocks tables editors chromium wheel test-gpu test-hostile test-faults test-python fuzz test-grammar test-minecraft test-s3 test-slow test-nightly test-browser train-toy clean
+.PHONY: demo dev descriptions check types test test-blender lint install bench faults eval-recorded gallery docs site viewer build-page blocks tables editors chromium wheel test-gpu test-hostile test-faults test-python fuzz test-grammar test-minecraft test-s3 test-slow test-nightly test-browser train-toy clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -245,6 +245,10 @@ viewer:
 # The page of builds with the game's looks from its source; committed as the viewer's is. It shares some of the viewer's source.
 build-page:
 	cd backends/deepslate/source && npm install --no-package-lock --no-audit --no-fund --silent && node build.mjs
+
+# What is known of a backend before it is imported: names, endings, options.
+descriptions: $(VENV)/.editable
+	$(BIN)/python -m scenelang.backends.described_backends
 
 # The table of Minecraft's blocks from data and pictures of half a gigabyte; committed, so that only a new version needs it.
 BLOCKS := $(VENV)/blocks

@@ -8,21 +8,22 @@ root to it. Here ``interpreter.flatten`` computes the poses, ``solids``, ``appea
 ``g_reparam`` for the geometric backends, and ``Backend.run`` is ``R``.
 
 Backends are discovered through the entry-point group ``scenelang.backends``: any package may add one by naming a
-``Backend`` object there. Heavy dependencies are imported only when a backend runs.
+``Backend`` object there. What must be known of our own before one is chosen (names, endings, options) is in
+``descriptions.json``, which `make descriptions` writes from the backends, so that listing them imports none of them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
+from functools import cache
 from pathlib import Path
-from types import FunctionType
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.grammar.settings import Setting, setting, whole
-from scenelang.interpreter.loading import entry_points_of
+from scenelang.interpreter.plugins import PluginRegistry
 from scenelang.interpreter.scene.primitives import geometric_words
 
 if TYPE_CHECKING:
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 
 GROUP = "scenelang.backends"
 Progress = Callable[[float], None]
-Plugin = TypeVar("Plugin")
 LOOKS = ("color", "roughness", "metallic", "opacity", "emission", "ior")
 
 
@@ -225,6 +225,17 @@ def frame_of(scene: Scene, frame: int | None) -> int:
     return number
 
 
+def require_word(scene: Scene, word: str) -> None:
+    """Raise SceneError("value") with the nearest word if no entity has ``word``; a path, such as ``chair/leg[2]``,
+    passes."""
+    from scenelang.interpreter.inspection.instance_paths import is_plain
+    from scenelang.interpreter.scene.entity import descendants
+
+    if is_plain(word) and all(entity.word != word for entity in descendants(*scene.frames)):
+        known = sorted({entity.word for entity in descendants(*scene.frames)})
+        raise SceneError("value", f'no entity has the word "{word}"', suggest(word, known))
+
+
 def check_settings(options: BackendOptions, backends: Sequence[Backend]) -> None:
     """Validate ``options.settings``; raises SceneError("value") for an unknown option or a disallowed value."""
     for name in (name for name, value in options.settings.items() if value is not None):
@@ -240,64 +251,65 @@ def check_settings(options: BackendOptions, backends: Sequence[Backend]) -> None
             raise SceneError("value", f"{shown} has no option `--{name}`", hint=hint)
 
 
-@dataclass(frozen=True, slots=True)
-class PluginRegistry(Generic[Plugin]):
-    """Plug-ins of one kind, registered by packages in the entry-point group ``group``.
+@cache
+def _descriptions() -> Mapping[str, Mapping[str, Any]]:
+    """Return the data of ``descriptions.json`` by the value of the entry point."""
+    import json
 
-    ``kind`` is the noun used in messages, ``cls`` the required class, ``error`` the code of the error for an unknown
-    name.
+    text = Path(__file__).with_name("descriptions.json").read_text("utf-8")
+    data: dict[str, Mapping[str, Any]] = json.loads(text)
+    return data
+
+
+def description_of(backend: Backend) -> dict[str, Any]:
+    """Return what can be known of a backend without importing it, as JSON data; ``described`` reads it."""
+    return {
+        "name": backend.name,
+        "doc": backend.doc,
+        "command": backend.work.value,
+        "endings": list(backend.endings),
+        "packages": list(backend.packages),
+        "install": backend.install,
+        "accepts": {
+            "words": None if backend.accepts.words is None else list(backend.accepts.words),
+            "any_word": backend.accepts.any_word,
+            "attributes": list(backend.accepts.attributes),
+            "animated": backend.accepts.animated,
+        },
+        "options": [
+            {"name": o.name, "doc": o.doc, "default": o.default, "choices": list(o.choices),
+             "minimum": o.minimum, "maximum": o.maximum}
+            for o in backend.options
+        ],
+    }  # fmt: skip
+
+
+def described(data: Mapping[str, Any]) -> Backend:
+    """Return a backend for lists from ``description_of``; it is imported when it runs.
+
+    Its options lack their own checks, which ``find`` and ``check_settings`` apply when it is chosen.
     """
-
-    group: str
-    kind: str
-    cls: type[Plugin]
-    error: str = "backend"
-
-    def names(self) -> list[str]:
-        """Return the sorted names of all plug-ins without loading them."""
-        return sorted(self._points())
-
-    def get(self, name: str) -> Plugin | None:
-        """Return the plug-in ``name``, or None if it does not exist; raises SceneError if it cannot be loaded."""
-        point = self._points().get(name)
-        return None if point is None else self._load(point)
-
-    def find(self, name: str) -> Plugin:
-        """Return the plug-in ``name``; raises SceneError if it does not exist or cannot be loaded."""
-        found = self.get(name)
-        if found is not None:
-            return found
-        known = self.names()
-        listed = f"available: {', '.join(known)}" if known else "none installed: `pip install scenelang`"
-        raise SceneError(self.error, f"unknown {self.kind} `{name}` ({listed})", hint=suggest(name, known))
-
-    def all(self) -> list[Plugin]:
-        """Return all plug-ins that load, sorted by name; ``find`` reports why the others fail."""
-        loaded = []
-        for _, point in sorted(self._points().items()):
-            try:
-                loaded.append(self._load(point))
-            except SceneError:
-                continue
-        return loaded
-
-    def _points(self) -> Mapping[str, Any]:
-        return entry_points_of(self.group)
-
-    def _load(self, point: Any) -> Plugin:
-        try:
-            found = point.load()
-        except Exception as error:  # importing third-party code may raise any exception
-            raise SceneError("backend", f"the {self.kind} `{point.name}` cannot be loaded: {error}") from error
-        if not isinstance(found, self.cls):
-            message = f"the entry point `{point.name}` is not a {self.cls.__name__} ({point.value})"
-            raise SceneError("backend", message)
-        return found
+    accepts = data["accepts"]
+    words = None if accepts["words"] is None else tuple(accepts["words"])
+    return Backend(
+        data["name"], data["doc"], Work(data["command"]), tuple(data["endings"]),
+        lambda scene, path, options: find(data["name"]).run(scene, path, options),
+        tuple(Option(**{**option, "choices": tuple(option["choices"])}) for option in data["options"]),
+        Accepts(words, accepts["any_word"], tuple(accepts["attributes"]), accepts["animated"]),
+        tuple(data["packages"]), data["install"],
+    )  # fmt: skip
 
 
-BACKENDS = PluginRegistry(GROUP, "backend", Backend)
-# Functions of a name and candidates that return the candidate closest in meaning, None if they cannot tell.
-SIMILARITIES: PluginRegistry[Any] = PluginRegistry("scenelang.similarities", "measure of similarity", FunctionType)
+@dataclass(frozen=True, slots=True)
+class BackendRegistry(PluginRegistry[Backend]):
+    """Backends; those with a description are listed without being imported."""
+
+    def _listed(self, point: Any) -> Backend:
+        data = _descriptions().get(point.value)
+        return PluginRegistry._load(self, point) if data is None else described(data)
+
+
+BACKENDS = BackendRegistry(GROUP, "backend", Backend)
 
 
 def names() -> list[str]:
@@ -311,7 +323,10 @@ def find(name: str) -> Backend:
 
 
 def all_backends(work: Work | None = None) -> list[Backend]:
-    """Return all backends that load, sorted by name; ``find`` reports why the others fail."""
+    """Return all backends for a list, sorted by name, without importing those that ``descriptions.json`` describes.
+
+    ``find`` and ``for_file`` return one that can run, with the checks of its options.
+    """
     return [backend for backend in BACKENDS.all() if work is None or backend.work is work]
 
 
@@ -334,7 +349,7 @@ def for_file(path: Path | str, work: Work | None = None) -> Backend:
     for longest in ("".join(Path(path).suffixes[-2:]).lower(), ending):  # .mjcf.xml before .xml
         for backend in candidates:
             if longest in backend.endings:
-                return backend
+                return find(backend.name)
     known = sorted({ending for backend in candidates for ending in backend.endings})
     shown = f"`{ending}` files" if ending else "files without an extension"
     raise SceneError(

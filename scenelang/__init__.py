@@ -17,11 +17,13 @@ if TYPE_CHECKING:
     from scenelang.api import check as check
     from scenelang.api import check_installation as check_installation
     from scenelang.api import diff as diff
+    from scenelang.api import edit as edit
     from scenelang.api import edit_instance as edit_instance
     from scenelang.api import evaluate as evaluate
     from scenelang.api import expand as expand
     from scenelang.api import explain as explain
     from scenelang.api import format as format
+    from scenelang.api import generate as generate
     from scenelang.api import grammar_text as grammar_text
     from scenelang.api import import_build as import_build
     from scenelang.api import lift as lift
@@ -29,12 +31,17 @@ if TYPE_CHECKING:
     from scenelang.api import load as load
     from scenelang.api import parse as parse
     from scenelang.api import repair as repair
+    from scenelang.api import resume as resume
     from scenelang.api import search as search
     from scenelang.api import transpile as transpile
+    from scenelang.backends.labels.maps import Maps as Maps
     from scenelang.backends.neural.distillation.training import DistillationSettings as DistillationSettings
     from scenelang.backends.neural.inversion import InversionSettings as InversionSettings
     from scenelang.backends.neural.prompts import Granularity as Granularity
     from scenelang.backends.neural.weights import Models as Models
+    from scenelang.backends.pictures.images import Camera as Camera
+    from scenelang.backends.pictures.images import Film as Film
+    from scenelang.backends.pictures.images import Image as Image
     from scenelang.bench.benchmark import BenchReport as BenchReport
     from scenelang.bench.benchmark import benchmark as benchmark
     from scenelang.bench.benchmark import benchmark_report as benchmark_report
@@ -60,10 +67,7 @@ if TYPE_CHECKING:
     from scenelang.inference.generation import Edited as Edited
     from scenelang.inference.generation import Estimate as Estimate
     from scenelang.inference.generation import Generated as Generated
-    from scenelang.inference.generation import edit as edit
     from scenelang.inference.generation import estimate as estimate
-    from scenelang.inference.generation import generate as generate
-    from scenelang.inference.generation import resume as resume
     from scenelang.inference.generation import runs as runs
     from scenelang.inference.records import InferenceSettings as InferenceSettings
     from scenelang.inference.records import Run as Run
@@ -81,12 +85,8 @@ if TYPE_CHECKING:
     from scenelang.learning.neural import imagine as imagine
     from scenelang.learning.neural import imagine_layout as imagine_layout
     from scenelang.repairs.repairing import Repair as Repair
-    from scenelang.scenes.scene import Camera as Camera
-    from scenelang.scenes.scene import Film as Film
-    from scenelang.scenes.scene import Image as Image
-    from scenelang.scenes.scene import Maps as Maps
-    from scenelang.scenes.scene import Primitives as Primitives
-    from scenelang.scenes.scene import Scene as Scene
+    from scenelang.scene import Scene as Scene
+    from scenelang.session.loaded import Primitives as Primitives
     from scenelang.session.session import Checked as Checked
     from scenelang.session.session import Evaluated as Evaluated
     from scenelang.session.session import Options as Options
@@ -112,8 +112,8 @@ _HOMES = {
     "evaluate_metrics": "evaluation.subjects", "Datum": "grammar.datum", "Source": "grammar.datum",
     "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics", "UsageError": "grammar.diagnostics",
     "ReadResult": "grammar.reader", "Edited": "inference.generation", "Estimate": "inference.generation",
-    "Generated": "inference.generation", "edit": "inference.generation", "estimate": "inference.generation",
-    "generate": "inference.generation", "resume": "inference.generation", "runs": "inference.generation",
+    "Generated": "inference.generation", "edit": "api", "estimate": "inference.generation",
+    "generate": "api", "resume": "api", "runs": "inference.generation",
     "InferenceSettings": "inference.records", "Run": "inference.records", "Limits": "interpreter.values.limits",
     "Entity": "interpreter.scene.entity", "InversionModels": "learning.inversion",
     "PictureSubject": "learning.inversion",
@@ -121,10 +121,10 @@ _HOMES = {
     "DistillationModels": "learning.neural",
     "ImagineSettings": "learning.neural", "distill": "learning.neural", "imagine": "learning.neural",
     "imagine_layout": "learning.neural",
-    "Camera": "scenes.scene", "Film": "scenes.scene", "Image": "scenes.scene", "Maps": "scenes.scene",
-    "Primitives": "scenes.scene",
+    "Camera": "backends.pictures.images", "Film": "backends.pictures.images", "Image": "backends.pictures.images",
+    "Maps": "backends.labels.maps", "Primitives": "session.loaded",
     "Repair": "repairs.repairing",
-    "Scene": "scenes.scene", "Checked": "session.session",
+    "Scene": "scene", "Checked": "session.session",
     "Evaluated": "session.session", "Options": "session.session", "Session": "session.session",
 }  # fmt: skip
 __all__ = sorted(_HOMES)
@@ -141,8 +141,9 @@ def __getattr__(name: str) -> Any:
 def load_ipython_extension(shell: Any) -> None:
     """Register the cell magic ``%%scene``; called by ``%load_ext scenelang``."""
     from scenelang.notebook.magic import register
+    from scenelang.scene import Scene
 
-    register(shell)
+    register(shell, Scene)
 
 
 def __dir__() -> list[str]:

@@ -39,6 +39,10 @@ def _run(handles_sigint: bool) -> NoReturn:
         complete(build_parser)
     if not sys.warnoptions:  # library warnings are for developers
         warnings.simplefilter("ignore")
+    from scenelang.cli.commands import prints_help
+
+    if prints_help(sys.argv[1:]):
+        os._exit(0)
     from scenelang.cli.main import main
     from scenelang.sandbox.supervision import INTERRUPTED, after_imports
 

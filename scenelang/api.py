@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TextIO
 
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, diagnostic_asked, error_of, explained
@@ -13,13 +13,15 @@ from scenelang.grammar.reader import ReadResult, read
 from scenelang.grammar.settings import typed
 from scenelang.interpreter.runtime.runtime import ZEntry
 from scenelang.interpreter.values.limits import Limits
-from scenelang.scenes.scene import Scene, literal, scene_of
-from scenelang.session.session import Checked, Options, Session
+from scenelang.scene import Scene
+from scenelang.session.loaded import literal, scene_of
+from scenelang.session.session import Checked, Options, Session, TranslatedProgram
 
 if TYPE_CHECKING:
     from scenelang.backends.base import Backend
-    from scenelang.console.doctor import Check
-    from scenelang.interpreter.transpile.translate import Translation
+    from scenelang.doctor.doctor import Check
+    from scenelang.inference.generation import Edited, Generated
+    from scenelang.inference.records import InferenceSettings
     from scenelang.reference.searching import SearchResult
     from scenelang.repairs.instance_edits import EditedText
     from scenelang.repairs.repairing import Repair
@@ -100,7 +102,7 @@ def load(
     """
     entries = _entries(Path(path), embeddings)
     options = _options(seed, defines, root, entries, limits, project, allow_outside, strict)
-    return scene_of(Session(options).source(str(path)), options)
+    return scene_of(Scene, Session(options).source(str(path)), options)
 
 
 @typed
@@ -126,11 +128,11 @@ def evaluate(
     <Scene "dot": 1 primitive>
     """
     options = _options(seed, defines, root, {}, limits, project, allow_outside, strict)
-    return scene_of(Source(name, text), options)
+    return scene_of(Scene, Source(name, text), options)
 
 
 @typed
-def transpile(text: str, name: str = "<response>.py", *, literal: bool = False) -> Translation:
+def transpile(text: str, name: str = "<response>.py", *, literal: bool = False) -> TranslatedProgram:
     """Translate a language model's response, or its Python, to a program of the language; Python is never executed.
 
     ``.text`` is the program, empty if ``.ok`` is false; ``.diagnostics`` contains the errors. The program is lifted
@@ -300,6 +302,156 @@ def edit_instance(
 
 
 @typed
+def generate(
+    task: str = "",
+    *,
+    model: str | None = None,
+    images: Sequence[str | Path] = (),
+    kind: Literal["3d", "4d", "minecraft"] = "3d",
+    notation: Literal["python", "language"] = "python",
+    ablation: Literal["", "P", "W", "PW"] = "",
+    settings: InferenceSettings | None = None,
+    seed: int = 0,
+    limits: Limits | None = None,
+    runs: str | None = None,
+    live: TextIO | None = None,
+) -> Generated[Scene]:
+    """Generate a scene from text and images with a language model.
+
+    The model's program is checked and evaluated, errors are sent back for repair, and the best of several samples is
+    selected. Python written by the model is translated, never executed.
+
+    Parameters
+    ----------
+    task : str
+        Description of the scene; may be empty if there are images.
+    model : str, optional
+        Name of the model; default: that of ``settings``, else the provider's default.
+    images : sequence of path
+        Input images to reconstruct.
+    kind : str
+        "3d", "4d" (an animated scene) or "minecraft" (a build of blocks).
+    notation : str
+        Notation of the model's output: "python" with the helper API, or "language" for the Scene Language.
+    ablation : str
+        Ablation of the paper: without programs "P", words "W" or both "PW".
+    settings : InferenceSettings, optional
+        Provider, model, samples, repairs, critiques and cost limit (default 5 US dollars).
+    seed : int
+        Random seed of the program.
+    limits : Limits, optional
+        Limits of each evaluation.
+    runs : str, optional
+        Folder of runs; default: in the user's state folder.
+    live : text stream, optional
+        Stream for live token counts. Ctrl-C ends the run; resume it with `scenelang generate --resume`.
+
+    Raises
+    ------
+    UsageError
+        If an argument is invalid.
+    SceneError
+        If the model cannot be reached, or no sample produced a valid program.
+
+    Examples
+    --------
+    Requires an API key and a network connection::
+
+        made = sl.generate("a chess board", model="claude-opus-5-5", settings=sl.InferenceSettings(samples=3))
+        made.scene.render().save("board.png")
+    """
+    from scenelang.inference.brief import Ablation, Notation, TaskKind
+    from scenelang.inference.conductor import Inference
+    from scenelang.inference.generation import begin, generated, play, recorded, settings_with, task_of
+
+    request = task_of(task, images, TaskKind(kind), Notation(notation), Ablation(ablation), seed)
+    options = Options(seed=seed, limits=limits or Limits())
+    inference = Inference(request, settings_with(settings, model), options)
+    facts = {"output": None, "render": False, "invert": False}
+    run = begin(inference, "generate", task or "reconstruction", runs, **facts)
+    with recorded(run):
+        return generated(run, play(inference, run, live), options, Scene)
+
+
+@typed
+def edit(
+    path: str | Path,
+    instruction: str,
+    *,
+    model: str | None = None,
+    ablation: Literal["", "P", "W", "PW"] = "",
+    settings: InferenceSettings | None = None,
+    seed: int = 0,
+    limits: Limits | None = None,
+    runs: str | None = None,
+    live: TextIO | None = None,
+) -> Edited[Scene]:
+    """Edit a program by an instruction with a language model. Nothing is overwritten before ``Edited.save`` or
+    ``apply``; the other arguments are those of ``generate``.
+
+    Parameters
+    ----------
+    path : path
+        Program to edit: .scene, or a model's response (.txt, .py).
+    instruction : str
+        Edit instruction, such as "make the tower twice as high".
+
+    Raises
+    ------
+    SceneError
+        If the program has errors, the model cannot be reached, or no sample produced a valid program.
+    """
+    from scenelang.inference.generation import begin, digest_of, edited, prepared_edit, recorded, settings_with
+
+    file = Path(path)
+    inference = prepared_edit(file, instruction, settings_with(settings, model), ablation, seed, limits)
+    facts = {"file": str(file.resolve()), "digest": digest_of(file)}
+    run = begin(inference, "edit", f"{file.stem} {instruction}", runs, **facts)
+    with recorded(run):
+        return edited(inference, run, file, Scene, live)
+
+
+@typed
+def resume(
+    name: str = "last",
+    *,
+    settings: Mapping[str, Any] | None = None,
+    runs: str | None = None,
+    live: TextIO | None = None,
+) -> Generated[Scene] | Edited[Scene]:
+    """Resume an interrupted or failed run of ``generate`` or ``edit``; recorded answers are reused.
+
+    Parameters
+    ----------
+    name : str
+        Name, prefix of a name or folder of the run, or "last".
+    settings : mapping, optional
+        New limits, such as ``{"max_cost": 10.0}``; other settings are fixed.
+    runs : str, optional
+        Folder of runs; default: in the user's state folder.
+    live : text stream, optional
+        Stream for live token counts.
+
+    Raises
+    ------
+    UsageError
+        If the run does not exist, or a setting cannot change.
+    SceneError
+        As ``generate``.
+    """
+    from scenelang.inference.generation import edited, generated, play, recorded, renewed, resumed
+    from scenelang.inference.records import find_run, runs_folder
+
+    command = find_run(runs_folder(runs), name).facts.get("command")
+    inference, run = resumed(name, str(command), runs)
+    inference = renewed(inference, settings or {})
+    with recorded(run):
+        if command == "edit":
+            return edited(inference, run, Path(str(run.facts["file"])), Scene, live)
+        return generated(run, play(inference, run, live), inference.options, Scene)
+
+
+@typed
 def search(query: str, limit: int = 8) -> list[SearchResult]:
     """Search forms, functions, primitives, attributes, relations, diagnostics and examples by meaning, best first.
 
@@ -431,7 +583,7 @@ def list_backends() -> tuple[Backend, ...]:
 
 def check_installation() -> tuple[Check, ...]:
     """Check the installation: run a quick test of every feature in a separate process, and report what is missing."""
-    from scenelang.console.doctor import checks
+    from scenelang.doctor.doctor import checks
 
     return tuple(checks())
 

@@ -15,11 +15,11 @@ from functools import cache
 
 from scenelang.grammar.datum import Source, comment_above, print_datum
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.grammar.python_helpers import HELPERS, Helper
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import DEFINITIONS, FORM_EXAMPLES, FORMS, MACROS, PAPER_FORMS, TOP_LEVEL
 from scenelang.interpreter.runtime.types import BASE_TYPES, STD, Builtin
 from scenelang.interpreter.scene.primitives import attributes_read, block_words, docs_of_attributes, docs_of_words
-from scenelang.interpreter.transpile.analysis.python_text import HELPERS, Helper
 from scenelang.stdlib.library import build_library
 from scenelang.stdlib.numbers import CONSTANTS
 

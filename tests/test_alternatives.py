@@ -9,7 +9,7 @@ import pytest
 from scenelang import Session, Source
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.repairs.alternatives import with_tested
-from scenelang.repairs.checking import Examination
+from scenelang.session.checking import Examination
 from scenelang.session.session import Evaluated
 
 SESSION = Session()

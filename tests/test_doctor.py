@@ -12,8 +12,8 @@ import pytest
 from scenelang.backends import base
 from scenelang.backends.base import Work
 from scenelang.cli.main import main
-from scenelang.console import doctor
-from scenelang.console.doctor import Check, CheckState
+from scenelang.doctor import doctor
+from scenelang.doctor.doctor import Check, CheckState
 
 
 @pytest.mark.slow
@@ -53,7 +53,7 @@ def test_a_group_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> Non
         raise RuntimeError("a driver is mad")
 
     for place in ("system_checks", "work_checks", "terminal_checks"):
-        monkeypatch.setattr(f"scenelang.console.doctor.{place}", fails)
+        monkeypatch.setattr(f"scenelang.doctor.doctor.{place}", fails)
     found = list(doctor.checks())
     assert [check.topic for check in found if check.detail == "RuntimeError: a driver is mad"] == [
         "system",
@@ -141,7 +141,7 @@ def _no_browser() -> None:
 
 
 def test_services_tell_of_keys_and_show_none(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from scenelang.console.doctor import service_checks
+    from scenelang.doctor.doctor import service_checks
 
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     for name in ("ANTHROPIC_API_KEY", "ANTHROPIC_BASE_URL", "OPENAI_API_KEY", "OPENAI_BASE_URL"):

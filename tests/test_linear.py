@@ -30,7 +30,7 @@ TEXTS: dict[str, Callable[[int], str]] = {
 
 
 def check(text: str) -> None:
-    Session()._check(Source("<test>", text), None)
+    Session().check_forms(Source("<test>", text))
 
 
 @pytest.mark.parametrize("text", TEXTS)

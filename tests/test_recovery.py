@@ -8,7 +8,7 @@ from scenelang import Session, Source
 from scenelang.grammar import diagnostics
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.recovery import Recovered, bracket_edits, wrong_chunks
-from scenelang.repairs.checking import Examination
+from scenelang.session.checking import Examination
 
 
 def fixed(text: str, diagnostics: list[Diagnostic]) -> str:

@@ -7,14 +7,16 @@ import re
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
+from typing import TypeVar
 
 from scenelang.interpreter.expand.derived import HANDLERS
 from scenelang.interpreter.expand.forms import FORMS
 from scenelang.stdlib.library import build_library
 
+Node = TypeVar("Node", bound=Hashable)
 ROOT = Path(__file__).parent.parent
 ROOMS = ["grammar", "interpreter", "stdlib", "backends", "scenelang"]  # each may import those before it
 HEAVY = {"mujoco", "coacd", "torch", "pxr", "mitsuba", "trimesh", "diffusers", "transformers", "open_clip", "anthropic"}
@@ -115,18 +117,18 @@ def imported_files(path: Path) -> set[Path]:
     for node in nodes:
         if isinstance(node, ast.ImportFrom) and node not in typing and (node.module or "").startswith("scenelang"):
             for alias in node.names:
-                found |= {_file_of(f"{node.module}.{alias.name}") or _file_of(str(node.module))}
+                found |= {file_of(f"{node.module}.{alias.name}") or file_of(str(node.module))}
     return {target for target in found if target is not None} - {path}
 
 
-def _file_of(module: str) -> Path | None:
+def file_of(module: str) -> Path | None:
     parts = module.split(".")[1:]
     base = ROOT.joinpath(*parts) if parts and parts[0] in ROOMS else ROOT.joinpath("scenelang", *parts)
     return next((path for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()), None)
 
 
-def reached_from(start: Path, graph: dict[Path, set[Path]]) -> set[Path]:
-    found: set[Path] = set()
+def reached_from(start: Node, graph: Mapping[Node, set[Node]]) -> set[Node]:
+    found: set[Node] = set()
     stack = [start]
     while stack:
         for target in graph.get(stack.pop(), set()) - found:
@@ -170,7 +172,7 @@ def folder_graph() -> dict[str, set[str]]:
     for path in FILES:
         own = path.parent.relative_to(ROOT).as_posix()
         for module in named_modules(path):
-            target = _file_of(module) or _file_of(module.rpartition(".")[0])
+            target = file_of(module) or file_of(module.rpartition(".")[0])
             if target is not None and target.parent != path.parent:
                 graph.setdefault(own, set()).add(target.parent.relative_to(ROOT).as_posix())
     return graph

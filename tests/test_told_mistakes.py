@@ -16,7 +16,7 @@ import pytest
 
 import scenelang as sl
 from scenelang.cli.main import main
-from scenelang.console import doctor
+from scenelang.doctor import doctor
 
 PROGRAM = """
 (bind "a" (lambda () (union (call "cube") (transform (call "ball") (translate [2 0 0])))))
@@ -167,7 +167,7 @@ def test_what_is_named_is_right(ending: str, run: Run, tmp_path: Path) -> None:
 
 
 def test_doctor_prints_every_extra_once(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr("scenelang.console.doctor.work_checks", lambda: iter(()))
+    monkeypatch.setattr("scenelang.doctor.doctor.work_checks", lambda: iter(()))
     main(["doctor"])
     shown = capsys.readouterr().out
     block = shown.partition("\nExtras\n")[2].partition("\nServices\n")[0]

@@ -35,7 +35,6 @@ from scenelang.backends.exports.plan import (
     vertex_count,
 )
 from scenelang.backends.files import atomic_write_all
-from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.surfaces.appearance import Look, look_of, to_srgb
 from scenelang.backends.surfaces.convex import clusters
 from scenelang.backends.surfaces.distance import neighbours
@@ -50,6 +49,7 @@ from scenelang.backends.surfaces.precision import (
     own_offset,
 )
 from scenelang.backends.surfaces.solids import composed
+from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.runtime.show import plain_attributes
@@ -350,7 +350,7 @@ def _export(
     if isinstance(given, Tolerance):
         tolerance = given.in_scene(scene, _setting(backend, options, "unit") or unit) or None
     if backend.setting(options, "solid"):
-        scene = as_cubes(chosen(scene, frame), options.limit, options.warn)
+        scene = drawn_scene(chosen(scene, frame), options.limit, options.warn)
         scene, frame = _as_solids(scene, _setting(backend, options, "segments"), tolerance), None
         _warn_of_crowded_edges(scene, options.warn or (lambda _: None))
     plan = planned(scene, frame, 1 if parts and depth is None else depth, options.limit, options.warn)

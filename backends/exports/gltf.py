@@ -43,10 +43,10 @@ from scenelang.backends.exports.plan import (
     shared,
     solid_of,
 )
-from scenelang.backends.exports.trs import Decomposition, decompose, decompose_track
 from scenelang.backends.surfaces.appearance import Look, look_of
 from scenelang.backends.surfaces.precision import about, common_offset, size_of
 from scenelang.backends.surfaces.solids import composed
+from scenelang.backends.surfaces.trs import Decomposition, decompose, decompose_track
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity

@@ -15,11 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
-from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.surfaces.appearance import Look, check_seen, look_of
 from scenelang.backends.surfaces.contraction import contracted, crowded_edges
 from scenelang.backends.surfaces.precision import Copies, about, chunks_of, own_offset
 from scenelang.backends.surfaces.solids import keeps_own_colors, own_mesh
+from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts, primitive_count
@@ -77,14 +77,14 @@ def planned(
     depth : int, optional
         Level at which entities are merged; by default none.
     limit, warn
-        As for ``as_cubes``.
+        As for ``drawn_scene``.
 
     Raises
     ------
     SceneError
         "value" if the frame does not exist, "empty-scene" if nothing has geometry, "pose" if coordinates are too large.
     """
-    scene = as_cubes(chosen(scene, frame), limit, warn)
+    scene = drawn_scene(chosen(scene, frame), limit, warn)
     heights = _heights(scene.frames)
     cut = {id(root): math.inf if depth is None else depth for root in scene.frames}
     items = _Items(heights)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scenelang.backends.base import Accepts, Backend, BackendOptions, Option, Work, check_settings
 from scenelang.backends.exports.plan import SEGMENTS, chosen
 from scenelang.backends.files import atomic_write
-from scenelang.backends.minecraft.models import as_cubes
+from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.modelling.computing import manifold_of
@@ -50,7 +50,7 @@ UNIT = Option("unit", "what a scene unit is in print", "millimeter", tuple(_UNIT
 
 def _run(scene: Scene, path: Path, options: BackendOptions) -> None:
     check_settings(options, [SVG])
-    frame = as_cubes(chosen(scene, options.frame or 0), options.limit, options.warn)
+    frame = drawn_scene(chosen(scene, options.frame or 0), options.limit, options.warn)
     section, side = str(SVG.setting(options, "section")), str(SVG.setting(options, "side"))
     drawn = outline_of(frame.root, section, side, int(SVG.setting(options, "segments")))
     with atomic_write(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as file:

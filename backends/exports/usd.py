@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import require
+from scenelang.backends.base import BackendOptions, Option, check_settings, require
 from scenelang.backends.exports.export import (
     FPS,
     INSTANCING,
@@ -50,11 +50,13 @@ from scenelang.backends.exports.plan import (
     translation,
     unit_surface,
 )
-from scenelang.backends.exports.trs import decompose, unsheared
 from scenelang.backends.surfaces.appearance import Look, look_of
 from scenelang.backends.surfaces.precision import about, common_offset, size_of
-from scenelang.grammar.diagnostics import LimitError
+from scenelang.backends.surfaces.trs import decompose, unsheared
+from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.values.values import IDENTITY, Matrix
 
@@ -641,7 +643,7 @@ def _fixed_items(root: Moving) -> list[ExportItem]:
     return found
 
 
-USD = mesh_backend(
+PLAIN_USD = mesh_backend(
     "usd",
     "OpenUSD with instanceable prototypes, materials, words and 4D time samples",
     (".usd", ".usda", ".usdc", ".usdz"),
@@ -652,3 +654,20 @@ USD = mesh_backend(
     install=INSTALL,
     unit="meter",
 )
+PHYSICS = Option("physics", "add rigid bodies, colliders and masses (UsdPhysics) of one frame", False)
+
+
+def _run(scene: Scene, path: Path, options: BackendOptions) -> Sequence[Path]:
+    check_settings(options, [USD])
+    settings = {name: value for name, value in options.settings.items() if name != PHYSICS.name}
+    plain = replace(options, settings=settings)
+    if not USD.setting(options, PHYSICS.name):
+        return PLAIN_USD.run(scene, path, plain) or [path]
+    if settings.get("parts") or settings.get("depth") is not None or settings.get("solid"):
+        message = "`--physics` needs the parts as they are: leave out `--parts`, `--depth` and `--solid`"
+        raise SceneError("value", message)
+    written: Sequence[Path] = SERVICES.find("usd-physics")(scene, path, plain)
+    return written
+
+
+USD = replace(PLAIN_USD, run=_run, options=(*PLAIN_USD.options, PHYSICS))

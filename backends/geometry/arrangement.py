@@ -6,7 +6,7 @@ Semantic primitives count as their boxes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -17,7 +17,7 @@ import numpy.typing as npt
 from scenelang.backends.geometry.lint import ground_height
 from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, bodies_of, clusters
 from scenelang.backends.surfaces.distance import IntArray, Pairs, depths, distances, neighbours
-from scenelang.backends.surfaces.solids import FloatArray
+from scenelang.backends.surfaces.solids import FloatArray, is_object
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.inspection.instance_paths import Locator, is_handle, is_plain
 from scenelang.interpreter.inspection.numbering import Ancestry, ancestry_of, frame_numbers, some_handles
@@ -709,3 +709,57 @@ def paired(center: FloatArray, mirrored: FloatArray, size: FloatArray, words: In
     same = (words[first] == words[second]) & (np.abs(size[first] - size[second]).max(axis=1, initial=0.0) <= within)
     same &= np.abs(center[first] - mirrored[second]).max(axis=1, initial=0.0) <= within
     return np.unique(second[same])
+
+
+@dataclass(frozen=True, slots=True)
+class SceneRelation:
+    """A relation that holds between two objects.
+
+    Attributes
+    ----------
+    relation : str
+        "on", "inside", "touching" or "overlapping".
+    subject, other : str
+        Handles of the two objects, such as "z3".
+    subject_word, other_word : str
+        Their words.
+    distance : float
+        Signed distance of their surfaces in scene units, negative where they overlap.
+    """
+
+    relation: str
+    subject: str
+    other: str
+    subject_word: str
+    other_word: str
+    distance: float
+
+
+def scene_relations(
+    scene: Scene, words: Collection[str] | None = None, frame: int = 0, limit: int = _MAX_RELATED
+) -> list[SceneRelation]:
+    """Return the relations of objects that touch or overlap in a frame, as ``Scene.relations`` documents.
+
+    ``words`` selects the objects; by default all words that the program binds and semantic primitives, without the
+    root. ``limit`` is the maximum number of pairs of nearby objects; raises LimitError.
+    """
+    root = scene.frames[frame]
+    arrangement = Arrangement(scene, scene.frames.index(root))
+    ancestry = arrangement.ancestry
+    is_chosen = [
+        entity.word in words if words is not None else is_object(entity) and entity is not root
+        for entity in ancestry.nodes
+    ]
+    rows = [row for row, node in enumerate(ancestry.node.tolist()) if is_chosen[node]]
+    relations = related(arrangement, rows, limit)
+    numbers = frame_numbers(scene) if len(scene.frames) > 1 else None
+    related_rows = sorted({row for relation in relations for row in (relation.subject, relation.other)})
+    handles = some_handles(scene, ancestry, related_rows, numbers)
+    words_of = {row: ancestry.entity(row).word for row in handles}
+    return [
+        SceneRelation(
+            relation.relation, handles[relation.subject], handles[relation.other],
+            words_of[relation.subject], words_of[relation.other], relation.distance,
+        )
+        for relation in relations
+    ]  # fmt: skip

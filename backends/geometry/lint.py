@@ -10,7 +10,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -29,9 +28,9 @@ from scenelang.backends.geometry.stability import (
     standing_of,
     unstable,
 )
-from scenelang.backends.pictures.exhibit import Marks, save_marked
 from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, bodies_of, clusters
 from scenelang.backends.surfaces.distance import IntArray, depths, distances
+from scenelang.backends.surfaces.marks import Marks
 from scenelang.backends.surfaces.solids import FloatArray, PosedForms
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, Note
@@ -728,13 +727,12 @@ class _Named:
     frame: int
 
 
-def picture_of_findings(scene: Scene, path: Path) -> bool:
-    """Write a picture of the gravest finding about a scene, in the first frame that has one; False if none has."""
+def marked_finding(scene: Scene) -> tuple[Entity, Marks] | None:
+    """Return the root of the first frame with a finding, and the marks of its gravest one; None if there is none."""
     for root in scene.frames:
         if primitive_count(root) <= MAX_PRIMITIVES and (checked := CheckedFrame(root)).findings:
-            save_marked(root, checked.marks(checked.findings[0]), path)
-            return True
-    return False
+            return root, checked.marks(checked.findings[0])
+    return None
 
 
 def check_geometry(scene: Scene) -> list[Diagnostic]:

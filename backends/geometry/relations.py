@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from scenelang.backends.geometry.arrangement import SUNK, Arrangement, Thing, Ve
 from scenelang.backends.geometry.lint import rounded
 from scenelang.backends.surfaces.convex import bodies_of
 from scenelang.backends.surfaces.distance import IntArray
+from scenelang.backends.surfaces.marks import Marks
 from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import (
@@ -310,18 +310,15 @@ def check_declarations(scene: Scene, extra: Sequence[Declaration] = ()) -> list[
     return [d for d in found if id(d.span) not in asked or d.message not in stated]  # what the program states too
 
 
-def picture_of_declarations(scene: Scene, extra: Sequence[Declaration], path: Path) -> bool:
-    """Draw the first declaration that does not hold: both things, and the move that would fix it; False if all hold."""
-    from scenelang.backends.pictures.exhibit import Marks, save_marked
-
+def marked_violation(scene: Scene, extra: Sequence[Declaration]) -> tuple[Entity, Marks] | None:
+    """Return the root of the frame in which the first declaration fails, with marks on both objects and on the move
+    that would fix it; None if all hold."""
     for each in _tested(scene, extra):
         if isinstance(each, Violation) and each.rows is not None:
             root = scene.frames[each.frame]
             own, other = (frozenset(range(r[0], r[1] + 1)) if r else frozenset() for r in (each.rows, each.other_rows))
-            marks = Marks(own, other, np.zeros((0, 3)), _move_lines(root, own, each.move), np.zeros((0, 3)))
-            save_marked(root, marks, path)
-            return True
-    return False
+            return root, Marks(own, other, np.zeros((0, 3)), _move_lines(root, own, each.move), np.zeros((0, 3)))
+    return None
 
 
 def _move_lines(root: Entity, rows: Set[int], move: Vector | None) -> FloatArray:

@@ -30,13 +30,13 @@ from scenelang.backends.labels.ground_truth import (
     boxes_of,
     correspondence_of,
 )
-from scenelang.backends.labels.things import is_thing
 from scenelang.backends.labels.views import LabelledView, SceneFacts, labelled_view
-from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json
 from scenelang.backends.pictures.film import PictureBackend, PictureOptions, save_picture, write_exr
 from scenelang.backends.pictures.stage import box_of
 from scenelang.backends.surfaces.appearance import encode, word_color
+from scenelang.backends.surfaces.solids import is_object
+from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.datum import dataclass, replace
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import setting, whole
@@ -333,7 +333,7 @@ def _drawn_boxes(truth: Truth, boxes: Boxes) -> list[DrawnBox]:
     """Return the boxes to draw: those of things and their parts rather than of their plain primitives."""
     ancestry = truth.ancestry
     large = np.flatnonzero((boxes.area > _MIN_AREA) & (ancestry.depth > 0)).tolist()
-    things = [i for i in large if is_thing(ancestry.entity(i))] or large
+    things = [i for i in large if is_object(ancestry.entity(i))] or large
     words = [ancestry.entity(i).word for i in things]
     return [(boxes.visible[i].tolist(), word, word_color(word)) for i, word in zip(things, words, strict=True)]
 
@@ -540,7 +540,7 @@ def write_maps(
     Raises SceneError. No shot is left half-written.
     """
     box_of(scene)  # report an empty scene before anything is written
-    scene = as_cubes(scene, options.pictures.limit, options.pictures.warn)  # label what is drawn
+    scene = drawn_scene(scene, options.pictures.limit, options.pictures.warn)  # label what is drawn
     facts, total = SceneFacts(scene), len(items)
     for view in dict.fromkeys(item.view for item in items):
         mine = [item for item in items if item.view == view]

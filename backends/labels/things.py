@@ -16,9 +16,8 @@ import numpy.typing as npt
 
 from scenelang.backends.labels.ground_truth import NOTHING, Boxes, Truth, boxes_in, boxes_of
 from scenelang.backends.pictures.rays import camera_rays, caster_for
-from scenelang.backends.surfaces.solids import is_semantic, normalized
+from scenelang.backends.surfaces.solids import is_object, normalized
 from scenelang.grammar.diagnostics import LimitError
-from scenelang.interpreter.scene.entity import Entity
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -27,11 +26,6 @@ Uint16Array = npt.NDArray[np.uint16]
 MAX_THINGS = 65_535  # ids of one picture, which are 16 bits
 OTHER = 65_535  # class of words that the table of classes lacks
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float64)
-
-
-def is_thing(entity: Entity) -> bool:
-    """Whether an entity is named by the program or a semantic primitive, rather than a plain primitive."""
-    return not entity.is_primitive or is_semantic(entity)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +90,7 @@ def things_of(truth: Truth, words: Collection[str] = ()) -> Things:
     Raises LimitError if more than ``MAX_THINGS`` are visible.
     """
     ancestry = truth.ancestry
-    counts = np.array([e.word in words if words else is_thing(e) for e in ancestry.nodes], bool)
+    counts = np.array([e.word in words if words else is_object(e) for e in ancestry.nodes], bool)
     owner = np.full(len(ancestry), NOTHING, np.int64)
     for depth in range(ancestry.max_depth + 1):
         rows = np.flatnonzero(ancestry.depth == depth)
@@ -340,7 +334,7 @@ def graph_data(
     none; ``more`` counts what is left out.
     """
     ancestry = truth.ancestry
-    counts = np.array([e.word in words if words else is_thing(e) for e in ancestry.nodes], bool)
+    counts = np.array([e.word in words if words else is_object(e) for e in ancestry.nodes], bool)
     every = np.flatnonzero(counts[ancestry.node])
     rows = every[:limit]
     named = handles(rows.tolist())

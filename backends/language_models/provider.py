@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any, Protocol, TypeVar
 
-from scenelang.backends.base import PluginRegistry
 from scenelang.backends.language_models.catalogue import TIMEOUT, Account, Reply, Request, load_account
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.plugins import PluginRegistry
 
 Piece = TypeVar("Piece")
 OnText = Callable[[str], None]  # called with every chunk of text as it arrives; an exception cancels the request

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import SIMILARITIES
 from scenelang.backends.minecraft.blocks import (
     AIR_STATE,
     SIDES,
@@ -28,7 +27,8 @@ from scenelang.backends.minecraft.blocks import (
 )
 from scenelang.backends.minecraft.voxels import NAMESPACE, Voxels, ignored, modern, namespaced
 from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import Diagnostic, suggest
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
+from scenelang.interpreter.plugins import SERVICES
 
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
@@ -335,9 +335,13 @@ class Settled:
 
 
 def nearest_by_meaning(name: str, candidates: Sequence[str]) -> str | None:
-    """Return the candidate closest in meaning, None if nothing that measures meanings is installed."""
-    nearest = (measure(name, candidates) for measure in SIMILARITIES.all())
-    return next((candidate for candidate in nearest if candidate is not None), None)
+    """Return the candidate closest in meaning, None if CLIP, which measures it, is not installed."""
+    try:
+        nearest_word = SERVICES.find("nearest-word")
+    except SceneError:  # without the neural domain
+        return None
+    candidate: str | None = nearest_word(name, candidates)
+    return candidate
 
 
 def settled(voxels: Voxels, table: BlockTable | None = None, similar: Similar | None = nearest_by_meaning) -> Settled:

@@ -24,10 +24,10 @@ from scenelang.backends.minecraft.blocks import (
     trimmed,
     unified,
 )
-from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.minecraft.voxels import BoolArray, FloatArray, IntArray, namespaced
 from scenelang.backends.surfaces.appearance import Looks, from_srgb, oklab
 from scenelang.backends.surfaces.solids import Solids, solids_of
+from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
@@ -60,7 +60,7 @@ def filled(root: Entity, longest: int, limit: int = 2_000_000) -> Filled:
 
     Raises SceneError("empty-scene"), and LimitError for more than ``limit`` primitives or too many cells.
     """
-    drawn = as_cubes(Scene(root.word, [root], False), limit).root
+    drawn = drawn_scene(Scene(root.word, [root], False), limit).root
     box = entity_box(drawn)
     if box is None:
         raise SceneError("empty-scene", f'the scene "{root.word}" has no primitives, so there is nothing to fill')

@@ -400,25 +400,18 @@ class _Ink:
     given: frozenset[str]
 
 
-def as_cubes(scene: Scene, limit: int = 2_000_000, warn: Callable[[Diagnostic], None] | None = None) -> Scene:
-    """Return ``scene`` with its blocks as cubes and everything else unchanged; the scene itself if it has no blocks.
-
-    ``warn`` receives a warning for each block that is replaced by another. Raises SceneError: "blocks" for poses that
-    blocks do not support, "attribute" for invalid blocks; and LimitError for more than ``limit`` primitives or cubes,
-    or too many cells.
-    """
-    if not any(entity.is_block for entity in descendants(*scene.frames)):
-        return scene
+def as_cubes(scene: Scene, limit: int, warn: Callable[[Diagnostic], None] | None) -> Scene:
+    """Return ``scene`` with its blocks as cubes, as ``surfaces/stand_ins.drawn_scene`` describes."""
     warnings_by_message: dict[str, Diagnostic] = {}
-    made: dict[int, Entity] = {}
+    drawn_roots: dict[int, Entity] = {}
     for root in scene.frames:
-        if id(root) not in made:
-            made[id(root)], warnings = _as_cubes(root, limit)
+        if id(root) not in drawn_roots:
+            drawn_roots[id(root)], warnings = _as_cubes(root, limit)
             warnings_by_message |= {warning.message: warning for warning in warnings}
     for warning in warnings_by_message.values():
         if warn is not None:
             warn(warning)
-    return Scene(scene.word, [made[id(root)] for root in scene.frames], scene.animated)
+    return Scene(scene.word, [drawn_roots[id(root)] for root in scene.frames], scene.animated)
 
 
 def _as_cubes(root: Entity, limit: int) -> tuple[Entity, tuple[Diagnostic, ...]]:

@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from importlib.util import find_spec
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import require
-from scenelang.backends.files import atomic_write, reason_of
+from scenelang.backends.files import atomic_write
 from scenelang.backends.neural.weights import INSTALL, ModelHub, model_hub
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import user_folder
@@ -105,9 +104,6 @@ def _create(open_clip: Any, architecture: str, device: str, **options: Any) -> A
 # Image encoder.
 
 
-_MAX_PIXELS = 64_000_000
-
-
 def encode_images(model: ClipModel, pictures: Sequence[Any], batch: int = 16) -> Any:
     """Return the embeddings (N, D) of PIL images, not normalised and without gradients."""
     torch = require("torch", INSTALL)
@@ -118,18 +114,6 @@ def encode_images(model: ClipModel, pictures: Sequence[Any], batch: int = 16) ->
             rows = [model.prepare(picture.convert("RGB")) for picture in pictures[start : start + batch]]
             found.append(model.network.encode_image(torch.stack(rows).to(device)))
     return torch.cat(found)
-
-
-def open_picture(path: Path | str | BytesIO) -> Any:
-    """Open an image file as an RGB PIL image; raises SceneError("file") if it is unreadable or too large."""
-    image = require("PIL.Image", "pillow")
-    try:
-        with image.open(path) as picture:
-            if picture.width * picture.height > _MAX_PIXELS:
-                raise SceneError("file", f"{path} has more than {_MAX_PIXELS:,} pixels")
-            return require("PIL.ImageOps", "pillow").exif_transpose(picture).convert("RGB")
-    except (OSError, ValueError, SyntaxError, image.DecompressionBombError) as error:
-        raise SceneError("file", f"cannot read {path} as an image: {reason_of(error)}") from None
 
 
 # Prompts with handles: `<z2>` is a placeholder for learned token embeddings, or for the text of that handle.
@@ -381,6 +365,15 @@ _BLOCK_PROMPT = "a block of {} in Minecraft"
 
 
 _BATCH = 32
+
+
+def image_similarity(first: Any, second: Any) -> float:
+    """Return the cosine of two PIL images for the model of the CLIP score, which is not downloaded for it.
+
+    Raises SceneError or OSError if its weights are missing.
+    """
+    a, b = encode_images(load_clip(SCORE_MODEL, ModelHub(download=False)), [first, second])
+    return float(a @ b / (a.norm() * b.norm()))
 
 
 def nearest_by_meaning(name: str, candidates: Sequence[str]) -> str | None:

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import require
-from scenelang.backends.neural.clip import open_picture
 from scenelang.backends.neural.diffusion import silence_libraries, translate_out_of_memory
 from scenelang.backends.neural.mvdream import weights_mismatch
 from scenelang.backends.neural.weights import INSTALL, ModelHub
+from scenelang.backends.pictures.film import open_image
 from scenelang.grammar.diagnostics import SceneError
 
 # Networks of transformers with their processors, by name.
@@ -171,7 +171,7 @@ _MASK_THRESHOLD = 128  # minimum brightness of foreground pixels in a mask file
 
 def read_mask(path: Path | str, width: int, height: int) -> Mask:
     """Read a mask (H, W) from an image file, light where the object is; raises SceneError("file" or "value")."""
-    picture = open_picture(path)
+    picture = open_image(path)
     if picture.size != (width, height):
         message = (
             f"expected a mask of the image's size {width} x {height}, {path} has {picture.width} x {picture.height}"

@@ -18,9 +18,9 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Progress, require
-from scenelang.backends.exports.trs import quaternions
 from scenelang.backends.physics.colliders import INSTALL, Collider, FloatArray
 from scenelang.backends.surfaces.appearance import look_of, to_srgb
+from scenelang.backends.surfaces.trs import quaternions
 from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
 
 if TYPE_CHECKING:

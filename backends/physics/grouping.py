@@ -206,11 +206,13 @@ def bodies_of(root: Entity, unit: float | None = None) -> BodySet:
     Raises
     ------
     SceneError
-        "unsupported" for Minecraft blocks, "attribute" for attributes of physics that cannot be read, "empty-scene" if
-        nothing can be a body.
+        "value" for a unit out of range, "unsupported" for Minecraft blocks, "attribute" for physics attributes that
+        cannot be read, "empty-scene" if nothing can be a body.
     LimitError
         "primitives" or "size" for more parts, colliders, contacts or bodies than the limits.
     """
+    if unit is not None and not 1e-9 <= unit <= 1e9:
+        raise SceneError("value", f"`metres_per_unit`: expected a number from 1e-9 to 1e9, got {unit!r}")
     _refuse_blocks(root)
     nodes = tuple(_expanded(root))
     parts = tuple(_parts(nodes))

@@ -19,11 +19,14 @@ from scenelang.backends.physics.dynamics import Motion, simulate
 from scenelang.backends.physics.grouping import BodySet, bodies_of
 from scenelang.backends.physics.verdicts import PhysicsReport, reported
 from scenelang.grammar.datum import Source
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.settings import fits
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.values.values import Matrix, Pair
 
 SETTLE_SECONDS = 5.0
+MAX_SPEED = 1e4  # scene units per second, of an initial velocity
 _STILL = 1e-3  # of a body's size, and radians: what moved less keeps its pose
 MAX_EDITS = 12  # literals that are tried, each of which takes an evaluation
 _SAME = 1e-6  # relative tolerance with which an edited program must make the settled scene
@@ -70,7 +73,17 @@ def simulated(
     velocities: Mapping[str, Sequence[float]] | None = None,
     progress: Progress | None = None,
 ) -> tuple[Scene, PhysicsReport]:
-    """Return the motion of the first frame of a scene as a 4D scene of ``rate`` frames per second."""
+    """Return the motion of the first frame of a scene as a 4D scene of ``rate`` frames per second.
+
+    ``velocities`` are initial velocities by word, in scene units per second. Raises SceneError("value") for a rate or a
+    velocity that is out of range, and as ``bodies_of`` and ``simulate`` do.
+    """
+    for word, velocity in (velocities or {}).items():
+        if len(velocity) != 3 or not all(fits(x, "float") and abs(x) <= MAX_SPEED for x in velocity):
+            expected = f"three numbers of at most {MAX_SPEED:g}"
+            raise SceneError("value", f"`velocities`: expected {expected} for {word!r}, got {velocity!r}")
+    if not 0.0 < rate <= 1000.0:
+        raise SceneError("value", f"`fps`: expected a number above 0, at most 1000, got {rate:g}")
     bodies = bodies_of(scene.root, metres_per_unit)
     motion = simulate(bodies, seconds, rate, velocities, progress)
     frames = [

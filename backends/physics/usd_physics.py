@@ -16,19 +16,17 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.base import BackendOptions, Option, check_settings, frame_of, require
-from scenelang.backends.exports.usd import INSTALL, USD
+from scenelang.backends.base import BackendOptions, frame_of, require
+from scenelang.backends.exports.usd import INSTALL, PLAIN_USD
 from scenelang.backends.files import atomic_write
 from scenelang.backends.physics.colliders import SEGMENTS, Collider, FloatArray
 from scenelang.backends.physics.dynamics import FRICTION, GRAVITY, check_weight, quaternion
 from scenelang.backends.physics.grouping import BodySet, RigidBody, bodies_of
-from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.pose import translation
 from scenelang.interpreter.scene.primitives.sphere import BALL
 from scenelang.interpreter.values.values import ANONYMOUS, Matrix, Pair
 
-PHYSICS = Option("physics", "add rigid bodies, colliders and masses (UsdPhysics) of one frame", False)
 _RESERVED = ("Materials", "Prototypes", "Shapes")
 
 
@@ -63,17 +61,8 @@ def _moved(pose: Matrix, by: Sequence[float]) -> Matrix:
     return Matrix(rows)
 
 
-def _run(scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
-    check_settings(options, [WITH_PHYSICS])
-    wanted = WITH_PHYSICS.setting(options, PHYSICS.name)
-    settings = {name: value for name, value in options.settings.items() if name != PHYSICS.name}
-    plain = replace(options, settings=settings)
-    if not wanted:
-        return list(USD.run(scene, path, plain) or [path])
-    if settings.get("parts") or settings.get("depth") is not None or settings.get("solid"):
-        raise SceneError(
-            "value", "`--physics` needs the parts as they are: leave out `--parts`, `--depth` and `--solid`"
-        )
+def write_with_physics(scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
+    """Write one frame with rigid bodies; ``exports/usd`` calls it for ``--physics``."""
     root = scene.frames[frame_of(scene, options.frame)]
     bodies = bodies_of(root, 1.0)
     for body in bodies.bodies:
@@ -81,7 +70,7 @@ def _run(scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
     still = Scene(scene.word, [regrouped(root, bodies)], False)
     with tempfile.TemporaryDirectory() as folder, atomic_write(path) as target:
         draft = Path(folder) / "scene.usdc"
-        USD.run(still, draft, replace(plain, frame=None))
+        PLAIN_USD.run(still, draft, replace(options, frame=None))
         usd = require("pxr.Usd", INSTALL)
         stage = usd.Stage.Open(str(draft))
         _Physics(stage, bodies).add()
@@ -217,6 +206,3 @@ class _Physics:
             material.CreateRestitutionAttr(0.0)
             self._materials[friction] = made
         return self._materials[friction]
-
-
-WITH_PHYSICS = replace(USD, run=_run, options=(*USD.options, PHYSICS))

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,11 +17,11 @@ from scenelang.backends.base import Progress
 from scenelang.backends.physics.colliders import FloatArray
 from scenelang.backends.physics.dynamics import GRAVITY, Motion, simulate
 from scenelang.backends.physics.grouping import BodySet, bodies_of
-from scenelang.backends.pictures.exhibit import Marks, save_marked
 from scenelang.backends.surfaces.convex import beyond_edge, hull_of
+from scenelang.backends.surfaces.marks import Marks
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.interpreter.scene.entity import Scene
+from scenelang.interpreter.scene.entity import Entity, Scene
 
 SECONDS = 1.5
 MOVES = 0.03  # of the body's longest side
@@ -230,14 +229,17 @@ def _with_causes(found: Sequence[BodyReport], motion: Motion) -> list[BodyReport
     return told
 
 
-def picture_of_motion(scene: Scene, path: Path, seconds: float = SECONDS, metres_per_unit: float | None = None) -> bool:
-    """Write a picture of the body that moves for the gravest reason, on what carries it; False if all rests."""
+def marked_motion(
+    scene: Scene, seconds: float = SECONDS, metres_per_unit: float | None = None
+) -> tuple[Entity, Marks] | None:
+    """Return the root of the scene with marks on the body that moves for the gravest reason, and on its supports;
+    None if all bodies rest."""
     bodies = bodies_of(scene.root, metres_per_unit)
     motion = simulate(bodies, seconds)
     found = reported(bodies, motion, seconds).bodies
     moving = [number for number, body in enumerate(found) if body.kind != "rests" and body.cause is None]
     if not moving:
-        return False
+        return None
     number = min(moving, key=lambda each: (KINDS.index(found[each].kind), each))
     points, below = motion.supports[number]
     ranks = np.cumsum([node.entity.is_primitive for node in bodies.nodes]) - 1
@@ -248,8 +250,7 @@ def picture_of_motion(scene: Scene, path: Path, seconds: float = SECONDS, metres
     corners = np.insert(hull_of(points[:, [0, 2]]), 1, level, axis=1) if len(points) else np.zeros((0, 3))
     lines += [[a, b] for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
     other = frozenset(row for each in below if each >= 0 for row in rows[each])
-    save_marked(scene.root, Marks(rows[number], other, corners, np.array(lines, np.float64), center[None]), path)
-    return True
+    return scene.root, Marks(rows[number], other, corners, np.array(lines, np.float64), center[None])
 
 
 # --- diagnostics ------------------------------------------------------------------------------------------------------

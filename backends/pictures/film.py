@@ -6,6 +6,7 @@ import io
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -15,7 +16,6 @@ import numpy.typing as npt
 from scenelang.backends.base import (
     Backend,
     BackendOptions,
-    PluginRegistry,
     Progress,
     Work,
     all_backends,
@@ -25,7 +25,7 @@ from scenelang.backends.base import (
     require,
     sub_progress,
 )
-from scenelang.backends.files import atomic_write
+from scenelang.backends.files import atomic_write, reason_of
 from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
 from scenelang.backends.pictures.stage import MOST_ORBIT, Shot, Staging, staging_of, still
 from scenelang.backends.pictures.stage import film as shots_of
@@ -34,6 +34,7 @@ from scenelang.backends.surfaces.solids import Solids
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.settings import FRAME_RATES, frame_rate, setting, whole, within
+from scenelang.interpreter.plugins import PluginRegistry
 from scenelang.interpreter.scene.entity import Scene
 
 Picture = npt.NDArray[np.uint8]
@@ -41,6 +42,7 @@ Picture = npt.NDArray[np.uint8]
 SOFTWARE = "scenelang"  # what the metadata of images says
 STILL_ENDINGS = (".png", ".jpg", ".jpeg", ".webp", ".exr")
 _MAX_PIXELS = 4096 * 4096
+_MAX_INPUT_PIXELS = 64_000_000  # of an image that is read: a 64-megapixel photo, 200 MB as RGB
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,6 +206,18 @@ def write_still(backend_name: str) -> Callable[[Scene, Path, BackendOptions], No
         save_image(draw(scene, options, picture_backend(backend_name)), path)
 
     return run
+
+
+def open_image(path: Path | str | BytesIO) -> Any:
+    """Open an image file as an RGB PIL image; raises SceneError("file") if it is unreadable or too large."""
+    image = require("PIL.Image", "pillow")
+    try:
+        with image.open(path) as picture:
+            if picture.width * picture.height > _MAX_INPUT_PIXELS:
+                raise SceneError("file", f"{path} has more than {_MAX_INPUT_PIXELS:,} pixels")
+            return require("PIL.ImageOps", "pillow").exif_transpose(picture).convert("RGB")
+    except (OSError, ValueError, SyntaxError, image.DecompressionBombError) as error:
+        raise SceneError("file", f"cannot read {path} as an image: {reason_of(error)}") from None
 
 
 def save_image(image: Image, path: Path | str) -> None:

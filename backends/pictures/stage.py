@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
-from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.pictures.camera import Camera, Viewpoint, checked, place
 from scenelang.backends.surfaces.appearance import Studio, check_seen, studio_for
 from scenelang.backends.surfaces.solids import Solids, normalized, parted, solids_of
+from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
@@ -215,7 +215,7 @@ def staging_of(
     center, scale = unit_size(scene)
     shown = list(dict.fromkeys(frames))
     asked = {frame: scene.frames[frame] for frame in shown}
-    drawn = as_cubes(Scene(scene.word, list(asked.values()), scene.animated), limit, warn).frames
+    drawn = drawn_scene(Scene(scene.word, list(asked.values()), scene.animated), limit, warn).frames
     solids = [_solids(root, limit, center, scale) for root in drawn]
     fixed, moving = parted(solids) if len(shown) > 1 else (None, solids)
     roots = dict(zip(shown, drawn, strict=True))

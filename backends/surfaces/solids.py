@@ -401,6 +401,11 @@ def is_semantic(entity: Entity) -> bool:
     return entity.shape is not None and entity.shape.is_semantic
 
 
+def is_object(entity: Entity) -> bool:
+    """Return whether an entity is named by the program or a semantic primitive, rather than a plain primitive."""
+    return not entity.is_primitive or is_semantic(entity)
+
+
 # --- films -----------------------------------------------------------------------------------------------------
 
 

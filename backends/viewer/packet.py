@@ -25,21 +25,20 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import require
-from scenelang.backends.files import check_folder
-from scenelang.backends.minecraft.models import as_cubes
-from scenelang.backends.neural.weights import INSTALL
+from scenelang.backends.files import check_folder, write_text
 from scenelang.backends.pictures.stage import box_of, unit_size
-from scenelang.backends.surfaces.appearance import BRIGHTEST, ENVIRONMENTS, GLASS, SHOULDER, look_of, to_srgb
+from scenelang.backends.surfaces.appearance import BRIGHTEST, ENVIRONMENTS, GLASS, SHOULDER, look_of
 from scenelang.backends.surfaces.precision import own_offset
 from scenelang.backends.surfaces.solids import composed, is_semantic, keeps_own_colors, own_mesh
+from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, SceneError, UsageError
+from scenelang.grammar.settings import typed
 from scenelang.interpreter.inspection.numbering import number_scene
 from scenelang.interpreter.loading import user_folder
 from scenelang.interpreter.runtime.show import show
@@ -50,10 +49,6 @@ from scenelang.interpreter.scene.primitives import Primitive
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import Mesh, triangle_normals
 from scenelang.interpreter.values.values import Embedding
-
-if TYPE_CHECKING:
-    from scenelang.backends.neural.splats.gaussians import Splats
-
 
 # The entity DAG as tables and columns: words, embeddings, source locations, edges. Its size grows with the number of
 # distinct entities.
@@ -369,44 +364,33 @@ def _mesh_geometry(mesh: Mesh, own_colors: bool) -> Geometry:
 # Gaussian splats for the page, drawn instead of the solids.
 
 
-SplatsOf = Callable[[Scene], "list[Splats]"]  # Gaussians of every frame, with sRGB colours
+class DrawnSplats(Protocol):
+    """Gaussians of one frame as torch tensors: positions (N, 3), covariances (N, 3, 3), opacities (N,) and sRGB (N, 3).
+
+    ``backends/neural/splats/gaussians.Splats`` is one; the viewer does not import torch.
+    """
+
+    @property
+    def means(self) -> Any: ...
+
+    @property
+    def covariances(self) -> Any: ...
+
+    @property
+    def opacities(self) -> Any: ...
+
+    @property
+    def colors(self) -> Any: ...
+
+    def __len__(self) -> int: ...
+
+
+SplatsOf = Callable[[Scene], Sequence[DrawnSplats]]  # Gaussians of every frame
 
 MAX_SPLATS = 2_000_000  # in all frames: 4 texels of 16 bytes each
-_DEFAULT_SPLATS = 100_000  # target for a scene without learned Gaussians
 
 
-def surface_splats(scene: Scene) -> list[Splats]:
-    """Return Gaussians on the surfaces of every frame's primitives, with colours without lighting."""
-    require("torch", INSTALL)
-    from scenelang.backends.neural.splats.gaussians import Splats
-    from scenelang.backends.neural.splats.initial import gaussians_of
-
-    found = []
-    for root in scene.frames:
-        made = gaussians_of(root, max(_DEFAULT_SPLATS // len(scene.frames), 1000))
-        colors = made.splats.colors + made.emission
-        srgb = colors.new_tensor(to_srgb(np.clip(colors.numpy(), 0.0, 1.0)))
-        found.append(Splats(made.splats.means, made.splats.covariances, made.splats.opacities, srgb))
-    return found
-
-
-def distilled_splats(folder: Path) -> SplatsOf:
-    """Return the Gaussians learned by a `distill` run; raises SceneError("file") if the folder contains none."""
-    require("torch", INSTALL)
-    from scenelang.backends.neural.distillation.run import load_checkpoint
-
-    run = load_checkpoint(folder)
-
-    def splats_of(scene: Scene) -> list[Splats]:
-        import torch
-
-        with torch.no_grad():
-            return [run.splats(frame) for frame in range(min(run.frames, len(scene.frames)))]
-
-    return splats_of
-
-
-def splat_columns(frames: Sequence[Splats], count: int, center: FloatArray, scale: float) -> dict[str, Any]:
+def splat_columns(frames: Sequence[DrawnSplats], count: int, center: FloatArray, scale: float) -> dict[str, Any]:
     """Return the Gaussians of ``count`` frames after ``p -> scale (p - center)`` as columns.
 
     The columns are ``splatStart`` (F + 1), ``splatPlace`` (3 N), ``splatSpread`` (6 N: the upper triangle of the
@@ -422,7 +406,7 @@ def splat_columns(frames: Sequence[Splats], count: int, center: FloatArray, scal
     return {"splatStart": np.concatenate([[0], np.cumsum(sizes)]).astype(np.uint32), **columns}
 
 
-def _rows(splats: Splats, center: FloatArray, scale: float) -> dict[str, npt.NDArray[Any]]:
+def _rows(splats: DrawnSplats, center: FloatArray, scale: float) -> dict[str, npt.NDArray[Any]]:
     means, covariances, opacities, colors = (
         np.asarray(each.detach().cpu().double().numpy())
         for each in (splats.means, splats.covariances, splats.opacities, splats.colors)
@@ -570,7 +554,7 @@ def _drawable(scene: Scene, total: int, limit: int) -> tuple[Scene, str | None]:
             "its tree is complete."
         )
     try:
-        return as_cubes(scene, limit), None
+        return drawn_scene(scene, limit), None
     except LimitError as error:
         return scene, _as_sentence(error)
 
@@ -689,6 +673,33 @@ def page_path(text: str) -> str:
         raise UsageError("file", f"a page must be an .html file, not {path.name}")
     check_folder(path)
     return text
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ViewerPage:
+    """The interactive viewer as a self-contained HTML page; notebooks display it in an iframe."""
+
+    html: str
+    height: int
+
+    @typed
+    def save(self, path: str | Path) -> Path:
+        """Write the page to a file. Returns the path."""
+        write_text(path, self.html)
+        return Path(path)
+
+    def _repr_html_(self) -> str:
+        return iframe(self.html, self.height)
+
+    def __repr__(self) -> str:
+        return f"<ViewerPage of {len(self.html):,} characters>"
+
+
+def page_of(scene: Scene, limit: int, splats: SplatsOf | None = None) -> str:
+    """Return the viewer with one scene as a self-contained HTML page; ``splats`` are drawn instead of the solids."""
+    state: dict[str, Any] = {"name": scene.word, "version": 1, "ok": True, "picture": 1}
+    state |= {"diagnostics": [], "params": []}
+    return self_contained_page([SavedScene(scene.word, state, packet_of(scene, limit, splats=splats))])
 
 
 def iframe(page: str, height: int) -> str:

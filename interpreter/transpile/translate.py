@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 
 from scenelang.grammar.datum import Atom, Datum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.grammar.python_helpers import HELPERS
 from scenelang.interpreter.transpile.analysis.collect import find_collections
 from scenelang.interpreter.transpile.analysis.infer import Departures, infer
 from scenelang.interpreter.transpile.analysis.inference import TypeFacts
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
-from scenelang.interpreter.transpile.analysis.python_text import HELPERS, PythonText, parse_python, walk_tree
+from scenelang.interpreter.transpile.analysis.python_text import PythonText, parse_python, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
     Function,
     LibraryPaths,

@@ -25,7 +25,7 @@ from scenelang.grammar.reader import lexemes
 from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
 from scenelang.interpreter.values.limits import Limits
-from scenelang.repairs.checking import Examination
+from scenelang.session.checking import Examination
 from scenelang.session.session import Options, Session, linted
 
 if TYPE_CHECKING:

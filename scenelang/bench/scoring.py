@@ -14,6 +14,7 @@ from scenelang.bench.tasks import KEEP, BenchTask
 from scenelang.grammar.datum import Source, dataclass, replace
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.inference.brief import TaskKind
+from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.scene.bounds import entity_box, parts_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
@@ -87,10 +88,8 @@ def _in_python(word: str, words: Collection[str]) -> str:
 
 
 def _is_stable(scene: Scene) -> bool | None:
-    from scenelang.backends.physics.verdicts import check_physics
-
-    found = {finding.name for finding in check_physics(scene)}
-    return None if "not-simulated" in found else found.isdisjoint(_MOVES)
+    names = {finding.name for finding in SERVICES.find("physics").check_physics(scene)}
+    return None if "not-simulated" in names else names.isdisjoint(_MOVES)
 
 
 @lru_cache(maxsize=64)

@@ -6,13 +6,11 @@ import argparse
 import shlex
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from scenelang.backends.language_models.provider import find_family
-from scenelang.backends.neural.wording import DEFAULT_LIMIT, DEFAULT_TEMPLATE, check_template
-from scenelang.cli.neural import invert_generated, z_of
 from scenelang.cli.options import (
     UsageError,
     add_fields,
@@ -29,20 +27,17 @@ from scenelang.cli.options import (
     progress,
     report,
     report_run,
-    scene_of,
     usage_errors,
     use_color,
     whole,
-    z_path,
 )
 from scenelang.console.reports import painted, print_json, say
 from scenelang.grammar.diagnostics import SceneError, printable
 from scenelang.inference import generation
 from scenelang.inference.brief import Ablation, Notation, TaskKind
 from scenelang.inference.conductor import Inference, NoProgram
-from scenelang.inference.generation import describer
 from scenelang.inference.records import RENEWABLE, InferenceSettings, all_runs, check_limits, find_run, runs_folder
-from scenelang.learning.embeddings import Embeddings, check_program, wording_table
+from scenelang.session.loaded import LoadedScene
 from scenelang.session.session import Options
 
 if TYPE_CHECKING:
@@ -50,27 +45,6 @@ if TYPE_CHECKING:
     from scenelang.inference.generation import Edited, Generated
     from scenelang.inference.records import Run
     from scenelang.repl.loop import ModelRequest
-
-from dataclasses import asdict, replace
-from typing import TYPE_CHECKING
-
-from scenelang.backends.files import new_folder
-from scenelang.cli.options import (
-    models_of,
-    opened,
-    session_limit,
-    warnings,
-)
-from scenelang.console.reports import deliver
-from scenelang.evaluation.running import entries_of
-from scenelang.evaluation.study import preferences
-from scenelang.evaluation.subjects import MetricOptions, measured, study_of, subjects_of
-from scenelang.evaluation.tables import LAYOUTS, as_data
-from scenelang.grammar.settings import settings_in
-
-if TYPE_CHECKING:
-    from scenelang.evaluation.running import EvaluationEntry, Measure, Subject
-    from scenelang.evaluation.subjects import MetricReport, Opened
 
 _SERVICE = ("provider", "max_cost", "price", "prompt_dir", "timeout")
 # Properties of a run that cannot change when it is resumed: option -> attribute.
@@ -230,7 +204,7 @@ def _show_estimate(arguments: argparse.Namespace, inference: Inference) -> int:
     return print_result(arguments, found.data(), found)
 
 
-def _report_result(arguments: argparse.Namespace, result: Generated) -> None:
+def _report_result(arguments: argparse.Namespace, result: Generated[LoadedScene]) -> None:
     """Report the result of a run: warnings, errors of other samples, tokens and cost."""
     if arguments.quiet or arguments.json:
         return
@@ -300,7 +274,9 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
     """Run to completion, write the program and render it."""
 
     with _resume_hint(arguments, run):
-        result = generation.generated(run, generation.play(inference, run, live_stream(arguments)), inference.options)
+        result = generation.generated(
+            run, generation.play(inference, run, live_stream(arguments)), inference.options, LoadedScene
+        )
     facts = run.facts
     chosen = arguments.output or facts.get("output")
     if arguments.json:
@@ -313,8 +289,10 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
     output = result.save(chosen)
     _say_written(arguments, output)
     if arguments.render or facts.get("render"):
-        _say_written(arguments, generation.draw_draft(result.scene, output, progress(arguments, "rendering")))
+        _say_written(arguments, generation.draw_draft(result.scene.graph, output, progress(arguments, "rendering")))
     if arguments.invert or facts.get("invert"):
+        from scenelang.cli.neural import invert_generated
+
         invert_generated(arguments, result.scene, inference.task.pictures, output)
     return 0
 
@@ -384,7 +362,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 def _finish_edit(arguments: argparse.Namespace, inference: Inference, run: Run, path: Path) -> int:
     """Run to completion, show the effect of the edit, and write the program if requested."""
     with _resume_hint(arguments, run):
-        found = generation.edited(inference, run, path, live_stream(arguments))
+        found = generation.edited(inference, run, path, LoadedScene, live_stream(arguments))
     picture = _pictured(found, Path(arguments.picture) if arguments.picture else run.path / "before-after.png")
     if arguments.json:
         print_json(found.data() | {"picture": str(picture) if picture is not None else None})
@@ -402,7 +380,7 @@ def _finish_edit(arguments: argparse.Namespace, inference: Inference, run: Run, 
     return 0
 
 
-def _pictured(found: Edited, path: Path) -> Path | None:
+def _pictured(found: Edited[LoadedScene], path: Path) -> Path | None:
     """Save the before-and-after image; returns None if a scene cannot be rendered."""
     try:
         return found.picture().save(path)
@@ -410,7 +388,7 @@ def _pictured(found: Edited, path: Path) -> Path | None:
         return None
 
 
-def _show_edit(arguments: argparse.Namespace, found: Edited) -> None:
+def _show_edit(arguments: argparse.Namespace, found: Edited[LoadedScene]) -> None:
     from scenelang.session.scene_changes import OF_AN_EDIT, change_lines
 
     sys.stdout.writelines(painted(map(printable, found.diff.splitlines()), use_color(arguments, sys.stdout)))
@@ -442,161 +420,3 @@ def run_runs(arguments: argparse.Namespace) -> int:
         data = [each.summary() for each in all_runs(folder)]
         text = list_of_runs(data) if data else f"no runs in {folder}"
     return print_result(arguments, data, text)
-
-
-def add_embed(parser: argparse.ArgumentParser) -> None:
-    parser.description = (
-        "Describe the color, material, proportions and other attributes of every primitive in words, and store "
-        "the texts and their prompt templates in the embeddings file beside the program."
-    )
-    parser.add_argument(
-        "--template", metavar="TEXT",
-        help="prompt template of a primitive; {embedding}, {word} and {style} are its handle, its word and the "
-        "root's handle (default: a {embedding} {word}, in the style of {style}, 3D model)",
-    )  # fmt: skip
-    words = "let a language model choose the words (default: a fixed table)"
-    parser.add_argument("--model", nargs="?", const="", metavar="NAME", help=words)
-    add_spending(parser)
-    parser.add_argument("--force", action="store_true", help="overwrite existing descriptions")
-    parser.add_argument(
-        "--print", action="store_true", dest="only_print", help="print the descriptions without writing them"
-    )
-
-
-def run_embed(arguments: argparse.Namespace) -> int:
-    with usage_errors():
-        check_template(DEFAULT_TEMPLATE if arguments.template is None else arguments.template)
-    if not arguments.only_print and arguments.file != "-":
-        check_program(arguments.file, "embed the source program instead, or use --print")
-    if not arguments.only_print and z_path(arguments) is None and arguments.file == "-":
-        raise UsageError(
-            "file", "a program from standard input requires --z FILE", "or use --print to only show the words"
-        )
-    z = Embeddings(z_path(arguments)) if arguments.only_print else z_of(arguments)
-    scene = scene_of(arguments, fresh=not arguments.only_print and not z.exists)
-    if arguments.model is not None and not arguments.force:
-        with usage_errors():
-            z.check_undescribed()
-    describe = None if arguments.model is None else describer(service_of(arguments), live_stream(arguments))
-    work = z.words_of if arguments.only_print else z.describe
-    limit = int(arguments.max_primitives or DEFAULT_LIMIT)
-    found = work(scene, template=arguments.template, describe=describe, force=arguments.force, limit=limit)
-    if arguments.json:
-        print_json(found.data())
-    elif arguments.only_print:
-        say(wording_table(found.wording))
-    elif not arguments.quiet:
-        before = f"; {found.known:,} already described (--force overwrites them)" if found.known else ""
-        say(f"wrote {z.path}: {found}{before}")
-    if describe is not None and not arguments.quiet:
-        print(f"language model cost: ${describe.spent:.4f}", file=sys.stderr)
-    return 0
-
-
-# The command `eval`: metrics in the layout of the tables of the paper, and its user study.
-
-
-def add_eval(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "files", metavar="FILE", nargs="*",
-        help='programs, or a JSON manifest: a list of {"scene" or "film": FILE, "prompt": TEXT, "method": NAME, '
-        '"image": FILE, "count": {WORD: N}, "distilled": DIR}',
-    )  # fmt: skip
-    parser.add_argument("-o", "--output", metavar="DIR", help="results folder; results already in it are reused")
-    add_fields(parser, MetricOptions, ("metrics",))
-    drawing = [name for name in settings_in(MetricOptions) if name != "metrics"]
-    add_fields(parser.add_argument_group("rendering"), MetricOptions, drawing)
-    layout = parser.add_mutually_exclusive_group()
-    layout.add_argument(
-        "--markdown", dest="layout", action="store_const", const="markdown", help="print tables as Markdown"
-    )
-    layout.add_argument("--latex", dest="layout", action="store_const", const="latex", help="print tables as LaTeX")
-    study = parser.add_argument_group("user study")
-    study.add_argument(
-        "--study", metavar="PAGE", help="write a questionnaire that compares results with their prompts (.html)"
-    )
-    study.add_argument(
-        "--study-results",
-        nargs="+",
-        metavar="ANSWERS",
-        help="answer files of the user study to evaluate and add to the tables",
-    )
-    add_models(parser)
-    parser.set_defaults(layout="text")
-
-
-def run_eval(arguments: argparse.Namespace) -> int:
-    options = _checked(arguments)
-    if not arguments.files:
-        answered = preferences([Path(name) for name in arguments.study_results])
-        return print_result(arguments, answered.data(), answered)
-    drawings = options.drawings()
-    failed: list[str] = []
-    subjects = subjects_of(entries_of(arguments.files), drawings, lambda entry: _opened(arguments, entry, failed))
-    if arguments.study is not None:
-        check_folder(Path(arguments.study))
-        evaluated_subjects = list(subjects)
-        if failed:
-            return 1
-        page = study_of(
-            evaluated_subjects, arguments.seed, lambda each: progress(arguments, f"drawing {each.entry.place}")
-        )
-        deliver(page, arguments.study)
-        done(arguments, Path(arguments.study))
-        return 0
-
-    def fail(error: SceneError, about: str) -> None:
-        report(arguments, [replace(error.diagnostic, message=f"{about}: {error.message}")])
-
-    def show(subject: Subject, measure: Measure) -> Any:
-        return progress(arguments, f"{subject.entry.place} {measure.name}")
-
-    folder = None if arguments.output is None else Path(arguments.output)
-    measures = options.measures(models_of(arguments))
-    answers = [Path(name) for name in arguments.study_results or ()]
-    with new_folder(folder) if folder is not None else nullcontext():
-        found = measured(subjects, measures, folder, answers, fail, show)
-    _show(arguments, found)
-    return 1 if failed or found.failures else 0
-
-
-def _checked(arguments: argparse.Namespace) -> MetricOptions:
-    """Check the options and return those of the metrics; raises UsageError for invalid combinations."""
-    if not arguments.files and not arguments.study_results:
-        raise UsageError("value", "expected programs to evaluate, or `--study-results`")
-    if arguments.study is not None and Path(arguments.study).suffix.lower() not in (".html", ".htm"):
-        raise UsageError("backend", f"expected an .html file for `--study`, got `{arguments.study}`")
-    if arguments.study is not None and (arguments.study_results or not arguments.files):
-        raise UsageError("value", "`--study` requires programs or films, and cannot be combined with `--study-results`")
-    options = fields_of(
-        arguments, MetricOptions, seed=arguments.seed, limit=session_limit(arguments), warn=warnings(arguments)
-    )
-    options.check()
-    return options
-
-
-def _opened(arguments: argparse.Namespace, entry: EvaluationEntry, failed: list[str]) -> Opened | None:
-    """Return the scene and the source text of an entry. If the program has errors, report them, add the entry to
-    ``failed`` and return None."""
-    own = argparse.Namespace(**{**vars(arguments), "file": str(entry.scene)})
-    try:
-        result, source, _ = opened(own)
-    except SceneError as error:
-        report(arguments, [error.diagnostic])
-    else:
-        if result.scene is not None:
-            return result.scene, source.text
-    failed.append(entry.place)
-    return None
-
-
-def _show(arguments: argparse.Namespace, found: MetricReport) -> None:
-    """Print the tables, or all records as JSON."""
-    tables = found.tables
-    if arguments.json:
-        records = [asdict(record) for record in found.records]
-        print_json({"tables": [as_data(t) for t in tables], "records": records, "left_out": list(found.left_out)})
-        return
-    say("\n\n".join(LAYOUTS[arguments.layout](each) for each in tables))
-    if not tables:
-        print("nothing was measured", file=sys.stderr)

@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from scenelang.backends.language_models.catalogue import ImageContent
     from scenelang.learning.inversion import Inversion
     from scenelang.learning.neural import Distillation
-    from scenelang.scenes.scene import Scene
+    from scenelang.session.loaded import LoadedScene
 
 
 Learned = TypeVar("Learned", "Inversion", "Distillation")
@@ -226,14 +226,14 @@ def _inverted(
 
 
 def invert_generated(
-    arguments: argparse.Namespace, scene: Scene, pictures: Sequence[ImageContent], program: Path
+    arguments: argparse.Namespace, scene: LoadedScene, pictures: Sequence[ImageContent], program: Path
 ) -> None:
     """Learn the named parts of a generated scene from its input images, into the embeddings file of ``program``."""
     from io import BytesIO
 
-    from scenelang.backends.neural.clip import open_picture
+    from scenelang.backends.pictures.film import open_image
 
-    shown = [open_picture(BytesIO(each.data)) for each in pictures]
+    shown = [open_image(BytesIO(each.data)) for each in pictures]
     named = replace(scene, name=str(program))
     settings = InversionSettings(seed=arguments.seed)
     found = finished(

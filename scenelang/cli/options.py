@@ -11,6 +11,7 @@ from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
+from scenelang.backends import base
 from scenelang.backends.files import check_folder as check_folder
 from scenelang.console.reports import once, print_diagnostics, print_json, progress_line, say
 from scenelang.grammar import settings
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import ZEntry
     from scenelang.interpreter.scene.entity import Entity
     from scenelang.interpreter.scene.entity import Scene as EntityScene
-    from scenelang.scenes.scene import Scene
+    from scenelang.session.loaded import LoadedScene
     from scenelang.session.session import Evaluated, Session
 
 
@@ -124,6 +125,17 @@ def add_camera(group: Any, size_help: str, several: bool = False) -> None:
     )
 
 
+def add_backend_options(parser: argparse.ArgumentParser, work: base.Work) -> None:
+    """Add the options of the backends that do ``work``; read them with ``backend_settings_of``."""
+    add_settings(parser.add_argument_group("options of backends"), base.settings_for(work), "backend_")
+    parser.set_defaults(work=work)
+
+
+def backend_settings_of(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return the backend options that were given, by name."""
+    return given_settings(arguments, base.settings_for(arguments.work), "backend_")
+
+
 def add_file(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="program file, or `-` for standard input")
 
@@ -153,6 +165,17 @@ def add_common(parser: argparse.ArgumentParser) -> None:
 
 def add_seed(group: Any) -> None:
     group.add_argument("--seed", type=reader(settings.seed), default=0, metavar="N", help="random seed (default 0)")
+
+
+def add_physics(parser: Any, seconds: str) -> None:
+    """Add the options of all commands that simulate."""
+    parser.add_argument(
+        "--seconds", type=reader(settings.amount), metavar="S", help=f"simulated time (default {seconds})"
+    )
+    parser.add_argument(
+        "--metres-per-unit", type=reader(settings.metres), metavar="M",
+        help="metres per scene unit (default: such that the diagonal of the scene is 2 m)",
+    )  # fmt: skip
 
 
 def add_limits(parser: argparse.ArgumentParser) -> None:
@@ -234,17 +257,17 @@ def evaluated(arguments: argparse.Namespace) -> EntityScene:
     return scene
 
 
-def scene_of(arguments: argparse.Namespace, fresh: bool = False) -> Scene:
+def scene_of(arguments: argparse.Namespace, fresh: bool = False) -> LoadedScene:
     """Return the scene of the command's file; raises Told if the program has errors. With ``fresh``, the embeddings
     file does not exist yet and is not read."""
-    from scenelang.scenes.scene import scene_from
+    from scenelang.session.loaded import LoadedScene, scene_from
 
     own = argparse.Namespace(**{**vars(arguments), "z": None, "file": "-"}) if fresh else arguments
     result, source, session = opened(arguments, session_of(own))
     if result.scene is None:
         raise ReportedError
     compute_solids(arguments, result.scene.frames)
-    return scene_from(result, source.name, session.options)
+    return scene_from(LoadedScene, result, source.name, session.options)
 
 
 def compute_solids(arguments: argparse.Namespace, roots: Sequence[Entity]) -> None:

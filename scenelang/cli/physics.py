@@ -10,6 +10,7 @@ from typing import Any
 from scenelang.backends.files import output_path, rewrite, write_text
 from scenelang.cli.options import (
     add_camera,
+    add_physics,
     check_folder,
     compute_solids,
     done,
@@ -23,22 +24,14 @@ from scenelang.cli.options import (
     usage_errors,
 )
 from scenelang.console.reports import say, table
-from scenelang.grammar.datum import replace
+from scenelang.grammar.datum import Source, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError
-from scenelang.grammar.settings import amount, frame_rate, metres
+from scenelang.grammar.settings import amount, frame_rate
 from scenelang.sandbox.supervision import limited
+from scenelang.session.session import Session
 
 _GUARD = 4.0  # CPU seconds for each unit of effort, which takes about one
 _FILMS = (".mp4", ".gif", ".apng", ".webp")
-
-
-def add_physics(parser: Any, seconds: str) -> None:
-    """Add the options of all commands that simulate."""
-    parser.add_argument("--seconds", type=reader(amount), metavar="S", help=f"simulated time (default {seconds})")
-    parser.add_argument(
-        "--metres-per-unit", type=reader(metres), metavar="M",
-        help="metres per scene unit (default: such that the diagonal of the scene is 2 m)",
-    )  # fmt: skip
 
 
 def add_simulate(parser: argparse.ArgumentParser) -> None:
@@ -56,7 +49,7 @@ def add_simulate(parser: argparse.ArgumentParser) -> None:
 
 def velocity(text: str) -> tuple[str, tuple[float, float, float]]:
     """Return the word and the three numbers of ``WORD=X,Y,Z``; raises ValueError."""
-    from scenelang.session.motion import MAX_SPEED
+    from scenelang.backends.physics.settling import MAX_SPEED
 
     word, equals, numbers = text.rpartition("=")
     try:
@@ -69,8 +62,11 @@ def velocity(text: str) -> tuple[str, tuple[float, float, float]]:
 
 
 def run_simulate(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.physics.settling import simulated
     from scenelang.backends.physics.verdicts import diagnostics_of
     from scenelang.backends.pictures.camera import parse_viewpoint
+    from scenelang.backends.pictures.images import picture_options, video_of
+    from scenelang.files.scene_json import write_scene
 
     output = Path(arguments.output)
     with usage_errors():
@@ -82,19 +78,19 @@ def run_simulate(arguments: argparse.Namespace) -> int:
     check_folder(output)
     scene = scene_of(arguments)
     with limited(limits_of(arguments)):
-        moved = scene.simulate(
-            seconds=arguments.seconds or 2.0, fps=arguments.fps, metres_per_unit=arguments.metres_per_unit,
-            velocities=dict(arguments.velocity), progress=progress(arguments, "simulating"),
+        moved, physics_report = simulated(
+            scene.graph, arguments.seconds or 2.0, arguments.fps, arguments.metres_per_unit,
+            dict(arguments.velocity), progress(arguments, "simulating"),
         )  # fmt: skip
     if output.suffix.lower() == ".json":
-        moved.scene.export(output)
+        write_scene(moved, output)
     else:
-        film = moved.scene.film(camera, size=arguments.size)
-        film.save(output, arguments.fps, progress(arguments, "rendering"))
+        video = video_of(moved, picture_options(camera, arguments.size))
+        video.save(output, arguments.fps, progress(arguments, "rendering"))
     if not arguments.json:
-        report(arguments, [d for d in diagnostics_of(moved.report) if d.name == "body-explodes"])
+        report(arguments, [d for d in diagnostics_of(physics_report) if d.name == "body-explodes"])
     if arguments.json:
-        return print_result(arguments, moved.report.data() | {"written": os.fspath(output)}, "")
+        return print_result(arguments, physics_report.data() | {"written": os.fspath(output)}, "")
     done(arguments, output)
     return 0
 
@@ -108,10 +104,18 @@ def add_settle(parser: argparse.ArgumentParser) -> None:
     add_physics(parser, "5")
 
 
+def _translated(session: Session, source: Source) -> Source:
+    """Return the program that Python is translated to, which can be edited; raises UsageError if parts are missing."""
+    translation = session.transpile(source)
+    if not translation.ok:
+        message = f"`settle` edits programs in the Scene Language, and `{source.name}` cannot be translated as a whole"
+        raise UsageError("value", message, "write the scene instead: `-o OUT.json`")
+    return Source(f"{source.name}.scene", translation.text)
+
+
 def run_settle(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.exports.scene_json import holds_scene, write_scene
     from scenelang.backends.physics.settling import SETTLE_SECONDS, EditedProgram, edited_program, settled
-    from scenelang.session.motion import checked_scale, translated
+    from scenelang.files.scene_json import holds_scene, write_scene
     from scenelang.session.session import is_python
 
     asked = Path(arguments.output) if arguments.output else None
@@ -122,8 +126,8 @@ def run_settle(arguments: argparse.Namespace) -> int:
         return 1
     writes_scene = asked is not None and asked.suffix.lower() == ".json"
     if is_python(source) and not writes_scene:
-        source = translated(session, source)
-    scene, scale = result.scene, checked_scale(arguments.metres_per_unit)
+        source = _translated(session, source)
+    scene, scale = result.scene, arguments.metres_per_unit
     with limited(limits_of(arguments)):
         compute_solids(arguments, scene.frames)
         found = settled(scene, arguments.seconds or SETTLE_SECONDS, scale, progress(arguments, "simulating"))

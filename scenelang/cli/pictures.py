@@ -1,4 +1,4 @@
-"""Commands that render, export and view scenes: render, export, maps, dataset, graph, view, backends."""
+"""Commands that render and view scenes: render, maps, dataset, graph, view."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator, Mapping
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from scenelang.backends import base
 from scenelang.backends.files import output_path
@@ -18,15 +18,14 @@ from scenelang.backends.pictures import film
 from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
 from scenelang.cli.options import (
     UsageError,
+    add_backend_options,
     add_camera,
     add_fields,
-    add_settings,
-    bounded,
+    backend_settings_of,
     check_folder,
     done,
     fields_of,
     given,
-    given_settings,
     opened,
     print_result,
     progress,
@@ -39,7 +38,7 @@ from scenelang.cli.options import (
     whole,
 )
 from scenelang.cli.options import warnings as warnings_of
-from scenelang.console.reports import deliver, table
+from scenelang.console.reports import deliver
 from scenelang.grammar.settings import port
 
 if TYPE_CHECKING:
@@ -66,17 +65,6 @@ def _add_quality(parser: argparse.ArgumentParser, what: str) -> None:
     parser.add_argument("--quality", choices=film.QUALITIES.names(), default="draft", help=f"{what} ({summaries})")
 
 
-def _add_backend_options(parser: argparse.ArgumentParser, work: base.Work) -> None:
-    """Add the options of the backends that do ``work``; read them with ``_settings_of``."""
-    add_settings(parser.add_argument_group("options of backends"), base.settings_for(work), "backend_")
-    parser.set_defaults(work=work)
-
-
-def _settings_of(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the backend options that were given, by name."""
-    return given_settings(arguments, base.settings_for(arguments.work), "backend_")
-
-
 def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.PictureOptions:
     """Return the rendering options of a command; raises SceneError for an invalid camera."""
     view = parse_viewpoint(camera) if camera else Viewpoint()
@@ -84,12 +72,12 @@ def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.
     width, height = arguments.size or own
     return fields_of(
         arguments, film.PictureOptions, limit=session_limit(arguments), progress=progress(arguments, "rendering"),
-        settings=_settings_of(arguments), warn=warnings_of(arguments), width=width, height=height, camera=view,
+        settings=backend_settings_of(arguments), warn=warnings_of(arguments), width=width, height=height, camera=view,
         seed=arguments.seed,
     )  # fmt: skip
 
 
-# --- render, export --------------------------------------------------------------------------------------------------
+# --- render ----------------------------------------------------------------------------------------------------------
 
 
 def add_render(parser: argparse.ArgumentParser) -> None:
@@ -102,7 +90,7 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     _add_view(parser)
     add_fields(parser, film.PictureOptions, ("labels",))
     add_fields(parser.add_argument_group("video"), film.FilmOptions)
-    _add_backend_options(parser, base.Work.PICTURE)
+    add_backend_options(parser, base.Work.PICTURE)
 
 
 def run_render(arguments: argparse.Namespace) -> int:
@@ -124,33 +112,6 @@ def run_render(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def add_export(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", metavar="OUT", help="output file (default: FILE.glb)")
-    parser.add_argument("--backend", metavar="NAME", help="export backend (default: from the file extension)")
-    add_fields(parser, base.BackendOptions, ("frame",))
-    _add_backend_options(parser, base.Work.EXPORT)
-
-
-def run_export(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.exports.gltf import wrote_glb
-
-    limit, shown, warn = session_limit(arguments), progress(arguments, "exporting"), warnings_of(arguments)
-    with usage_errors():
-        output = output_path(arguments.file, arguments.output, ".glb", wrote_glb)
-        backend = base.find(arguments.backend) if arguments.backend else base.for_file(output, base.Work.EXPORT)
-        options = fields_of(
-            arguments, base.BackendOptions, limit=limit, progress=shown, settings=_settings_of(arguments), warn=warn
-        )
-        base.check_settings(options, [backend])
-    check_folder(output)
-    scene = scene_of(arguments)
-    solid = bool(options.settings.get("solid"))  # the union may take long, and is part of what the limits are for
-    with bounded(arguments) if solid else nullcontext():
-        written = backend.run(scene.graph, output, options) or [output]
-    done(arguments, *written)
-    return 0
-
-
 # --- maps ------------------------------------------------------------------------------------------------------------
 
 
@@ -164,12 +125,12 @@ def add_maps(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--views", type=whole, metavar="N", help="number of random cameras")
     add_fields(parser, MapOptions)
     _add_view(parser, several=True)
-    _add_backend_options(parser, base.Work.PICTURE)
+    add_backend_options(parser, base.Work.PICTURE)
 
 
 def run_maps(arguments: argparse.Namespace) -> int:
     from scenelang.backends.labels.dataset import MapOptions, check_set_folder, write_set
-    from scenelang.backends.labels.views import views_of
+    from scenelang.backends.pictures.viewpoints import views_of
 
     with usage_errors():
         backend = film.picture_backend(arguments.quality)
@@ -283,12 +244,15 @@ def add_graph(parser: argparse.ArgumentParser) -> None:
 
 
 def run_graph(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.pictures.call_graph import write_graph
+
     output = Path(arguments.output)
     if output.suffix.lower() != ".svg":
         raise UsageError("backend", f"cannot write a graph to `{output.name}`", "use .svg")
     check_folder(output)
     scene = scene_of(arguments)
-    done(arguments, scene.save_graph(output, arguments.depth, arguments.frame, arguments.thumbnails))
+    write_graph(scene.graph, output, arguments.frame, arguments.depth, arguments.thumbnails)
+    done(arguments, output)
     return 0
 
 
@@ -348,7 +312,7 @@ def _splats(arguments: argparse.Namespace) -> SplatsOf | None:
     """Return the Gaussians to show in place of solids, or None to show solids."""
     if arguments.distilled is None and not arguments.splats:
         return None
-    from scenelang.backends.viewer.packet import distilled_splats, surface_splats
+    from scenelang.backends.neural.painting.shown import distilled_splats, surface_splats
 
     return surface_splats if arguments.distilled is None else distilled_splats(Path(arguments.distilled))
 
@@ -412,14 +376,3 @@ def _view_build(arguments: argparse.Namespace) -> int:
         with suppress(KeyboardInterrupt):
             threading.Event().wait()
     return 0
-
-
-# --- backends --------------------------------------------------------------------------------------------------------
-
-
-def run_backends(arguments: argparse.Namespace) -> int:
-    found = base.all_backends()
-    rows = [("backend", "command", "writes", "installed", ""), *(backend.row for backend in found)]
-    options = [f"{b.name} --{option.name}: {option.doc}" for b in found for option in b.options]
-    text = "\n".join([table(rows, (False,) * 5), *(options if arguments.verbose else ())])
-    return print_result(arguments, [backend.metadata() for backend in found], text)

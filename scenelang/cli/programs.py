@@ -17,6 +17,7 @@ from scenelang.cli.options import (
     UsageError,
     add_limits,
     add_output,
+    add_physics,
     bounded,
     check_folder,
     compute_solids,
@@ -34,7 +35,6 @@ from scenelang.cli.options import (
     use_color,
     whole,
 )
-from scenelang.cli.physics import add_physics
 from scenelang.console.reports import deliver, painted, print_json, say, table
 from scenelang.grammar.diagnostics import (
     Diagnostic,
@@ -47,12 +47,14 @@ from scenelang.grammar.diagnostics import (
 )
 from scenelang.grammar.settings import line_range, part_of_one
 from scenelang.interpreter.scene.entity import count_words
-from scenelang.repairs.checking import Examination
+from scenelang.session.checking import Examination
 from scenelang.session.declarations import declarations_of
 
 if TYPE_CHECKING:
+    from scenelang.backends.surfaces.marks import Marks
     from scenelang.interpreter.inspection.difference import ComparedFrame
     from scenelang.interpreter.scene.declarations import Declaration
+    from scenelang.interpreter.scene.entity import Entity
     from scenelang.interpreter.scene.entity import Scene as EntityScene
     from scenelang.repl.loop import ModelRequest
     from scenelang.session.formatting import FormattedFile
@@ -140,12 +142,30 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
 
 
 def _picture_finding(arguments: argparse.Namespace, scene: EntityScene, stated: Sequence[Declaration]) -> None:
-    from scenelang.session.motion import picture_finding
+    from scenelang.backends.pictures.exhibit import save_marked
 
-    simulated = (arguments.seconds, arguments.metres_per_unit) if arguments.physics else None
     with bounded(arguments):
-        if picture_finding(scene, Path(arguments.picture), stated, arguments.geometry, simulated):
+        marked = _marked_finding(arguments, scene, stated)
+        if marked is not None:
+            save_marked(*marked, Path(arguments.picture))
             _say_shown(arguments, "finding")
+
+
+def _marked_finding(
+    arguments: argparse.Namespace, scene: EntityScene, stated: Sequence[Declaration]
+) -> tuple[Entity, Marks] | None:
+    """Return the first declaration that fails, else the gravest finding of the checks that were asked for."""
+    from scenelang.backends.geometry.lint import marked_finding
+    from scenelang.backends.geometry.relations import marked_violation
+
+    marked = marked_violation(scene, stated)
+    if marked is None and arguments.geometry:
+        marked = marked_finding(scene)
+    if marked is None and arguments.physics:
+        from scenelang.backends.physics.verdicts import SECONDS, marked_motion
+
+        marked = marked_motion(scene, arguments.seconds or SECONDS, arguments.metres_per_unit)
+    return marked
 
 
 def _save_picture(arguments: argparse.Namespace, subject: Any) -> None:
@@ -522,7 +542,7 @@ def add_doctor(parser: argparse.ArgumentParser) -> None:
 
 
 def run_doctor(arguments: argparse.Namespace) -> int:
-    from scenelang.console.doctor import CheckState, checks, report_lines
+    from scenelang.doctor.doctor import CheckState, checks, report_lines
 
     found = list(checks())
     lines = report_lines(found, use_color(arguments, sys.stdout))

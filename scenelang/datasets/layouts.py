@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.exports.trs import quaternions
 from scenelang.backends.files import replaced_folder
 from scenelang.backends.labels.things import OTHER, rigid_parts
+from scenelang.backends.surfaces.trs import quaternions
 from scenelang.datasets.making import decoded, png
 from scenelang.datasets.spec import CODE
 from scenelang.datasets.store import Plan, Store, items_of

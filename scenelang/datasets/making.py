@@ -17,25 +17,31 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Backend, PluginRegistry, require
+from scenelang.backends.base import Backend, require
+from scenelang.backends.geometry.arrangement import scene_relations
 from scenelang.backends.geometry.lint import check_geometry
+from scenelang.backends.geometry.relations import violations
 from scenelang.backends.labels import things as labels
 from scenelang.backends.labels.things import Things
-from scenelang.backends.labels.views import LabelledView, SceneFacts, View
-from scenelang.backends.minecraft.models import as_cubes
+from scenelang.backends.labels.views import LabelledView, SceneFacts
 from scenelang.backends.pictures.camera import Camera, camera_to_json
 from scenelang.backends.pictures.film import Painter, PictureOptions, painters, picture_backend
 from scenelang.backends.pictures.stage import Shot, box_of
+from scenelang.backends.pictures.viewpoints import View
 from scenelang.backends.surfaces.appearance import encode
+from scenelang.backends.surfaces.solids import is_object
+from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.datasets.naming import classes_of, named_program
 from scenelang.datasets.sampler import Draw, draw_sample, key_of, split_of_scene, stream, views_of
 from scenelang.datasets.spec import CODE, PREDICATES, Spec
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.interpreter.plugins import SERVICES, PluginRegistry
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import count_words, descendants, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.modelling.solid import compute_all
-from scenelang.scenes.scene import Scene, literal
+from scenelang.session.declarations import declarations_in
+from scenelang.session.loaded import LoadedScene, literal
 from scenelang.session.session import Options, Session
 
 if TYPE_CHECKING:
@@ -101,7 +107,7 @@ class Candidate:
     """What a predicate of an installed package judges: the evaluated scene, the drawn values, and the things that each
     camera sees of the first frame."""
 
-    scene: Scene
+    scene: LoadedScene
     values: Mapping[str, Any]
     things: Sequence[Things]
 
@@ -125,7 +131,7 @@ FILTERS = PluginRegistry(PREDICATES, "filter", Predicate, CODE)
 class _Stage:
     """An evaluated scene with what its pictures share."""
 
-    scene: Scene
+    scene: LoadedScene
     facts: SceneFacts
     text: str
     draws: bool
@@ -224,13 +230,15 @@ class Maker:
         first = views[0].shots[frames[0]].camera
         return Sample(draw, tuple(items), _placed(first), shown), ""
 
-    def _unsound(self, scene: Scene) -> str:
+    def _unsound(self, scene: LoadedScene) -> str:
         """Return why a scene does not pass the filters of declarations and stability; empty if it does."""
         stated = self.spec.filters.that
-        if stated and scene.violations(*stated):
+        if stated and violations(scene.graph, declarations_in(scene.options, stated)):
             return "with a declaration that does not hold"
-        if self.spec.filters.stable and any(body.kind != "rests" for body in scene.physics().bodies):
-            return "with bodies that move"
+        if self.spec.filters.stable:
+            report = SERVICES.find("physics").report_of(scene.graph)
+            if any(body.kind != "rests" for body in report.bodies):
+                return "with bodies that move"
         return ""
 
     def _filtered(self, stage: _Stage, draw: Draw, views: Sequence[LabelledView], frames: Sequence[int]) -> str:
@@ -295,13 +303,13 @@ class Maker:
         finally:
             self._watch(False)
         graph = result.require()
-        scene = Scene(graph, source.name, result.log, result.diagnostics, result.program, options)
+        scene = LoadedScene(graph, source.name, result.log, result.diagnostics, result.program, options)
         words = set(scene.words)
         for word, look in draw.looks.items():
             if word in words:
                 scene = scene.restyled(word, **{name: _listed(value) for name, value in look.items()})
         box_of(scene.graph)
-        scene = replace(scene, graph=as_cubes(scene.graph, spec.limits.primitives))
+        scene = replace(scene, graph=drawn_scene(scene.graph, spec.limits.primitives))
         return _Stage(scene, SceneFacts(scene.graph), source.text, result.draws)
 
     def _frames(self, stage: _Stage) -> list[int]:
@@ -398,10 +406,10 @@ class _ItemWriter:
         """Return what is on, inside of, touching or overlapping what, by positions in the nodes of the graph."""
         place = {node["handle"]: number for number, node in enumerate(nodes)}
         words = sorted({node["word"] for node in nodes})
-        found = self.stage.scene.relations(words, self.frame)
+        relations = scene_relations(self.stage.scene.graph, words, self.frame)
         return [
             {"relation": r.relation, "subject": place[r.subject], "other": place[r.other], "distance": r.distance}
-            for r in found
+            for r in relations
             if r.subject in place and r.other in place
         ]
 
@@ -502,7 +510,7 @@ class _ItemWriter:
         """Return the words that count as things with their numbers, such as "3 pawns and 1 king"."""
         spec = self.maker.spec
         entities = {e.word: e for e in descendants(self._root)}
-        chosen = spec.labels.words or [w for w, e in entities.items() if labels.is_thing(e) and e is not self._root]
+        chosen = spec.labels.words or [w for w, e in entities.items() if is_object(e) and e is not self._root]
         parts = [f"{counts[word]} {_plural(word, counts[word])}" for word in counts if word in chosen]
         return " and ".join(filter(None, [", ".join(parts[:-1]), *parts[-1:]])) or self.stage.scene.word
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from scenelang.backends.base import Progress
 from scenelang.backends.files import read_regular, write_json
-from scenelang.backends.neural.clip import SCORE_MODEL, ClipName, open_picture
+from scenelang.backends.neural.clip import SCORE_MODEL, ClipName
 from scenelang.backends.neural.metrics import (
     ALEXNET,
     CLIP_VIEWS,
@@ -36,7 +36,7 @@ from scenelang.backends.neural.metrics import (
     turntable_shots,
 )
 from scenelang.backends.neural.weights import ModelHub
-from scenelang.backends.pictures.film import Picture, PictureOptions
+from scenelang.backends.pictures.film import Picture, PictureOptions, open_image
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import Scene, count_words
@@ -411,7 +411,7 @@ class LpipsMeasure:
     def measure(self, subject: Subject, progress: Progress | None) -> Values:
         assert self._network is not None
         assert subject.entry.image is not None
-        reference = np.asarray(open_picture(subject.entry.image), np.uint8)
+        reference = np.asarray(open_image(subject.entry.image), np.uint8)
         return _mean(self._network.distances(reference, subject.around(self._views, progress)))
 
 

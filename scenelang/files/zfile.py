@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from scenelang.backends.files import atomic_write, lock_folder, read_regular
 from scenelang.grammar.datum import dataclass
@@ -24,17 +24,16 @@ from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from scenelang.backends.neural.prompts import Encodings
-    from scenelang.backends.neural.wording import Wording
     from scenelang.interpreter.runtime.runtime import ZEntry
 
 _SUFFIX = ".z.safetensors"
 _KEY = "scenelang"
-_WORDING = "scenelang-wording"
+WORDING = "scenelang-wording"
 _MADE = "scenelang-made"
-_ENCODINGS = "scenelang-encodings"
-_MATRIX = "/encodings"  # not a valid handle name
+ENCODINGS = "scenelang-encodings"
+MATRIX = "/encodings"  # not a valid handle name
 _MAX_HEADER_SIZE = 4_000_000  # bytes
+Decoded = TypeVar("Decoded")
 Vectors: TypeAlias = "Mapping[str, npt.NDArray[Any]]"
 
 
@@ -51,7 +50,7 @@ def read_z(path: Path) -> tuple[dict[str, ZEntry], dict[str, npt.NDArray[Any]]]:
     with _read_errors(path):
         header, vectors = _contents(path)
         entries = {str(name): _named_entry(name, fields) for name, fields in _parsed(header, _KEY).items()}
-    learned = {name: vector for name, vector in vectors.items() if name != _MATRIX}
+    learned = {name: vector for name, vector in vectors.items() if name != MATRIX}
     for name in learned:
         entries.setdefault(name, ZEntry())
     return entries, learned
@@ -69,7 +68,7 @@ def read_entries(path: Path) -> dict[str, ZEntry]:
             names, header = list(file.keys()), file.metadata() or {}
         entries = {str(name): _named_entry(name, fields) for name, fields in _parsed(header, _KEY).items()}
     for name in names:
-        if name != _MATRIX:
+        if name != MATRIX:
             entries.setdefault(name, ZEntry())
     return entries
 
@@ -113,29 +112,11 @@ def _write_z(path: Path, entries: Mapping[str, ZEntry], vectors: Vectors) -> Non
         for name, entry in entries.items()
     }
     header, old = _old(path)
-    encodings = {_MATRIX: old[_MATRIX]} if _MATRIX in old else {}
+    encodings = {MATRIX: old[MATRIX]} if MATRIX in old else {}
     if _MADE in header:
         made = _table(path, header, _MADE)
         header[_MADE] = json.dumps({name: each for name, each in made.items() if name in vectors})
     _write(path, {**header, _KEY: json.dumps(data)}, {**vectors, **encodings})
-
-
-def read_wording(path: Path) -> Wording | None:
-    """Read the stored descriptions, or return None; raises SceneError if the file is missing or malformed."""
-    from scenelang.backends.neural.wording import from_json
-
-    with _read_errors(path):
-        text = _contents(path)[0].get(_WORDING)
-        return None if text is None else from_json(json.loads(text))
-
-
-def write_wording(path: Path, wording: Wording) -> None:
-    """Write the descriptions atomically, creating the file if necessary; entries and vectors are preserved."""
-    from scenelang.backends.neural.wording import to_json
-
-    with lock_folder(path.parent):
-        header, vectors = _old(path)
-        _write(path, {**header, _WORDING: json.dumps(to_json(wording))}, vectors)
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,6 +155,31 @@ def write_vectors(path: Path, vectors: Vectors, made: Mapping[str, Made]) -> Non
         _write(path, {**header, _MADE: json.dumps(provenance)}, {**old, **vectors})
 
 
+def read_stored(path: Path, key: str, tensor: str | None = None) -> tuple[Any, npt.NDArray[Any] | None] | None:
+    """Read data that is not part of evaluation: a header entry as JSON, with a tensor.
+
+    Returns None if there is no such entry; raises SceneError if the file is missing or malformed.
+    """
+    with _read_errors(path):
+        header, vectors = _contents(path)
+        if key not in header:
+            return None
+        return json.loads(header[key]), vectors[tensor] if tensor is not None else None
+
+
+def decoded(path: Path, decode: Callable[[], Decoded]) -> Decoded:
+    """Return ``decode()``, with errors of malformed data as SceneError("z-file")."""
+    with _read_errors(path):
+        return decode()
+
+
+def write_stored(path: Path, key: str, data: Any, vectors: Vectors | None = None) -> None:
+    """Write a header entry as JSON, and tensors, atomically; the rest of the file is preserved, or the file created."""
+    with lock_folder(path.parent):
+        header, old = _old(path)
+        _write(path, {**header, key: json.dumps(data)}, {**old, **(vectors or {})})
+
+
 def swap_handles(path: Path, one: str, other: str) -> bool:
     """Swap text, attributes, vectors and provenance of two handles. Encodings of the old prompts are removed. Returns
     False if the file has no entry of either."""
@@ -188,33 +194,14 @@ def _swap_handles(path: Path, one: str, other: str) -> bool:
     if not any(name in each for each in (*tables.values(), vectors) for name in (one, other)):
         return False
     header = {**header, _KEY: json.dumps(swapped[0]), _MADE: json.dumps(swapped[1])}
-    header.pop(_ENCODINGS, None)
-    _write(path, header, {name: vector for name, vector in swapped[2].items() if name != _MATRIX})
+    header.pop(ENCODINGS, None)
+    _write(path, header, {name: vector for name, vector in swapped[2].items() if name != MATRIX})
     return True
 
 
 def _swapped(table: Mapping[str, Any], one: str, other: str) -> dict[str, Any]:
     names = {one: other, other: one}
     return {names.get(name, name): value for name, value in table.items()}
-
-
-def read_encodings(path: Path) -> Encodings | None:
-    """Read the stored encodings, or return None; raises SceneError if the file is malformed."""
-    from scenelang.backends.neural.prompts import from_json
-
-    with _read_errors(path):
-        header, vectors = _contents(path)
-        return from_json(json.loads(header[_ENCODINGS]), vectors[_MATRIX]) if _ENCODINGS in header else None
-
-
-def write_encodings(path: Path, encodings: Encodings) -> None:
-    """Write the encodings atomically, creating the file if necessary."""
-    from scenelang.backends.neural.prompts import to_json
-
-    with lock_folder(path.parent):
-        header, vectors = _old(path)
-        header[_ENCODINGS] = json.dumps(to_json(encodings))
-        _write(path, header, {**vectors, _MATRIX: encodings.matrix})
 
 
 def _old(path: Path) -> tuple[dict[str, str], dict[str, npt.NDArray[Any]]]:

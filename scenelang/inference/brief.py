@@ -14,6 +14,7 @@ from scenelang.backends.files import read_regular
 from scenelang.backends.language_models.catalogue import ImageContent, Message, TextContent, text_message
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.python_helpers import HELPERS
 from scenelang.inference.listing import MAX_ITEMS, Renamed, listing, rename_language, rename_python
 from scenelang.interpreter.scene.primitives import (
     attributes_read,
@@ -22,7 +23,7 @@ from scenelang.interpreter.scene.primitives import (
     docs_of_words,
     solid_words,
 )
-from scenelang.interpreter.transpile.analysis.python_text import HELPERS, code_of
+from scenelang.interpreter.transpile.analysis.python_text import code_of
 from scenelang.reference.primer import primer
 from scenelang.session.session import Session
 from scenelang.stdlib.reference import helper_header, in_json

@@ -9,11 +9,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from threading import Event, Lock, Thread
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, Protocol, TextIO
 
 from scenelang.backends.language_models.catalogue import ImageContent, Reply, Usage, text_message
 from scenelang.backends.language_models.client import Answer, Client
-from scenelang.backends.neural.descriptions import AppearanceQuestion
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, TaskKind
 from scenelang.inference.records import InferenceSettings, Run, settings_of, typed
@@ -32,10 +31,6 @@ from scenelang.inference.steps import (
 )
 from scenelang.interpreter.values.limits import Limits
 from scenelang.session.session import Options
-
-if TYPE_CHECKING:
-    pass
-
 
 # Display of a request.
 
@@ -350,6 +345,19 @@ _LINE = re.compile(r"^\s*(\d{1,4})\s*[.:)]\s*(.+?)\s*$", re.M)
 _DIGITS = 3
 
 
+class Question(Protocol):
+    """Question about the appearance of an entity; ``backends/neural/descriptions`` asks them."""
+
+    @property
+    def word(self) -> str: ...
+
+    @property
+    def attributes(self) -> Mapping[str, Any]: ...
+
+    @property
+    def color(self) -> str | None: ...
+
+
 class Describer:
     """Describes primitives with a language model, several per request. Missing answers are empty."""
 
@@ -364,7 +372,7 @@ class Describer:
         """Cost in US dollars."""
         return self._client.budget.spent
 
-    def __call__(self, questions: Sequence[AppearanceQuestion]) -> list[str]:
+    def __call__(self, questions: Sequence[Question]) -> list[str]:
         """Return a text for each question. Raises SceneError if the model cannot be reached."""
         try:
             pieces = range(0, len(questions), _IN_ONE_REQUEST)
@@ -372,7 +380,7 @@ class Describer:
         finally:
             self._live.end()
 
-    def _answers(self, questions: Sequence[AppearanceQuestion], at: int) -> Iterator[str]:
+    def _answers(self, questions: Sequence[Question], at: int) -> Iterator[str]:
         lines = "\n".join(f"{number}. {_question_line(question)}" for number, question in enumerate(questions, 1))
         turn = text_message("user", self._prompts.text("words.md", questions=lines))
         request = self._speaker.request(self._prompts.text("words.system.md"), (turn,))
@@ -381,7 +389,7 @@ class Describer:
         return (found.get(number, "") for number in range(1, len(questions) + 1))
 
 
-def _question_line(question: AppearanceQuestion) -> str:
+def _question_line(question: Question) -> str:
     """Format a question as one line: the word, its attributes, and the nearest color name."""
     attributes = {name: _short(value) for name, value in question.attributes.items()}
     color = f", about {question.color}" if question.color else ""

@@ -19,12 +19,12 @@ from typing import Any, NoReturn
 
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Symbol, number_text, print_datum, string_text
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.python_helpers import HELPERS
 from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten
 from scenelang.interpreter.scene.primitives import is_word
-from scenelang.interpreter.transpile.analysis.python_text import HELPERS
 from scenelang.session.formatting import formatted
 
 MAX_ITEMS = 5_000

@@ -30,7 +30,8 @@ from scenelang.interpreter.inspection.numbering import frame_numbers, instances,
 from scenelang.interpreter.runtime.runtime import ZEntry
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.scenes.scene import Scene, literal
+from scenelang.learning import stored_words as stored
+from scenelang.session.loaded import LoadedScene, literal
 from scenelang.session.session import Session, is_scene_file
 
 if TYPE_CHECKING:
@@ -210,7 +211,7 @@ class Embeddings:
 
     @staticmethod
     @typed
-    def of(scene: Scene, given: Embeddings | str | Path | None = "auto") -> Embeddings:
+    def of(scene: LoadedScene, given: Embeddings | str | Path | None = "auto") -> Embeddings:
         """Return the embeddings of a scene: "auto" selects the file beside its program if any, None disables them."""
         if isinstance(given, Embeddings):
             return given
@@ -251,15 +252,15 @@ class Embeddings:
     @property
     def encodings(self) -> Encodings | None:
         """Result of ``encode``, or None."""
-        return zfile.read_encodings(self.path) if self.path is not None and self.exists else None
+        return stored.read_encodings(self.path) if self.path is not None and self.exists else None
 
     @property
     def wording(self) -> Wording | None:
         """Result of ``describe``, or None."""
-        return zfile.read_wording(self.path) if self.path is not None and self.exists else None
+        return stored.read_wording(self.path) if self.path is not None and self.exists else None
 
     @typed
-    def table(self, scene: Scene, limit: int = MAX_ROWS) -> tuple[EmbeddingRow, ...]:
+    def table(self, scene: LoadedScene, limit: int = MAX_ROWS) -> tuple[EmbeddingRow, ...]:
         """Return the embeddings of a scene, each handle once, at most ``limit`` rows.
 
         Examples
@@ -396,7 +397,7 @@ class Embeddings:
     @typed
     def words_of(
         self,
-        scene: Scene,
+        scene: LoadedScene,
         *,
         template: str | None = None,
         describe: Describe | None = None,
@@ -407,7 +408,7 @@ class Embeddings:
 
         Parameters
         ----------
-        scene : Scene
+        scene : LoadedScene
             Scene whose colors, materials, proportions and other attributes are described.
         template : str, optional
             Prompt template of a primitive, with ``{embedding}``, ``{word}`` and ``{style}``.
@@ -439,7 +440,7 @@ class Embeddings:
     @typed
     def describe(
         self,
-        scene: Scene,
+        scene: LoadedScene,
         *,
         template: str | None = None,
         describe: Describe | None = None,
@@ -449,7 +450,7 @@ class Embeddings:
         """Describe every primitive as ``words_of`` does, and store the descriptions for neural backends."""
         path = self.place()
         found = self.words_of(scene, template=template, describe=describe, force=force, limit=limit)
-        zfile.write_wording(path, found.wording)
+        stored.write_wording(path, found.wording)
         return found
 
     def check_undescribed(self) -> None:
@@ -462,7 +463,7 @@ class Embeddings:
     @typed
     def encode(
         self,
-        scene: Scene,
+        scene: LoadedScene,
         *,
         model: str | None = None,
         template: str | None = None,
@@ -473,7 +474,7 @@ class Embeddings:
 
         Parameters
         ----------
-        scene : Scene
+        scene : LoadedScene
             Scene to encode; texts and vectors in the embeddings file take precedence.
         model : str, optional
             OpenCLIP model: architecture/weights, or a folder; default: the paper's ViT-H-14.
@@ -511,7 +512,7 @@ class Embeddings:
         found = encode_conditions(
             conditions, TextEncoder(loaded), tensors_of(vectors, chosen.resolve_device()), str(loaded.name)
         )
-        zfile.write_encodings(path, found)
+        stored.write_encodings(path, found)
         return found
 
     @typed
@@ -640,7 +641,7 @@ def _given_vectors(vectors: npt.ArrayLike | None) -> npt.NDArray[np.float32] | N
     return array
 
 
-def _named(scene: Scene) -> Iterator[tuple[str, Entity]]:
+def _named(scene: LoadedScene) -> Iterator[tuple[str, Entity]]:
     """Yield all instances in depth-first order with their handles' names."""
     graph = scene.graph
     numbers = frame_numbers(graph) if graph.animated else {}
@@ -657,9 +658,9 @@ def _named(scene: Scene) -> Iterator[tuple[str, Entity]]:
 
 def _picture_word(image: Path, start: str | None, model: str | None, models: Models) -> tuple[str, PictureWord]:
     """Return the name of the model, and the pseudo-word learned from an image."""
-    from scenelang.backends.neural.clip import open_picture
+    from scenelang.backends.pictures.film import open_image
 
-    picture = open_picture(image)
+    picture = open_image(image)
     loaded = _clip(model, models)  # fails with an install hint if a package is missing
     from scenelang.backends.neural.inversion import INITIAL_WORD, learn_picture_word
 
@@ -680,11 +681,12 @@ def _query_vector(query: str, encodings: Encodings, models: Models) -> tuple[Any
         if row is None:
             raise SceneError("value", f"{query} has not been encoded")
         return encodings.matrix[row], row
-    from scenelang.backends.neural.clip import TextEncoder, encode_images, open_picture
+    from scenelang.backends.neural.clip import TextEncoder, encode_images
+    from scenelang.backends.pictures.film import open_image
 
     model = _clip(encodings.model, models)
     if Path(query).suffix.lower() in _PICTURES:
-        return encode_images(model, [open_picture(query)])[0].float().cpu().numpy(), None
+        return encode_images(model, [open_image(query)])[0].float().cpu().numpy(), None
     return TextEncoder(model).encode([(query,)]).pooled[0].float().cpu().numpy(), None
 
 

@@ -17,7 +17,7 @@ from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import setting, typed
 from scenelang.learning.embeddings import Embeddings
-from scenelang.scenes.scene import Scene
+from scenelang.session.loaded import LoadedScene
 
 if TYPE_CHECKING:
     from scenelang.backends.neural.grounding import Bytes
@@ -76,7 +76,7 @@ class RunFolder:
         if self.resume and self.start is not None:
             raise SceneError("value", "`--start` cannot be combined with `--resume`")
 
-    def path(self, scene: Scene, ending: str) -> Path:
+    def path(self, scene: LoadedScene, ending: str) -> Path:
         """Return the run folder; the default is the program's path with the suffix ``ending``. Raises SceneError."""
         if self.folder is not None:
             return Path(self.folder)
@@ -254,7 +254,7 @@ class Inversion:
 
 @typed
 def invert(
-    scene: Scene,
+    scene: LoadedScene,
     pictures: PictureSource,
     *,
     entities: Sequence[str] = (),
@@ -274,7 +274,7 @@ def invert(
 
     Parameters
     ----------
-    scene : Scene
+    scene : LoadedScene
         Scene that contains the entities.
     pictures : path or PIL image, or a sequence of them
         Input images; each entity is learned from the image with the most confident detection.
@@ -339,7 +339,7 @@ def invert(
 
 @typed
 def learn_style(
-    scene: Scene,
+    scene: LoadedScene,
     picture: PictureSource,
     *,
     entity: str | None = None,
@@ -358,7 +358,7 @@ def learn_style(
 
     Parameters
     ----------
-    scene : Scene
+    scene : LoadedScene
         Scene that gets the style.
     picture : path or PIL image
         Image with the style; ``subject`` restricts it to a region.
@@ -432,7 +432,7 @@ class _Part:
 
 
 def _work(
-    scene: Scene,
+    scene: LoadedScene,
     subject: PictureSubject,
     settings: InversionSettings | None,
     networks: InversionModels | None,
@@ -456,7 +456,7 @@ def _work(
     return _Work(subject, settings or InversionSettings(), networks, run, folder, z, models)
 
 
-def _targets(scene: Scene, names: Sequence[str]) -> list[InversionTarget]:
+def _targets(scene: LoadedScene, names: Sequence[str]) -> list[InversionTarget]:
     from scenelang.backends.neural.inversion import named_parts, targets_named
 
     if not names:
@@ -471,7 +471,7 @@ def _targets(scene: Scene, names: Sequence[str]) -> list[InversionTarget]:
     return targets
 
 
-def _styled(scene: Scene, name: str | None) -> InversionTarget:
+def _styled(scene: LoadedScene, name: str | None) -> InversionTarget:
     """Return the entity that gets the style: the root, or the named entity."""
     from scenelang.backends.neural.descriptions import noun_of
     from scenelang.backends.neural.inversion import InversionTarget, style_handle, targets_named
@@ -506,13 +506,13 @@ def _before(work: _Work) -> SavedInversion | None:
 
 def _opened(pictures: PictureSource) -> list[_Input]:
     """Open the input images; images that are not files are named by number."""
-    from scenelang.backends.neural.clip import open_picture
+    from scenelang.backends.pictures.film import open_image
 
     given = pictures if isinstance(pictures, (list, tuple)) else [pictures]
     if not given:
         raise SceneError("value", "expected at least one image")
     return [
-        _Input(Path(each).name, open_picture(each))
+        _Input(Path(each).name, open_image(each))
         if isinstance(each, (str, Path))
         else _Input(f"picture {number}", each.convert("RGB"))
         for number, each in enumerate(given, start=1)
@@ -580,7 +580,7 @@ def _load_parts(work: _Work, saved: SavedInversion, targets: Sequence[InversionT
     """Load the saved training images of a run to resume; raises SceneError("file" or "value")."""
     import numpy as np
 
-    from scenelang.backends.neural.clip import open_picture
+    from scenelang.backends.pictures.film import open_image
 
     parts = saved.config.get("parts")
     sources = {str(name): str(source) for name, source in parts.items()} if isinstance(parts, Mapping) else {}
@@ -588,7 +588,7 @@ def _load_parts(work: _Work, saved: SavedInversion, targets: Sequence[InversionT
     if len(found) != len(sources):
         raise SceneError("value", f"the run in {work.folder} is for other entities", hint="use --force to overwrite it")
     return [
-        _Part(each, sources[each.name], np.asarray(open_picture(_cut_file(work.folder, each.name)))) for each in found
+        _Part(each, sources[each.name], np.asarray(open_image(_cut_file(work.folder, each.name)))) for each in found
     ]
 
 

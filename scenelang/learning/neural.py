@@ -20,12 +20,13 @@ from scenelang.backends.base import Progress, frame_of, require, sub_progress
 from scenelang.backends.neural.weights import INSTALL, Models
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint
+from scenelang.backends.pictures.images import Film, Size, View, picture_options, video_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.settings import setting, typed, whole, within
 from scenelang.learning.embeddings import Embeddings, tensors_of
 from scenelang.learning.inversion import RunFolder
-from scenelang.scenes.scene import Film, Scene, Size, View
+from scenelang.session.loaded import LoadedScene
 
 if TYPE_CHECKING:
     from scenelang.backends.neural.diffusion import DiffusionModel
@@ -279,7 +280,7 @@ class ImaginedPictures:
 
 @typed
 def imagine(
-    scene: Scene,
+    scene: LoadedScene,
     camera: View | None = None,
     *,
     size: Size | None = None,
@@ -300,7 +301,7 @@ def imagine(
 
     Parameters
     ----------
-    scene : Scene
+    scene : LoadedScene
         Scene that provides the layout and the prompts of the instances.
     camera : Camera, optional
         Camera of the images; the default frames the whole scene.
@@ -364,7 +365,7 @@ def imagine(
 
 @typed
 def imagine_layout(
-    scene: Scene,
+    scene: LoadedScene,
     camera: View | None = None,
     *,
     size: Size | None = None,
@@ -393,7 +394,7 @@ def imagine_layout(
     return SceneLayout(shot_layout, shot_layout.conditions(prompts), prompts, scene_prompt(scene, prompt))
 
 
-def scene_prompt(scene: Scene, prompt: str | None = None) -> str:
+def scene_prompt(scene: LoadedScene, prompt: str | None = None) -> str:
     """Return the prompt of the whole scene: ``prompt``, else the head comment of the program, else the root's word."""
     from scenelang.backends.neural.descriptions import noun_of
     from scenelang.reference.primer import stated_task
@@ -430,7 +431,7 @@ def _own_size(camera: View | None, default: Size) -> Size:
 
 
 def _shot_layout(
-    scene: Scene,
+    scene: LoadedScene,
     camera: View | None,
     size: Size,
     frame: int | None,
@@ -457,7 +458,7 @@ def _checkpoint(settings: ImagineSettings, models: Models) -> Checkpoint:
 
 
 def _request(
-    scene: Scene,
+    scene: LoadedScene,
     z: Embeddings,
     template: str | None,
     prompt: str,
@@ -580,9 +581,10 @@ class Distillation:
     files: tuple[Path, ...]
     finished: bool
 
-    def film(self, scene: Scene, size: Size = (256, 256)) -> Film:
+    def film(self, scene: LoadedScene, size: Size = (256, 256)) -> Film:
         """Return a video of the result: a turntable of a static scene, or the frames of a 4D scene."""
-        return scene.film(size=size, quality="splats", settings={"distilled": str(self.folder)})
+        options = picture_options(size=size, settings={"distilled": str(self.folder)})
+        return video_of(scene.graph, options, "splats")
 
     def __repr__(self) -> str:
         state = "finished" if self.finished else "stopped"
@@ -591,7 +593,7 @@ class Distillation:
 
 @typed
 def distill(
-    scene: Scene,
+    scene: LoadedScene,
     run: RunFolder,
     *,
     prompt: str | None = None,
@@ -611,7 +613,7 @@ def distill(
 
     Parameters
     ----------
-    scene : Scene
+    scene : LoadedScene
         Scene to distill.
     run : RunFolder
         Run folder, and whether to resume an existing run.

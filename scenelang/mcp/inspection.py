@@ -17,13 +17,15 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
-from scenelang.backends.geometry.arrangement import Arrangement, Thing
+from scenelang.backends.geometry.arrangement import Arrangement, Thing, scene_relations
+from scenelang.backends.labels.maps import maps_of
+from scenelang.backends.pictures.images import Size, View, image_of, picture_options
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.inspection.instance_paths import Locator, outermost
+from scenelang.interpreter.plugins import SERVICES
 from scenelang.mcp.tools import Project, ProjectProgram, ToolAnswer, answer, camera_in, frame_in, of_scene
-from scenelang.scenes.scene import Scene as Api
-from scenelang.scenes.scene import scene_from
 from scenelang.session.declarations import declarations_of
+from scenelang.session.loaded import LoadedScene, scene_from
 from scenelang.session.session import Options, Session
 
 if TYPE_CHECKING:
@@ -50,8 +52,8 @@ _DOUBLE = (
 )  # fmt: skip
 
 
-def _api(result: Evaluated, project: Project) -> Api:
-    return scene_from(result, "<program>", Options(limits=project.limits, project=project.root))
+def _api(result: Evaluated, project: Project) -> LoadedScene:
+    return scene_from(LoadedScene, result, "<program>", Options(limits=project.limits, project=project.root))
 
 
 def _number(value: float) -> str:
@@ -158,7 +160,7 @@ def _add_boxes(here: Arrangement, names: Sequence[str], lines: list[str], data: 
     data["boxes"] = boxes
 
 
-def _add_volume(scene: Api, path: str, frame: int, lines: list[str], data: dict[str, Any]) -> None:
+def _add_volume(scene: LoadedScene, path: str, frame: int, lines: list[str], data: dict[str, Any]) -> None:
     try:
         found = scene.measure(path, frame)
     except SceneError as error:
@@ -236,11 +238,17 @@ def _is_among(stated: Sequence[Declaration], declaration: Declaration) -> bool:
     return any(declaration is each for each in stated)
 
 
+def _pixels(scene: Scene, camera: View | None, size: Size, frame: int) -> Pixels:
+    """Return a draft image (H, W, 3) of a frame."""
+    image = image_of(scene, picture_options(camera, size, frame=frame))
+    return np.ascontiguousarray(image.pixels[:, :, :3])
+
+
 def related(project: Project, program: ProjectProgram, words: Sequence[str], frame: int) -> ToolAnswer:
     """Return what is on, inside of, touching or overlapping what."""
 
     def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
-        found = _api(result, project).relations(list(words) or None, frame_in(scene, frame))
+        found = scene_relations(scene, set(words) or None, frame_in(scene, frame))
         lines = [
             f"{r.subject_word} <{r.subject}> {r.relation} {r.other_word} <{r.other}>"
             + (f" by {_number(-r.distance)}" if r.relation == "overlapping" else "")
@@ -298,7 +306,7 @@ def _wrong(message: str) -> Exception:
 class _Sheet:
     """Pictures of a scene with an overlay, and the legend of its colours."""
 
-    def __init__(self, api: Api, scene: Scene, frame: int, view: SheetView) -> None:
+    def __init__(self, api: LoadedScene, scene: Scene, frame: int, view: SheetView) -> None:
         self._scene = api.part(view.part) if view.part else api
         self._frame, self._overlay = frame, view.overlay
         self._locator = Locator(scene, frame)
@@ -310,8 +318,8 @@ class _Sheet:
     def cell(self, camera: Any, size: tuple[int, int]) -> Pixels:
         """Draw one picture."""
         if self._overlay == "none":
-            return self._scene.render(camera, size=size, frame=self._frame).pixels[:, :, :3]
-        maps = self._scene.maps(camera, size=size, frame=self._frame)
+            return _pixels(self._scene.graph, camera, size, self._frame)
+        maps = maps_of(self._scene.graph, picture_options(camera, size, frame=self._frame))
         if self._overlay == "depth":
             return self._depth(maps["depth"])
         picture = maps["color"].astype(np.float64)
@@ -405,14 +413,14 @@ def compare(
     project: Project, program: ProjectProgram, reference: str, camera: str, frame: int, score: bool = False
 ) -> ToolAnswer:
     """Draw the scene beside a picture of the project; with ``score`` also how similar they are for CLIP."""
-    from scenelang.backends.neural.clip import open_picture
+    from scenelang.backends.pictures.film import open_image
 
     file = project.file(reference)
     if file.stat().st_size > MAX_REFERENCE:
         raise _wrong(f"the picture exceeds {MAX_REFERENCE:,} bytes")
     placed = camera_in(project, camera)
     try:
-        wanted = open_picture(file)
+        wanted = open_image(file)
     except SceneError as error:
         raise _wrong(error.message.replace(str(project.root), ".")) from None
 
@@ -422,8 +430,7 @@ def compare(
         number = frame_of(scene, frame)
         height = _REFERENCE_HEIGHT
         width = int(np.clip(round(wanted.width * height / max(wanted.height, 1)), 128, 640))
-        drawn = _api(result, project).render(placed, size=(width, height), frame=number).pixels[:, :, :3]
-        ours = Image.fromarray(np.ascontiguousarray(drawn))
+        ours = Image.fromarray(_pixels(scene, placed, (width, height), number))
         sheet = Image.new("RGB", (2 * width, height), "white")
         sheet.paste(wanted.resize((width, height)), (0, 0))
         sheet.paste(ours, (width, 0))
@@ -437,12 +444,8 @@ def _score(wanted: Any, ours: Any) -> str:
     """Return the similarity of two pictures for CLIP, or why there is none."""
     if find_spec("open_clip") is None or find_spec("torch") is None:
         return "no score: CLIP is not installed"
-    from scenelang.backends.neural.clip import SCORE_MODEL, encode_images, load_clip
-    from scenelang.backends.neural.weights import ModelHub
-
     try:
-        first, second = encode_images(load_clip(SCORE_MODEL, ModelHub(download=False)), [wanted, ours])
+        cosine = SERVICES.find("image-similarity")(wanted, ours)
     except (SceneError, OSError) as error:
         return f"no score: {getattr(error, 'message', None) or type(error).__name__}"
-    cosine = float(first @ second / (first.norm() * second.norm()))
     return f"CLIP similarity {cosine:.3f} (1: the same)"

@@ -18,6 +18,7 @@ from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, printable, render_text, suggest, to_json
 from scenelang.interpreter.inspection.instance_paths import part_of
 from scenelang.interpreter.inspection.outline import summary, summary_rows
+from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.scene.entity import Scene, count_words
 from scenelang.interpreter.scene.primitives import docs_of_words
 from scenelang.interpreter.scene.primitives.asset import is_hidden
@@ -378,9 +379,8 @@ def check(
 
 
 def _check_physics(scene: Scene) -> list[Diagnostic]:
-    from scenelang.backends.physics.verdicts import SECONDS, check_physics
-
-    return check_physics(scene, SECONDS)
+    diagnostics: list[Diagnostic] = SERVICES.find("physics").check_physics(scene)
+    return diagnostics
 
 
 def run(project: Project, program: ProjectProgram) -> ToolAnswer:

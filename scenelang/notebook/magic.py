@@ -10,10 +10,12 @@ from keyword import iskeyword
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang.backends.pictures.camera import parse_viewpoint
+from scenelang.backends.pictures.images import View, image_of, picture_options
+from scenelang.backends.viewer.packet import ViewerPage, page_of
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, UsageError, render_text, usage_errors
 from scenelang.grammar.settings import picture_size
-from scenelang.scenes.scene import Scene, View, scene_of
+from scenelang.session.loaded import AnyScene, LoadedScene, scene_of
 from scenelang.session.session import Options
 from scenelang.viewer.workspace import ParamControl, controls_of
 
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
     from IPython.core.interactiveshell import InteractiveShell
 
 _CELL = "<cell>"
+_MAX_PRIMITIVES = 2_000_000  # of the viewer, as for ``Scene.show``
+_VIEWER_HEIGHT = 520  # pixels
 Read = TypeVar("Read")
 
 
@@ -36,15 +40,17 @@ class CellOptions:
     frame: int | None = None
     is_interactive: bool = False
 
-    def shown(self, scene: Scene) -> Any:
+    def shown(self, scene: LoadedScene) -> Any:
         """Return the displayable object of ``scene``. Raises SceneError."""
         if self.is_interactive:
-            return scene.show()
-        return scene.render(self.camera, size=self.size, quality=self.quality, frame=self.frame, warn=_warn)
+            return ViewerPage(page_of(scene.graph, _MAX_PRIMITIVES), _VIEWER_HEIGHT)
+        options = picture_options(self.camera, self.size, frame=self.frame, warn=_warn)
+        return image_of(scene.graph, options, self.quality)
 
 
-def register(shell: InteractiveShell) -> None:
-    """Register ``%%scene`` with a running IPython: it evaluates and displays the cell, and assigns the scene."""
+def register(shell: InteractiveShell, kind: type[LoadedScene]) -> None:
+    """Register ``%%scene`` with a running IPython: it evaluates and displays the cell, and assigns a scene of the class
+    ``kind``."""
     from IPython.core.magic_arguments import MagicArgumentParser
 
     parser = MagicArgumentParser(
@@ -68,20 +74,20 @@ def register(shell: InteractiveShell) -> None:
         except ValueError as error:  # quotes that are not closed
             print(f"error: {error}", file=sys.stderr)
             return
-        with_errors(lambda: _run(given, cell, shell.user_ns))
+        with_errors(lambda: _run(given, cell, shell.user_ns, kind))
 
     scene.__doc__ = parser.format_help()
     shell.register_magic_function(scene, "cell", "scene")
 
 
-def _run(given: Any, cell: str, variables: dict[str, Any]) -> None:
+def _run(given: Any, cell: str, variables: dict[str, Any], kind: type[LoadedScene]) -> None:
     camera = _checked(parse_viewpoint, given.camera) if given.camera else None
     if not given.variable.isidentifier() or iskeyword(given.variable):
         raise UsageError("value", f"expected a variable name, got `{given.variable}`")
     size = _checked(picture_size, given.size)
     options = CellOptions(given.variable, size, given.quality, camera, given.frame, given.view)
-    made = scene_of(Source(_CELL, cell), Options(root=given.root, seed=given.seed))
-    show(made, options, variables, has_widgets=not given.no_widgets)
+    scene = scene_of(kind, Source(_CELL, cell), Options(root=given.root, seed=given.seed))
+    show(scene, options, variables, has_widgets=not given.no_widgets)
 
 
 def _checked(read: Callable[[str], Read], text: str) -> Read:
@@ -101,7 +107,7 @@ def with_errors(action: Callable[[], None]) -> None:
         print(error, file=sys.stderr)
 
 
-def show(scene: Scene, options: CellOptions, variables: dict[str, Any], has_widgets: bool = True) -> None:
+def show(scene: LoadedScene, options: CellOptions, variables: dict[str, Any], has_widgets: bool = True) -> None:
     """Assign ``scene`` in ``variables`` and display it, with controls for its params if ipywidgets is installed."""
     from IPython.display import display
 
@@ -118,11 +124,11 @@ def show(scene: Scene, options: CellOptions, variables: dict[str, Any], has_widg
     display(_panel(scene, options, variables, controls))
 
 
-def _controls(scene: Scene) -> tuple[ParamControl, ...]:
+def _controls(scene: LoadedScene) -> tuple[ParamControl, ...]:
     return () if scene.program is None else controls_of(scene.program.params)
 
 
-def _panel(scene: Scene, options: CellOptions, variables: dict[str, Any], controls: list[ParamControl]) -> Any:
+def _panel(scene: LoadedScene, options: CellOptions, variables: dict[str, Any], controls: list[ParamControl]) -> Any:
     """Display controls above the image; each change evaluates the program again, and an error keeps the last scene."""
     import ipywidgets
     from IPython.display import display
@@ -132,7 +138,7 @@ def _panel(scene: Scene, options: CellOptions, variables: dict[str, Any], contro
 
     first = options.shown(scene)  # before the output exists, which would print a traceback of its own
 
-    def draw(made: Scene, shown: Any = None) -> None:
+    def draw(made: LoadedScene, shown: Any = None) -> None:
         shown = options.shown(made) if shown is None else shown
         variables[options.variable] = made
         output.clear_output(wait=True)
@@ -149,11 +155,11 @@ def _panel(scene: Scene, options: CellOptions, variables: dict[str, Any], contro
     return ipywidgets.VBox([*(widget for _, widget in widgets.values()), output])
 
 
-def _with_defines(scene: Scene, texts: Mapping[str, str]) -> Scene:
+def _with_defines(scene: AnyScene, texts: Mapping[str, str]) -> AnyScene:
     """Evaluate the scene with other values of its params, given as literals of the language."""
     assert scene.program is not None
     assert scene.options is not None
-    return scene_of(scene.program.main, replace(scene.options, defines=texts))
+    return scene_of(type(scene), scene.program.main, replace(scene.options, defines=texts))
 
 
 def _widget(control: ParamControl) -> Any:

@@ -25,12 +25,11 @@ from scenelang.grammar.datum import (
     Symbol,
     replace,
     walk,
-    with_edits,
 )
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.grammar.reader import read_pieces
 from scenelang.interpreter.checker.idioms import NAMES
-from scenelang.session.effort import Effort
+from scenelang.repairs.trials import Trials, edited
 
 if TYPE_CHECKING:
     from scenelang.session.session import Evaluated
@@ -50,24 +49,23 @@ def with_tested(source: Source, found: Sequence[Diagnostic], evaluate: Evaluate)
     """Return findings where errors without a fix get the first candidate that resolves them; ``evaluate`` evaluates
     another text."""
     errors = [d for d in found if d.is_error]
-    open_ = [d for d in errors if not d.fixes and d.name in _CANDIDATES and _place(d, source) is not None]
-    if not open_ or len(source.text) > _MAX_TEXT or any(d.name in _BRACKETS for d in errors):
+    open_errors = [d for d in errors if not d.fixes and d.name in _CANDIDATES and _place(d, source) is not None]
+    if not open_errors or len(source.text) > _MAX_TEXT or any(d.name in _BRACKETS for d in errors):
         return list(found)
-    effort, left = Effort(_EFFORT), MAX_TRIALS
+    trials = Trials(source.name, evaluate, _EFFORT, MAX_TRIALS)
     fixed: dict[int, Diagnostic] = {}
     program = _Program(source)
-    for d in open_[:_MAX_ERRORS]:
-        others = Counter(_key(other) for other in found if other is not d)
-        for fix in _CANDIDATES[d.name](program, d):
-            if left == 0 or effort.is_spent:
-                break
-            left -= 1
-            edited = _edited(source, fix)
-            result = evaluate(edited)
-            effort.spend_evaluation(edited.text, result)
-            if Counter(_key(each) for each in result.diagnostics if each.name not in _CONSEQUENCES) <= others:
-                fixed[id(d)] = replace(d, fixes=(fix,))
-                break
+    for error in open_errors[:_MAX_ERRORS]:
+        others = Counter(_key(other) for other in found if other is not error)
+
+        def resolving(fix: Fix, others: Counter[tuple[str, str]] = others) -> Fix | None:
+            result = trials.evaluate(edited(source.text, fix.edits))
+            remaining = Counter(_key(d) for d in result.diagnostics if d.name not in _CONSEQUENCES)
+            return fix if remaining <= others else None
+
+        fix = trials.first(_CANDIDATES[error.name](program, error), resolving)
+        if fix is not None:
+            fixed[id(error)] = replace(error, fixes=(fix,))
     added = {edit.text.strip() for d in fixed.values() for fix in d.fixes for edit in fix.edits}
     return [fixed.get(id(d), d) for d in found if not _is_of_use(d, added)]
 
@@ -87,10 +85,6 @@ def _place(diagnostic: Diagnostic, source: Source) -> Span | None:
 
 def _key(diagnostic: Diagnostic) -> tuple[str, str]:
     return diagnostic.name, diagnostic.message
-
-
-def _edited(source: Source, fix: Fix) -> Source:
-    return Source(source.name, with_edits(source.text, fix.text_edits))
 
 
 class _Program:

@@ -15,14 +15,15 @@ import numpy as np
 
 from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import Edit, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.inspection.instance_paths import Located, Locator, outermost, primitive_ranges
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten
 from scenelang.interpreter.values.values import IDENTITY
-from scenelang.session.effort import Effort
+from scenelang.repairs import trials
+from scenelang.repairs.trials import Trials
 
 if TYPE_CHECKING:
     from scenelang.session.session import Session
@@ -101,17 +102,10 @@ def edited(session: Session, source: Source, edit: InstanceEdit) -> EditedText:
         form that comes nearest.
     """
     search = _Search(session, source, edit)
-    for trial in _trials(source, edit, search.before):
-        if search.tested >= _MAX_TESTS or search.effort.is_spent:
-            break
-        if search.succeeds(trial):
-            return search.result(trial)
-        if search.moved is not None:
-            measured = search.measured(trial)
-            search.moved = None
-            if measured is not None and search.succeeds(measured):
-                return search.result(measured)
-    raise search.refusal()
+    result = search.trials.first(_candidates(source, edit, search.before), search.result)
+    if result is None:
+        raise search.refusal()
+    return result
 
 
 class _Search:
@@ -119,56 +113,60 @@ class _Search:
 
     def __init__(self, session: Session, source: Source, edit: InstanceEdit) -> None:
         self.session, self.source, self.edit = session, source, edit
-        self.effort = Effort(_EFFORT)
+        self.trials = Trials(source.name, session.evaluate, _EFFORT, _MAX_TESTS)
         self.before = _Layout(session.evaluate(source).require(), edit.path)
-        self.tested = 0
-        self.moved: FloatArray | None = None  # how the last trial moved the chosen instances, if only them
-        self._nearest: tuple[int, _Trial] | None = None
+        self._moved: FloatArray | None = None  # how the last candidate moved the chosen instances, if only them
+        self._nearest: tuple[int, _Candidate] | None = None
         self._problem: str | None = None  # why a form that makes only them does not do
         self._failure: str | None = None  # of a program that was tried
 
-    def succeeds(self, trial: _Trial) -> bool:
-        """Evaluate a trial, and return whether it does what the edit asks and nothing else."""
-        self.tested += 1
-        text = self._text(trial)
-        result = self.session.evaluate(Source(self.source.name, text))
-        self.effort.spend_evaluation(text, result)
+    def result(self, candidate: _Candidate) -> EditedText | None:
+        """Return the program after a candidate, or after one with its translation corrected, that does what the edit
+        asks and nothing else; else None."""
+        if self._succeeds(candidate):
+            return self._text_of(candidate)
+        if self._moved is None:
+            return None
+        measured = self._measured(candidate)
+        self._moved = None
+        return self._text_of(measured) if measured is not None and self._succeeds(measured) else None
+
+    def _succeeds(self, candidate: _Candidate) -> bool:
+        result = self.trials.evaluate(trials.edited(self.source.text, candidate.edits))
         if result.scene is None:
             problem = next((each.message for each in result.diagnostics if each.is_error), None)
-            if trial.is_direct and self._failure is None:
+            if candidate.is_direct and self._failure is None:
                 self._failure = problem
             return False
-        found = self.before.outcome(result.scene, self.edit)
-        if found is None or found.others:
-            if found is not None and (self._nearest is None or found.others < self._nearest[0]):
-                self._nearest = found.others, trial
+        outcome = self.before.outcome(result.scene, self.edit)
+        if outcome is None or outcome.others:
+            if outcome is not None and (self._nearest is None or outcome.others < self._nearest[0]):
+                self._nearest = outcome.others, candidate
             return False
-        if not found.is_done and self.edit.move is not None:
-            self.moved = found.motion
+        if not outcome.is_done and self.edit.move is not None:
+            self._moved = outcome.motion
             self._problem = "its instances, or the forms around them, are turned differently; move one of them"
-        elif not found.is_done and trial.is_direct:
+        elif not outcome.is_done and candidate.is_direct:
             self._problem = "nothing that is seen depends on it; edit a part of it"
-        return found.is_done
+        return outcome.is_done
 
-    def _text(self, trial: _Trial) -> str:
-        return self.source.text[: trial.span.start] + trial.new + self.source.text[trial.span.end :]
+    def _text_of(self, candidate: _Candidate) -> EditedText:
+        line = self.source.position(candidate.span.start)[0]
+        text = trials.edited(self.source.text, candidate.edits)
+        return EditedText(text, line, candidate.span.text, candidate.new, self.before.count)
 
-    def result(self, trial: _Trial) -> EditedText:
-        line = self.source.position(trial.span.start)[0]
-        return EditedText(self._text(trial), line, trial.span.text, trial.new, self.before.count)
-
-    def measured(self, trial: _Trial) -> _Trial | None:
-        """Return a trial whose translation was found by measuring what one along each axis does."""
-        form, columns = trial.span.text, list[FloatArray]()
+    def _measured(self, candidate: _Candidate) -> _Candidate | None:
+        """Return a candidate whose translation follows from what one along each axis does."""
+        form, columns = candidate.span.text, list[FloatArray]()
         for axis in range(3):
             unit = _vector(np.eye(3)[axis])
-            self.moved = None
-            self.succeeds(_Trial(trial.span, f"(transform {form} (translate {unit}))", False))
-            if self.moved is None:
+            self._moved = None
+            self._succeeds(_Candidate(candidate.span, f"(transform {form} (translate {unit}))", False))
+            if self._moved is None:
                 return None
-            columns.append(self.moved)
+            columns.append(self._moved)
         offset = np.linalg.lstsq(np.stack(columns, axis=1), np.array(self.edit.move), rcond=1e-9)[0]
-        return _Trial(trial.span, f"(transform {form} (translate {_vector(offset)}))", False)
+        return _Candidate(candidate.span, f"(transform {form} (translate {_vector(offset)}))", False)
 
     def refusal(self) -> SceneError:
         """Return why no form does."""
@@ -180,9 +178,9 @@ class _Search:
             return SceneError("value", f"`{path}` cannot be edited so: {self._failure}")
         if self._nearest is None:
             return SceneError("value", message, "edit the text of the program instead")
-        others, trial = self._nearest
-        line = self.source.position(trial.span.start)[0]
-        shown = " ".join(trial.span.text.split())
+        others, candidate = self._nearest
+        line = self.source.position(candidate.span.start)[0]
+        shown = " ".join(candidate.span.text.split())
         shown = shown if len(shown) <= 60 else shown[:57] + "..."
         also = f"{others:,} other primitive{'s' * (others != 1)}"
         hint = f"line {line}: `{shown}` also makes {also}; name all that it makes, or write the parts apart"
@@ -339,15 +337,19 @@ def _matched(count: int, ranges: Sequence[tuple[int, int]], lengths: Sequence[in
 
 
 @dataclass(frozen=True, slots=True)
-class _Trial:
-    """A form of the text and what it becomes; a direct one calls the word itself."""
+class _Candidate:
+    """A form of the text and its replacement; a direct one calls the word itself."""
 
     span: Span
     new: str
     is_direct: bool
 
+    @property
+    def edits(self) -> tuple[Edit, ...]:
+        return (Edit(self.span, self.new),)
 
-def _trials(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator[_Trial]:
+
+def _candidates(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator[_Candidate]:
     """Yield the forms that could make the instances: calls of the word, what is around them, and its definition."""
     calls, bodies = _forms(source, layout.word)
     seen: set[tuple[int, int, str]] = set()
@@ -356,10 +358,10 @@ def _trials(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator[_Tr
             key = form.span.start, form.span.end, new
             if key not in seen:
                 seen.add(key)
-                yield _Trial(form.span, new, is_direct)
+                yield _Candidate(form.span, new, is_direct)
     for body in bodies:
         if edit.form is not None or (edit.attribute is None and not edit.remove):
-            yield from (_Trial(body.span, new, False) for new in _changes(edit, body, layout, True))
+            yield from (_Candidate(body.span, new, False) for new in _changes(edit, body, layout, True))
 
 
 def _of_chain(edit: InstanceEdit, chain: Sequence[ListDatum], layout: _Layout) -> Iterator[tuple[ListDatum, str, bool]]:

@@ -15,8 +15,8 @@ import difflib
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +31,7 @@ from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.values.values import IDENTITY
 from scenelang.repairs.alternatives import loop_counts
 from scenelang.repairs.rearranging import Aim, Rearranged, aims_of, is_deeper_motion, is_sound_motion, rows_of
-from scenelang.session.effort import Effort
+from scenelang.repairs.trials import Trials, cheapest, edited
 
 if TYPE_CHECKING:
     from scenelang.backends.base import Progress
@@ -41,8 +41,7 @@ if TYPE_CHECKING:
     from scenelang.backends.surfaces.solids import FloatArray
     from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Entity, Scene
-    from scenelang.session.editing import Editing
-    from scenelang.session.session import Evaluated, Session
+    from scenelang.session.session import Session
 
 EFFORT = 30.0  # of a repair: about 30 s
 MAX_EDITS = 20
@@ -170,13 +169,13 @@ def repaired(
     SceneError
         If the program is wrong, or a declaration cannot be tested.
     """
-    search = _Search(session, source.name, tuple(extra), geometry, Effort(effort))
+    search = _Search(session, source.name, tuple(extra), geometry, effort)
     start = search.version(source.text)
     if start is None:
         raise SceneError("value", "the program has no scene")
     now, edits = start, list[ProgramEdit]()
     hopeless: set[tuple[str, ...]] = set()
-    while len(edits) < MAX_EDITS and search.can_go_on():
+    while len(edits) < MAX_EDITS and search.trials.can_go_on:
         goal = next((goal for goal in now.goals if goal.key not in hopeless), None)
         if goal is None:
             break
@@ -205,7 +204,7 @@ def with_repairs(
     about = [d for d in found if d.name in ABOUT_SCENES]
     if not about or any(d.is_error and d.name not in ABOUT_SCENES for d in found):
         return list(found)
-    search = _Search(session, source.name, tuple(extra), geometry, Effort(_FIX_EFFORT))
+    search = _Search(session, source.name, tuple(extra), geometry, _FIX_EFFORT)
     try:
         start = search.version(source.text)
     except SceneError:
@@ -213,7 +212,7 @@ def with_repairs(
     fixes: dict[int, Fix] = {}
     left: list[Goal] = [] if start is None else list(start.goals)
     for _ in range(_MAX_FIXED):
-        goal = next((each for each in left if search.can_go_on()), None)
+        goal = next((each for each in left if search.trials.can_go_on), None)
         if goal is None or start is None:
             break
         better = search.step(start, goal)
@@ -348,47 +347,36 @@ class _Literal:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Candidate:
-    """Changed pieces of the text, what they are expected to cost, and the numbers of the literals that they change."""
+    """Edits of the text, what they are expected to cost, and the numbers of the literals that they change."""
 
-    changes: tuple[tuple[Span, str], ...]
+    edits: tuple[Edit, ...]
     cost: float
     literals: tuple[int, ...] = ()
     is_pose: bool = False  # a pose is left out
 
 
-@dataclass(eq=False)
 class _Search:
-    session: Session
-    name: str
-    extra: tuple[Declaration, ...]
-    geometry: bool
-    effort: Effort
-    motions: dict[str, list[FloatArray | None]] = field(default_factory=dict)
-    lowered: set[str] = field(default_factory=set)
+    """Search for the edits of one program. ``geometry``: findings of the lint are goals too; ``extra``: declarations
+    besides those of the program."""
 
-    @cached_property
-    def editing(self) -> Editing:
-        """Evaluates versions, of each only what differs from the one before."""
+    def __init__(
+        self, session: Session, name: str, extra: tuple[Declaration, ...], geometry: bool, effort: float
+    ) -> None:
         from scenelang.session.editing import Editing
 
-        return Editing(self.session)
-
-    def can_go_on(self) -> bool:
-        return not self.effort.is_spent
-
-    def evaluated(self, text: str) -> Evaluated:
-        result = self.editing.evaluate(Source(self.name, text))
-        self.effort.spend_evaluation(text, result)
-        return result
+        self.name, self.extra, self.geometry = name, extra, geometry
+        self.trials = Trials(name, Editing(session).evaluate, effort)
+        self._motions_of: dict[str, list[FloatArray | None]] = {}  # of the literals of the last version
+        self._lowered_texts: set[str] = set()
 
     def corners(self, scene: Scene) -> FloatArray:
         corners = _layout(scene)
-        self.effort.spend_boxes(len(corners) // 2)
+        self.trials.spend_boxes(len(corners) // 2)
         return corners
 
     def version(self, text: str, edits: tuple[ProgramEdit, ...] = ()) -> _Version | None:
         """Evaluate a version; None if it is wrong or has no geometry."""
-        result = self.evaluated(text)
+        result = self.trials.evaluate(text)
         if result.scene is None:
             if not edits:
                 result.require()
@@ -402,7 +390,7 @@ class _Search:
 
     def layout(self, text: str) -> FloatArray | None:
         """Return the corners of a version, None if it is wrong or one of its solids cannot be computed."""
-        scene = self.evaluated(text).scene
+        scene = self.trials.evaluate(text).scene
         try:
             return None if scene is None else self.corners(scene)
         except SceneError:
@@ -413,7 +401,7 @@ class _Search:
         from scenelang.backends.geometry.relations import violations
 
         scene, offsets = version.scene, _offsets(version.scene)
-        self.effort.spend_examination(len(version.corners) // 2)
+        self.trials.spend_examination(len(version.corners) // 2)
         found = []
         for violation in violations(scene, self.extra):
             if violation.frame not in offsets:
@@ -433,32 +421,23 @@ class _Search:
 
     def step(self, now: _Version, goal: Goal) -> _Version | None:
         """Return a version in which a goal is resolved and nothing new is found; None if none is found."""
-        tried: set[frozenset[tuple[int, str]]] = set()
-        spare: _Version | None = None  # it has no new finding, but something is deeper in another thing
-        for candidates in (self._by_literals, self._by_count, self._by_amount_or_turn, self._by_form):
-            for candidate in self._distinct(candidates(now, goal), tried):
-                found = self._tested(now, goal, candidate)
-                if found is not None and _is_sound(now, found):
-                    return found
-                spare = spare or found
-            if spare is not None and goal.declaration is not None:
-                break
-        return spare
+        tried: set[Hashable] = set()
+        spare: list[_Version] = []  # without a new finding, but with an object deeper in another
 
-    def _distinct(
-        self, candidates: Iterator[_Candidate], tried: set[frozenset[tuple[int, str]]]
-    ) -> Iterator[_Candidate]:
-        """Yield the candidates to test while effort is left, the cheapest first, without those of equal texts."""
-        count = 0
-        for candidate in sorted(candidates, key=lambda each: each.cost):
-            changes = frozenset((s.start, new) for s, new in candidate.changes if not _is_same_number(s.text, new))
-            if changes in tried:
-                continue
-            if count == _MAX_TESTS or not self.can_go_on():
-                return
-            tried.add(changes)
-            count += 1
-            yield candidate
+        def sound(candidate: _Candidate) -> _Version | None:
+            version = self._tested(now, goal, candidate)
+            if version is None or _is_sound(now, version):
+                return version
+            spare.append(version)
+            return None
+
+        for candidates in (self._by_literals, self._by_count, self._by_amount_or_turn, self._by_form):
+            better = self.trials.first(cheapest(candidates(now, goal), _key, tried, _MAX_TESTS), sound)
+            if better is not None:
+                return better
+            if spare and goal.declaration is not None:
+                break
+        return spare[0] if spare else None
 
     def _tested(self, now: _Version, goal: Goal, candidate: _Candidate) -> _Version | None:
         """Return the version that a candidate makes if it is better; it is corrected where the motion is not linear."""
@@ -481,10 +460,16 @@ class _Search:
 
     def _lowered(self, now: _Version, found: _Version, goal: Goal, left: Goal) -> _Version | None:
         """Return a version in which what a removed pose leaves of a goal is resolved by a literal."""
-        if _too_far(now, found, goal, left.need) or found.text in self.lowered or len(self.lowered) >= _MAX_LOWERED:
+        if (
+            _too_far(now, found, goal, left.need)
+            or found.text in self._lowered_texts
+            or len(self._lowered_texts) >= _MAX_LOWERED
+        ):
             return None
-        self.lowered.add(found.text)
-        for candidate in self._distinct(self._by_literals(found, left), set()):
+        self._lowered_texts.add(found.text)
+        for candidate in cheapest(self._by_literals(found, left), _key, set(), _MAX_TESTS):
+            if not self.trials.can_go_on:
+                return None
             further = self._applied(found, candidate)
             try:
                 if further is not None and _is_better(now, further, goal, left.need):
@@ -503,31 +488,27 @@ class _Search:
             return replace(candidate, literals=())
         best = min(every, key=lambda each: each.cost)
         return _Candidate(
-            tuple((span, new) for (span, _), (_, new) in zip(candidate.changes, best.changes)), best.cost, best.literals
+            tuple(Edit(old.span, new.text) for old, new in zip(candidate.edits, best.edits)), best.cost, best.literals
         )
 
     def _applied(self, now: _Version, candidate: _Candidate) -> _Version | None:
-        text, edits = now.text, []
-        for span, new in sorted(candidate.changes, key=lambda change: -change[0].start):
-            if _is_same_number(span.text, new):
-                continue
-            line, _ = span.source.position(span.start)
-            edits.append(ProgramEdit(line, span.text, new, ""))
-            text = _replaced(text, span, new)
-        return self.version(text, tuple(reversed(edits)))
+        changes = [edit for edit in candidate.edits if not _is_same_number(edit.span.text, edit.text)]
+        changes.sort(key=lambda edit: edit.span.start)
+        edits = (ProgramEdit(e.span.source.position(e.span.start)[0], e.span.text, e.text, "") for e in changes)
+        return self.version(edited(now.text, changes), tuple(edits))
 
     # --- literals ----------------------------------------------------------------------------------------------
 
     def _motions(self, now: _Version) -> list[FloatArray | None]:
         """Return how all corners move with each literal, (N, 3) per unit; None if it moves nothing, or makes another
         number of primitives."""
-        if now.text not in self.motions:
-            self.motions.clear()
-            self.motions[now.text] = [self._motion(now, each) for each in literals_of(Source(self.name, now.text))]
-        return self.motions[now.text]
+        if now.text not in self._motions_of:
+            self._motions_of.clear()
+            self._motions_of[now.text] = [self._motion(now, each) for each in literals_of(Source(self.name, now.text))]
+        return self._motions_of[now.text]
 
     def _motion(self, now: _Version, literal: _Literal) -> FloatArray | None:
-        if not self.can_go_on():
+        if not self.trials.can_go_on:
             return None
         step = _STEP * max(1.0, abs(literal.value))
         text = _replaced(now.text, literal.span, _number(literal.value + step, 12))
@@ -571,9 +552,9 @@ class _Search:
             cost += 0.0 if literals[chosen[0]].places else _INSIDE * now.size
             values = np.array([literals[n].value for n in chosen]) + steps
             for rank, places in enumerate(self._places(now, goal, relative, values, length)):
-                changes = tuple((literals[n].span, _number(v, places)) for n, v in zip(chosen, values.tolist()))
-                written = 1e-7 * now.size * sum(len(new) for _, new in changes)  # of equal ones, the simplest
-                yield _Candidate(changes, cost + rank * 1e-9 * now.size + written, tuple(chosen))
+                edits = tuple(Edit(literals[n].span, _number(v, places)) for n, v in zip(chosen, values.tolist()))
+                written = 1e-7 * now.size * sum(len(edit.text) for edit in edits)  # of equal ones, the simplest
+                yield _Candidate(edits, cost + rank * 1e-9 * now.size + written, tuple(chosen))
 
     def _places(self, now: _Version, goal: Goal, relative: FloatArray, values: FloatArray, length: float) -> list[int]:
         """Return the least number of decimals that is exact enough for a motion, and the exact one; for declarations,
@@ -604,7 +585,7 @@ class _Search:
 
     def _roots(self, now: _Version, goal: Goal, literals: Sequence[_Literal]) -> Iterator[_Candidate]:
         for literal in literals:
-            if not self.can_go_on():
+            if not self.trials.can_go_on:
                 return
             found = self._root_of(now, goal, literal)
             if found is not None:
@@ -624,11 +605,11 @@ class _Search:
             if amount is None:
                 return None
             if amount == 0.0:
-                candidate = _Candidate(((literal.span, _number(value, _digits(now.size))),), 0.0)
+                candidate = _Candidate((Edit(literal.span, _number(value, _digits(now.size))),), 0.0)
                 found = self._applied(now, candidate)
                 moved = None if found is None else _displacement(now.corners, found.corners)
                 changed = abs(value - literal.value)  # of numbers of things, the nearest is meant
-                return _Candidate(candidate.changes, _TIDY * now.size * (1 + changed) if moved is None else moved)
+                return _Candidate(candidate.edits, _TIDY * now.size * (1 + changed) if moved is None else moved)
             before = amount
         return None
 
@@ -639,10 +620,10 @@ class _Search:
             for turn in (goal.turn or 0.0, -(goal.turn or 0.0)):
                 for places in (2, 4):
                     value = math.remainder(float(angle.value) + turn, math.tau)
-                    yield _Candidate(((angle.span, _number(value, places)),), _TIDY * now.size + 1e-9 * places)
+                    yield _Candidate((Edit(angle.span, _number(value, places)),), _TIDY * now.size + 1e-9 * places)
         for group in unions_of(Source(self.name, now.text)):
             for part in group:
-                if _head(part) != "transform" or len(part.items) != 3 or not self.can_go_on():
+                if _head(part) != "transform" or len(part.items) != 3 or not self.trials.can_go_on:
                     continue
                 moved = self._moved_by(now, part)
                 if moved is None or not len(goal.rows):
@@ -654,12 +635,12 @@ class _Search:
                 turn = math.copysign(1.0, float(np.linalg.det(own))) * (goal.turn or 0.0)
                 for places in (2, 4):
                     new = f"(transform {call} (@ {pose} (rotate {_number(turn, places)} [0 1 0])))"
-                    yield _Candidate(((part.span, new),), _STRUCTURAL * now.size)
+                    yield _Candidate((Edit(part.span, new),), _STRUCTURAL * now.size)
 
     def _amount(self, now: _Version, goal: Goal, literal: _Literal, value: float) -> float | None:
         """Return how far the goal's declaration is from holding with another value of a literal; 0 if it holds."""
         text = _replaced(now.text, literal.span, _number(value, 12))
-        found = self.evaluated(text).scene
+        found = self.trials.evaluate(text).scene
         if found is None:
             return None
         from scenelang.backends.geometry.relations import violations
@@ -682,11 +663,11 @@ class _Search:
         parts = [part for group in groups for part in group][:_MAX_PARTS]
         if goal.key[0] in _OVERLAPS:
             doubles = [part for part in parts if self._is_double(now, part)]  # the last of equal ones is removed
-            yield from (_Candidate(((_removed(part.span), ""),), -1e-9 * k) for k, part in enumerate(doubles))
+            yield from (_Candidate((Edit(_removed(part.span), ""),), -1e-9 * k) for k, part in enumerate(doubles))
         if goal.key[0] == "twin":
             return
         for part in parts:
-            moved = self._moved_by(now, part) if goal.aims and self.can_go_on() else None
+            moved = self._moved_by(now, part) if goal.aims and self.trials.can_go_on else None
             for aim in goal.aims if moved is not None else ():
                 assert moved is not None
                 yield from self._placed(now, goal, aim, part, moved)
@@ -702,23 +683,23 @@ class _Search:
             for places in self._places(now, goal, relative, offset, float(np.linalg.norm(move))):
                 numbers = " ".join(_number(x, places) for x in offset)
                 new = f"(transform {part.span.text} (translate [{numbers}]))"
-                yield _Candidate(((part.span, new),), cost + 1e-9 * places)
+                yield _Candidate((Edit(part.span, new),), cost + 1e-9 * places)
 
     def _unwrapped(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
         """Yield the program without one of the poses that turn, scale or move what the goal is about."""
         source = Source(self.name, now.text)
-        changes = [(form.span, form.items[1].span.text) for form in poses_of(source)]
-        changes += [(angle.span, "0") for angle in angles_of(source)]
-        for change in changes[: 2 * _MAX_PARTS]:
-            if not self.can_go_on():
+        edits = [Edit(form.span, form.items[1].span.text) for form in poses_of(source)]
+        edits += [Edit(angle.span, "0") for angle in angles_of(source)]
+        for edit in edits[: 2 * _MAX_PARTS]:
+            if not self.trials.can_go_on:
                 return
-            found = self._applied(now, _Candidate((change,), 0.0))
+            found = self._applied(now, _Candidate((edit,), 0.0))
             if found is None or found.corners.shape != now.corners.shape:
                 continue
             motion = found.corners - now.corners
             if np.abs(motion[goal.rows]).max() > _STILL * now.size:
                 cost = now.cost(motion, goal)
-                yield _Candidate((change,), cost + _STRUCTURAL * now.size, is_pose=True)
+                yield _Candidate((edit,), cost + _STRUCTURAL * now.size, is_pose=True)
 
     def _moved_by(self, now: _Version, part: Datum) -> FloatArray | None:
         """Return how all corners move with a translation of a part, (N, 3, 3) per unit; None if nothing moves."""
@@ -965,6 +946,14 @@ def _forms(source: Source) -> Iterator[tuple[str, ListDatum]]:
         head = _head(datum)
         if head is not None and isinstance(datum, ListDatum):
             yield head, datum
+
+
+def _key(candidate: _Candidate) -> Hashable:
+    """Return what is equal for candidates that make the same text."""
+    changes = (
+        (edit.span.start, edit.text) for edit in candidate.edits if not _is_same_number(edit.span.text, edit.text)
+    )
+    return frozenset(changes)
 
 
 def _replaced(text: str, span: Span, new: str) -> str:

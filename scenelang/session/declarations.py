@@ -1,18 +1,19 @@
-"""Relations of things, the methods of ``Scene`` that tell where things are and which declarations fail."""
+"""Declarations of spatial relations as text, such as ``(on "cup" "table")``."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.declarations import RELATIONS
+from scenelang.session.session import Options, Session
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.declarations import Declaration
-    from scenelang.session.session import Session
 
 
 _BARE = re.compile(r"\s*\(\s*(?:not\s*\(\s*)?([^\s()]+)")  # a relation outside of `assert-that`
@@ -41,10 +42,14 @@ def declaration_source(text: str) -> Source:
 
 def declaration_problem(text: str) -> Diagnostic | None:
     """Return the first mistake in a declaration, None if it is well formed."""
-    from scenelang.session.session import Session
-
     try:
         Session().declarations(declaration_source(text))
     except SceneError as error:
         return error.diagnostic
     return None
+
+
+def declarations_in(options: Options | None, texts: Sequence[str]) -> list[Declaration]:
+    """Return the declarations in texts or files, read under the options of a scene; raises SceneError."""
+    session = Session(options or Options())
+    return [declaration for text in texts for declaration in declarations_of(session, text)]

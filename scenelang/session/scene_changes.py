@@ -100,7 +100,7 @@ def compared_frames(scene: Scene, limit: int) -> list[ComparedFrame]:
 
 def compared_frames_in(path: str, limit: int) -> list[ComparedFrame] | None:
     """Read the frames of a flattened scene from a JSON file; None for another kind of file; raises SceneError."""
-    from scenelang.backends.exports.scene_json import holds_scene
+    from scenelang.files.scene_json import holds_scene
 
     return read_compared_frames(path, limit) if path.lower().endswith(".json") and not holds_scene(path) else None
 

@@ -16,7 +16,7 @@ from contextlib import nullcontext
 from functools import cache
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from scenelang.backends.files import read_regular, rewrite
 from scenelang.grammar.ast import check_strict
@@ -52,7 +52,6 @@ from scenelang.interpreter.checker.lint import (
     find_root,
     lint,
     lint_forms,
-    unread_attributes,
     with_fixes,
     without_consequences,
     without_suppressed,
@@ -73,14 +72,12 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.entity import Scene
     from scenelang.interpreter.scene.modelling.outlines import Typeface
     from scenelang.interpreter.scene.primitives.asset import Asset
-    from scenelang.interpreter.transpile.translate import Translation
-    from scenelang.interpreter.transpile.writing.code import Finish
 
 
 T = TypeVar("T")
+Rewording = Callable[[Diagnostic], Diagnostic]
 IMPORT_FORM = re.compile(r'\(import\s+"([^"\n]*)"')
 _REGISTERS = re.compile(r"^[ \t]*@register", re.M)
-_TRIAL_STEPS = 200_000  # of the run that finds out whether a translated program works
 _STACK = 512 * 1024 * 1024
 _STACK_OF_CALL = 8 * 1024
 _STARTING = fork_safe_lock()  # threading.stack_size is a process-wide setting
@@ -340,7 +337,8 @@ class Session:
             return Checked(None, self._read_scene(source).diagnostics)
         try:
             with limited(self.options.limits), rare_collection():
-                check = lambda: self._translated(source, False)[1] if is_python(source) else self._check(source, None)
+                front_end = python_front_end() if is_python(source) else None
+                check = lambda: self.check_forms(source) if front_end is None else front_end.check(self, source)
                 return run_with_room(check, EXPANSION_DEPTH, folders=self.folders(source))
         except RecursionError:
             return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
@@ -398,67 +396,17 @@ class Session:
         return layout(datums, indents=INDENTS, spelling=spelling)
 
     @typed
-    def transpile(self, source: Source, literal: bool = False) -> Translation:
+    def transpile(self, source: Source, literal: bool = False) -> TranslatedProgram:
         """Translate a language model's response, or its Python, and check the program; errors are never raised.
 
         The text is lifted to a program as a person would write it, unless ``literal`` is true.
         """
-        from scenelang.interpreter.lift.lift import lift
-        from scenelang.interpreter.transpile.translate import Translation
-
-        names = self.library.names
-        finish: Finish | None = None if literal else lambda forms, notes, texts: lift(forms, notes, texts, names)
-
-        def work() -> Translation:
-            translation, checked = self._translated(source, True, finish)
-            return translation.with_diagnostics(checked.diagnostics)
-
-        try:
-            with limited(self.options.limits):
-                return run_with_room(work, EXPANSION_DEPTH, folders=self.folders(source))
-        except RecursionError:
-            problem = Diagnostic("nesting", "the Python is nested too deeply", Span(source, 0, 1))
-            return Translation((), "", (problem,))
+        return python_front_end().transpile(self, source, literal)
 
     @typed
     def lift(self, source: Source) -> tuple[str | None, Sequence[Diagnostic]]:
         """Return the text of an equal program that is easier to read, or None, and the diagnostics of the program."""
-        from scenelang.interpreter.lift.lift import lift_text
-
-        if is_python(source):
-            hint = "`scenelang transpile` lifts what it translates"
-            return None, (Diagnostic("unsupported", "only programs can be lifted, not Python", None, hint),)
-        checked = self.check(source)
-        if checked.ok and checked.program is None:
-            return None, (Diagnostic("unsupported", "only programs can be lifted, not scenes in JSON", None),)
-        return (lift_text(source, self.library.names) if checked.ok else None), checked.diagnostics
-
-    def _translated(self, source: Source, with_text: bool, finish: Finish | None = None) -> tuple[Translation, Checked]:
-        """Translate a language model's Python and check the program; parts in which the checker finds errors are
-        evaluated if that leaves none. A program whose text is wanted and that changes data is tried as well."""
-        from scenelang.interpreter.transpile.translate import translate, with_evaluated_parts
-
-        translation = translate(source, with_text, finish)
-        checked = self._check(source, translation)
-        wrong = [d for d in checked.diagnostics if d.is_error]
-        if not wrong and with_text and translation.changes_data:
-            wrong = self._failure(source, checked)
-        if wrong and translation.ok:
-            evaluated = with_evaluated_parts(source, translation, wrong, with_text, finish)
-            if evaluated.ok and evaluated is not translation:
-                again = self._check(source, evaluated)
-                if not any(d.is_error for d in again.diagnostics):
-                    return evaluated, again
-        return translation, checked
-
-    def _failure(self, source: Source, checked: Checked) -> list[Diagnostic]:
-        """Return the error that ends a short run of a translated program, at its place in the Python."""
-        limits = replace(self.options.limits, steps=min(self.options.limits.steps, _TRIAL_STEPS))
-        trial = Session(replace(self.options, limits=limits))
-        found = trial._evaluate_checked(source, checked)
-        problem = _mistake_of(found)
-        place = _place_in(source, problem) if problem is not None else None
-        return [replace(problem, span=place)] if problem is not None and place is not None else []
+        return python_front_end().lift(self, source)
 
     def recovered(self, source: Source, checked: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
         """Return the findings of a check; where brackets do not match, as if they were where they are expected.
@@ -494,7 +442,7 @@ class Session:
             trials = [best.edited(edit) for edit in edits]
             if not trials or len(best.edits) == MAX_CHUNKS:
                 return checked
-            results = [self._check(trial.source, None) for trial in trials]
+            results = [self.check_forms(trial.source) for trial in trials]
             chosen = min(range(len(trials)), key=lambda i: _weight(results[i]))
             best, found = trials[chosen], results[chosen]
         is_about_brackets = any(d.name in ("unclosed", "extra-close") for d in checked.diagnostics)
@@ -505,66 +453,70 @@ class Session:
         found_behind = [moved_diagnostic(d, best.original) for d in behind]
         return Checked(checked.program, tuple(_sorted([*problems, *found_behind])))
 
-    def _check(self, source: Source, translation: Translation | None) -> Checked:
+    def check_forms(
+        self,
+        source: Source,
+        forms: Sequence[Datum] | None = None,
+        problems: Sequence[Diagnostic] = (),
+        reworded: Rewording | None = None,
+    ) -> Checked:
+        """Check a program on the current stack; errors are returned as diagnostics and never raised.
+
+        Parameters
+        ----------
+        source : Source
+            The program, or the text in another language that it was translated from.
+        forms : sequence of Datum, optional
+            The translated program; None reads the text of ``source``.
+        problems : sequence of Diagnostic
+            Diagnostics of the translation, which are added to those of the program.
+        reworded : callable, optional
+            Converts diagnostics of a translated program to the terms of the language that it was written in.
+        """
         try:
             overrides = {name: value_datum(name, text) for name, text in self.options.defines.items()}
         except SceneError as error:
             return Checked(None, (error.diagnostic,))
-        found = translation.diagnostics if translation is not None else ()
-        if translation is not None and not translation.ok:
-            return Checked(None, settled([*found, *self._partial_findings(source, translation)], (source,)))
         watched = link()
         if watched is not None:
             watched.note(Span(source, 0, 1))
-        datums = translation.forms if translation is not None else None
-        program = load_program(
-            source,
-            self.library,
-            self.importer(source),
-            macro_runner(self.library, self._macro_limits),
-            overrides,
-            datums,
-        )
-        diagnostics = [*found, *program.diagnostics]
+        program = self.load(source, forms, overrides)
+        diagnostics = [*problems, *program.diagnostics]
         if self.options.strict and program.ok:
             try:
-                check_strict(read(source).forms if datums is None else datums)
+                check_strict(read(source).forms if forms is None else forms)
             except SceneError as error:
                 diagnostics.append(error.diagnostic)
-        diagnostics += self.warnings(program, translation is None)
+        diagnostics += self.warnings(program, reworded)
         return Checked(program, settled(diagnostics, program.sources, program))
 
-    def _partial_findings(self, source: Source, translation: Translation) -> list[Diagnostic]:
-        """Return the mistakes in the parts of a Python program that were translated, though others were not."""
+    def load(
+        self, source: Source, forms: Sequence[Datum] | None = None, overrides: Mapping[str, Datum] | None = None
+    ) -> Program:
+        """Read and expand a program without checking it; ``forms`` are as for ``check_forms``, ``overrides`` the values
+        of params by name."""
         runner = macro_runner(self.library, self._macro_limits)
-        program = load_program(source, self.library, self.importer(source), runner, {}, translation.partial)
-        known = [d.span for d in translation.diagnostics if d.is_error and d.span is not None]
-        from scenelang.interpreter.transpile.translate import in_python
+        return load_program(source, self.library, self.importer(source), runner, overrides or {}, forms)
 
-        found = [*findings(program, None, is_written=False), *unread_attributes(program)]
-        return [in_python(d) for d in found if d.span is not None and not any(map(d.span.overlaps, known))]
-
-    def warnings(self, program: Program, is_written: bool = True) -> list[Diagnostic]:
+    def warnings(self, program: Program, reworded: Rewording | None = None) -> list[Diagnostic]:
         """Return what the kinds of a program show to be wrong, and the lint warnings of a program without errors,
         including those about its root.
 
-        ``is_written`` is False for programs translated from Python, for which unused definitions are not reported.
+        ``reworded`` is given for translated programs, as for ``check_forms``; their unused definitions and the layout
+        of their text are not reported.
         """
         try:
             word, root = self.root_of(program)
         except SceneError as error:
             word, root = None, [] if error.name == "no-root" else [error.diagnostic]
-        found = findings(program, word, is_written)
-        if not is_written:
-            from scenelang.interpreter.transpile.translate import in_python
-
-            found = [in_python(d) for d in found]
+        if reworded is not None:
+            kind_errors = [reworded(d) for d in findings(program, word, is_written=False)]
+            return [*kind_errors, *word_warnings(program), *root] if program.ok else kind_errors
+        kind_errors = findings(program, word, is_written=True)
         if not program.ok:
-            return [*found, *(lint_forms(program) if is_written else ())]
-        if not is_written:
-            return [*found, *word_warnings(program), *root]
+            return [*kind_errors, *lint_forms(program)]
         is_scene = lambda: word is not None and not root and not self._is_imported(program.main)
-        return [*found, *lint(program, is_scene), *root]
+        return [*kind_errors, *lint(program, is_scene), *root]
 
     def _is_imported(self, source: Source) -> bool:
         """Return whether a program in the same or the parent folder imports this one."""
@@ -597,44 +549,12 @@ class Session:
     def _evaluate(self, source: Source) -> Evaluated:
         if is_scene_file(source):
             return self._read_scene(source)
-        checked = self.check(source)
-        found = self._evaluate_checked(source, checked)
-        if found.scene is not None or not is_python(source) or found.program is None:
-            return found
-        if not (checked.ok or may_run(found.program, checked.diagnostics)):
-            return found
-        problem = _mistake_of(found)
-        if problem is None:
-            return found
-        return self._evaluate_python(source, problem) or replace(
-            found, diagnostics=tuple(_in_python(d) if d.is_error else d for d in found.diagnostics)
-        )
+        if is_python(source):
+            return python_front_end().evaluate(self, source)
+        return self.evaluate_checked(source, self.check(source))
 
-    def _evaluate_python(self, source: Source, problem: Diagnostic) -> Evaluated | None:
-        """Evaluate a program again whose translation has ended with an error, with the part evaluated in which it is.
-
-        Returns the scene, or the exception in Python's words; None if there is neither.
-        """
-        from scenelang.interpreter.transpile.translate import translate, with_evaluated_parts
-
-        place = _place_in(source, problem)
-        if place is None or self.options.seed:
-            return None
-        error = replace(problem, span=place)
-        work = lambda: with_evaluated_parts(source, translate(source, False), [error], False)
-        translation = run_with_room(work, EXPANSION_DEPTH, folders=self.folders(source))
-        exception = next((d for d in translation.diagnostics if d.name == "python-exception"), None)
-        if exception is not None:
-            if exception.span is not None and exception.span.overlaps(place):  # whose place is more exact
-                exception = replace(_in_python(problem), message=exception.message, hint=None)
-            return Evaluated(None, None, (exception,))
-        if not translation.ok:
-            return None
-        again = run_with_room(lambda: self._check(source, translation), EXPANSION_DEPTH, folders=self.folders(source))
-        found = self._evaluate_checked(source, again)
-        return found if found.scene is not None else None
-
-    def _evaluate_checked(self, source: Source, checked: Checked) -> Evaluated:
+    def evaluate_checked(self, source: Source, checked: Checked) -> Evaluated:
+        """Run a program that was checked; errors are returned as diagnostics and never raised."""
         program = checked.program
         if program is None or not (checked.ok or may_run(program, checked.diagnostics)):
             return Evaluated(program, None, checked.diagnostics)
@@ -657,11 +577,11 @@ class Session:
 
     def check_geometry(self, source: Source) -> list[Diagnostic]:
         """Evaluate a program and run the geometry lint on its scene; returns the diagnostics of both."""
-        from scenelang.backends.geometry.lint import check_geometry
+        from scenelang.interpreter.plugins import SERVICES
 
         with limited(self.options.limits):
             result = self.evaluate(source)
-            return [*result.diagnostics, *linted(result, check_geometry)]
+            return [*result.diagnostics, *linted(result, SERVICES.find("geometry"))]
 
     def declarations(self, source: Source) -> tuple[Declaration, ...]:
         """Return the declarations that the top level of a file states; raises SceneError with its first mistake.
@@ -719,7 +639,7 @@ class Session:
 
     def _read_scene(self, source: Source) -> Evaluated:
         """Read a scene exported as JSON."""
-        from scenelang.backends.exports.scene_json import read_scene
+        from scenelang.files.scene_json import read_scene
 
         try:
             scene = read_scene(source.name, self._project(source), self.options.allow_outside)
@@ -777,6 +697,41 @@ class Session:
         return grafted
 
 
+class TranslatedProgram(Protocol):
+    """Program of the language made from a text in another; ``text`` is empty if ``ok`` is false."""
+
+    @property
+    def text(self) -> str: ...
+
+    @property
+    def ok(self) -> bool: ...
+
+    @property
+    def diagnostics(self) -> Sequence[Diagnostic]: ...
+
+
+class FrontEnd(Protocol):
+    """Front end for another language: ``scenelang/translation/python_programs`` for a language model's Python."""
+
+    def check(self, session: Session, source: Source) -> Checked: ...
+
+    def evaluate(self, session: Session, source: Source) -> Evaluated: ...
+
+    def transpile(self, session: Session, source: Source, literal: bool) -> TranslatedProgram: ...
+
+    def lift(self, session: Session, source: Source) -> tuple[str | None, Sequence[Diagnostic]]: ...
+
+    def notebook_code(self, text: str, name: str) -> str: ...
+
+
+def python_front_end() -> FrontEnd:
+    """Return the front end for Python; raises SceneError("backend") if this installation has none."""
+    from scenelang.interpreter.plugins import SERVICES
+
+    front_end: FrontEnd = SERVICES.find("python")
+    return front_end
+
+
 def linted(result: Evaluated, *lints: Callable[[Scene], list[Diagnostic]]) -> list[Diagnostic]:
     """Return what ``lints`` find in the scene of an evaluation, without what comments of the program suppress."""
     if result.scene is None:
@@ -806,25 +761,6 @@ def is_python(source: Source) -> bool:
     if source.name.endswith((".py", ".txt", ".ipynb")):
         return True
     return source.name.startswith("<") and bool(_REGISTERS.search(source.text))
-
-
-def _mistake_of(found: Evaluated) -> Diagnostic | None:
-    """Return the first error of a run, unless it is a limit."""
-    problem = next((d for d in found.diagnostics if d.is_error), None)
-    return problem if problem is not None and not CODES[problem.name].code.startswith("E5") else None
-
-
-def _place_in(source: Source, problem: Diagnostic) -> Span | None:
-    """Return where in a source an error is, or the innermost call in it that led there."""
-    places = (problem.span, *(span for _, span in problem.chain))
-    place = next((span for span in places if span is not None and span.source.name == source.name), None)
-    return Span(source, place.start, place.end) if place is not None else None
-
-
-def _in_python(diagnostic: Diagnostic) -> Diagnostic:
-    from scenelang.interpreter.transpile.translate import in_python
-
-    return in_python(diagnostic)
 
 
 def _outside_library(diagnostic: Diagnostic) -> Diagnostic:
@@ -973,9 +909,7 @@ def _read_source(path: str, shown: str) -> Source:
         ) from None
     if not name.endswith(".ipynb"):
         return Source(name, text)
-    from scenelang.interpreter.transpile.analysis.python_text import notebook_code
-
-    return Source(name, notebook_code(text, name))
+    return Source(name, python_front_end().notebook_code(text, name))
 
 
 def value_datum(name: str, text: str) -> Datum:

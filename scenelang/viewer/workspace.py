@@ -21,6 +21,7 @@ from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, Li
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, capped, render_text
 from scenelang.grammar.reader import read
 from scenelang.interpreter.checker.program import Param, Program
+from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene, descendants
 from scenelang.sandbox.supervision import Ended, limited
@@ -443,6 +444,10 @@ class Workspace:
         return State(version, ok, picture, packet, last, found.diagnostics, controls, {}, found.stamps)
 
 
+def _states_declarations(scene: Scene) -> bool:
+    return bool(scene.declarations) or any(entity.declarations for entity in descendants(*scene.frames))
+
+
 def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = None) -> Evaluate:
     """Create the evaluation function of a workspace; ``splats`` returns the Gaussians to show in place of solids. What
     an edit does not reach is not evaluated again."""
@@ -466,9 +471,8 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
                 if result.scene is not None:
                     words = program.all_words if program is not None else None
                     packet = packet_of(result.scene, limit, words, splats)
-                    from scenelang.backends.geometry.relations import check_declarations
-
-                    found = (*found, *linted(result, check_declarations))
+                    if _states_declarations(result.scene):
+                        found = (*found, *linted(result, SERVICES.find("declarations")))
         except SceneError as error:
             found = (*found, error.diagnostic)
         except Exception as error:  # an internal error must not end the viewer

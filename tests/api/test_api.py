@@ -271,10 +271,11 @@ def test_docstring_examples_run(monkeypatch: pytest.MonkeyPatch) -> None:
 
     import scenelang.api
     import scenelang.inference.generation
-    import scenelang.scenes.scene
+    import scenelang.scene
+    import scenelang.session.loaded
 
     monkeypatch.chdir(ROOT)
-    for module in (sl, scenelang.api, scenelang.scenes.scene, scenelang.inference.generation):
+    for module in (sl, scenelang.api, scenelang.scene, scenelang.session.loaded, scenelang.inference.generation):
         result = doctest.testmod(module, verbose=False)
         assert result.failed == 0
         assert module is sl or result.attempted > 0

@@ -50,7 +50,7 @@ ALWAYS = ("load", "Limits", "Options")
 RENAMED: dict[str, dict[str, str]] = {
     "*": {"define": "load:defines", "z": "load:embeddings", "models_dir": "Models:folder", "entity": "Granularity:named"},
     "check": {"run": "evaluate", "that": "Scene.violations:declarations", "geometry": "Session.check_geometry",
-              "physics": "Scene.physics", "fix": "Session.autofix", "picture": "session.motion.picture_finding:path"},
+              "physics": "Scene.physics", "fix": "Session.autofix", "picture": "backends.pictures.exhibit.save_marked:path"},
     "explain": {"codes": "explain:code"}, "diff": {"a": "diff:a", "b": "diff:b"}, "search": {"words": "search:query"},
     "render": {"part": "Scene.part:path", "backend": "Scene.render:quality", "no_labels": "Scene.render:labels"},
     "view": {"html": "Scene.html"}, "maps": {"views": "Camera.random:count"},

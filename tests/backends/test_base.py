@@ -18,6 +18,7 @@ from scenelang.backends.pictures.draft import DRAFT
 from scenelang.backends.pictures.film import save_picture
 from scenelang.backends.pictures.mitsuba import MITSUBA
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.plugins import PluginRegistry
 
 
 def modules_after(statement: str) -> set[str]:
@@ -33,7 +34,7 @@ def test_base_imports_nothing_heavy() -> None:
 LIGHT = (
     "exports.gltf",
     "exports.usd",
-    "exports.mitsuba_xml",
+    "mitsuba_export.mitsuba_xml",
     "pictures.mitsuba",
     "pictures.draft",
     "pictures.camera",
@@ -52,7 +53,7 @@ def points(*backends: base.Backend) -> dict[str, SimpleNamespace]:
 
 
 def test_backends_are_found_by_name_and_by_file(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(base.PluginRegistry, "_points", lambda self: points(MITSUBA, DRAFT, GLTF))
+    monkeypatch.setattr(PluginRegistry, "_points", lambda self: points(MITSUBA, DRAFT, GLTF))
     assert base.names() == ["draft", "gltf", "mitsuba"]
     assert base.find("gltf") is GLTF
     assert base.for_file("a.PNG") is DRAFT
@@ -71,9 +72,7 @@ def test_a_broken_backend_does_not_hide_the_others(monkeypatch: pytest.MonkeyPat
 
     broken = SimpleNamespace(name="broken", value="x", load=fail)
     wrong = SimpleNamespace(name="wrong", value="x:y", load=lambda: 3)
-    monkeypatch.setattr(
-        base.PluginRegistry, "_points", lambda self: {"broken": broken, "wrong": wrong, **points(DRAFT)}
-    )
+    monkeypatch.setattr(PluginRegistry, "_points", lambda self: {"broken": broken, "wrong": wrong, **points(DRAFT)})
     assert base.all_backends() == [DRAFT]
     with pytest.raises(SceneError, match="cannot be loaded"):
         base.find("broken")

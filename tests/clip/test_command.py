@@ -12,7 +12,8 @@ from small_models import seeded, small_clip
 
 from scenelang.backends.neural.clip import ClipName, load_clip
 from scenelang.cli.main import main
-from scenelang.files.zfile import Made, read_encodings, read_made, read_wording, read_z, write_vectors
+from scenelang.files.zfile import Made, read_made, read_z, write_vectors
+from scenelang.learning.stored_words import read_encodings, read_wording
 
 PROGRAM = """
 (bind "beach" (lambda ()

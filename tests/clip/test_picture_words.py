@@ -13,8 +13,9 @@ from small_models import seeded, small_clip
 from scenelang.backends.neural.clip import ClipModel, ClipName, load_clip
 from scenelang.backends.neural.inversion import PROMPT, learn_picture_word
 from scenelang.cli.main import main
-from scenelang.files.zfile import read_encodings, read_made, read_z
+from scenelang.files.zfile import read_made, read_z
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.learning.stored_words import read_encodings
 
 PROGRAM = '(bind "beach" (lambda () (union (call "moai") (transform (call "palm") (translate [6 0 0])))))'
 Z = Path("beach.z.safetensors")

@@ -14,8 +14,8 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 from scenelang.backends.exports.plan import SEGMENTS, surface_of
-from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.surfaces.appearance import look_of
+from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.datum import Source
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
@@ -84,7 +84,7 @@ def example(name: str, **defines: Any) -> Scene:
     options = Options(defines={key: str(value) for key, value in defines.items()})
     result = Session(options).evaluate(Source(str(path), path.read_text()))
     assert result.scene is not None, result.diagnostics
-    return as_cubes(result.scene)
+    return drawn_scene(result.scene)
 
 
 def same_points(a: np.ndarray, b: np.ndarray, tolerance: float) -> bool:

@@ -24,10 +24,10 @@ from scenelang.backends.base import Backend, BackendOptions
 from scenelang.backends.exports import export
 from scenelang.backends.exports.gltf import GLTF
 from scenelang.backends.exports.mesh_files import OBJ, PLY, STL
-from scenelang.backends.exports.mitsuba_xml import MITSUBA_XML
-from scenelang.backends.exports.scene_json import JSON
 from scenelang.backends.exports.usd import USD
+from scenelang.backends.mitsuba_export.mitsuba_xml import MITSUBA_XML
 from scenelang.backends.surfaces.assets import AssetFiles
+from scenelang.files.scene_json import JSON
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene

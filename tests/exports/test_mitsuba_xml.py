@@ -10,7 +10,7 @@ import pytest
 
 from exports.oracle import example
 from scenelang.backends.base import BackendOptions
-from scenelang.backends.exports.mitsuba_xml import MITSUBA_XML
+from scenelang.backends.mitsuba_export.mitsuba_xml import MITSUBA_XML
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import flatten

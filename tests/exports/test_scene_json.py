@@ -15,8 +15,8 @@ from support import evaluate, geometry
 
 from exports.oracle import EXAMPLES, example, scenes
 from scenelang.backends.base import BackendOptions
-from scenelang.backends.exports import scene_json
-from scenelang.backends.exports.scene_json import JSON, read_scene, write_scene
+from scenelang.files import scene_json
+from scenelang.files.scene_json import JSON, read_scene, write_scene
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.inspection.outline import outline
 from scenelang.interpreter.scene.entity import Entity, Scene, count_words, descendants

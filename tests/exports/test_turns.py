@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from exports.gltf_reader import _matrix
 from scenelang.backends.exports.gltf import node_fields
-from scenelang.backends.exports.trs import Decomposition, decompose, decompose_track
+from scenelang.backends.surfaces.trs import Decomposition, decompose, decompose_track
 
 
 def product(turns: Decomposition, index: int) -> np.ndarray:

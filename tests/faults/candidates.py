@@ -37,7 +37,7 @@ LEFT_CALLS = {
     "filterwarnings",
     "cache_clear",
 }
-LEFT_FILES = ("backends/neural/splats/kernels.py", "scenelang/console/doctor.py")
+LEFT_FILES = ("backends/neural/splats/kernels.py", "scenelang/doctor/doctor.py")
 
 COMPARISONS = {
     ast.Lt: ("<", "<="), ast.LtE: ("<=", "<"), ast.Gt: (">", ">="), ast.GtE: (">=", ">"), ast.Eq: ("==", "!="),

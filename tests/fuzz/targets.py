@@ -397,7 +397,7 @@ def scene_seeds() -> Sequence[Any]:
 
 
 def scene_json(data: bytes) -> None:
-    from scenelang.backends.exports.scene_json import read_scene
+    from scenelang.files.scene_json import read_scene
 
     path = written("a.json", data)
     with refusing():
@@ -456,9 +456,10 @@ def make_z(rng: making.Rng) -> bytes:
 
 def z_file(data: bytes) -> None:
     from scenelang.files import zfile
+from scenelang.learning import stored_words
 
     path = written("a.z.safetensors", data)
-    for read in (zfile.read_z, zfile.read_wording, zfile.read_made, zfile.read_encodings):
+    for read in (zfile.read_z, stored.read_wording, zfile.read_made, stored.read_encodings):
         with refusing():
             read(path)
     with refusing():

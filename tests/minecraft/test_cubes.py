@@ -16,9 +16,9 @@ from minecraft.oracle import Cuboid, of_build
 from minecraft.scenes import CUBOIDS, STEPS, group, placed
 from scenelang.backends.minecraft import models
 from scenelang.backends.minecraft.blocks import load_table
-from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.minecraft.voxels import voxelised
 from scenelang.backends.surfaces.appearance import from_srgb, look_of
+from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, count_words, descendants, primitive_count
@@ -35,7 +35,7 @@ def scene(text: str) -> Scene:
 
 
 def drawn(text: str) -> Entity:
-    return as_cubes(scene(text)).root
+    return drawn_scene(scene(text)).root
 
 
 def filled(root: Entity) -> dict[Cell, str]:
@@ -65,7 +65,7 @@ def test_the_cells_are_those_of_the_build(cuboids: list[Cuboid], steps: list[Cel
     root = group(*((inner, translation(*step)) for step in steps), (placed(cuboids[:3]), IDENTITY))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(models, "MAX_PARTS", parts)
-        made = as_cubes(Scene("group", [root], False)).root
+        made = drawn_scene(Scene("group", [root], False)).root
     assert filled(made) == short(of_build(voxelised(root).build))
 
 
@@ -118,7 +118,7 @@ def test_what_is_no_block_stays_where_it_is() -> None:
 
 def test_scenes_without_blocks_are_themselves() -> None:
     plain = scene('(call "cube")')
-    assert as_cubes(plain) is plain
+    assert drawn_scene(plain) is plain
 
 
 def test_a_single_primitive_and_nothing_at_all() -> None:
@@ -133,7 +133,7 @@ def test_a_single_primitive_and_nothing_at_all() -> None:
 def test_frames_of_a_film_keep_their_number() -> None:
     film = """(bind "film" (lambda ()
       (frames (for/list ((i (range 3))) (transform (call "set-cuboid" :block-type "stone") (translate [i 0 0]))))))"""
-    made = as_cubes(scene(film))
+    made = drawn_scene(scene(film))
     assert made.animated
     assert [filled(root) for root in made.frames] == [{(i, 0, 0): "stone"} for i in range(3)]
 
@@ -246,7 +246,7 @@ def test_plants_are_two_sheets_across() -> None:
 
 def test_replaced_blocks_are_told_once() -> None:
     said: list[Diagnostic] = []
-    as_cubes(scene(f"(union {block('marble')} {block('marble', at=(1, 0, 0))})"), warn=said.append)
+    drawn_scene(scene(f"(union {block('marble')} {block('marble', at=(1, 0, 0))})"), warn=said.append)
     assert [each.name for each in said] == ["unknown-block"]
 
 
@@ -269,6 +269,6 @@ def test_limits() -> None:
     with pytest.raises(LimitError, match="cells"):
         drawn(far)
     with pytest.raises(LimitError, match="2 primitives"):
-        as_cubes(scene(f"(union {block('stone')} {block('stone', at=(2, 0, 0))})"), limit=1)
+        drawn_scene(scene(f"(union {block('stone')} {block('stone', at=(2, 0, 0))})"), limit=1)
     with pytest.raises(LimitError, match="4 cubes"):  # plants are not merged
-        as_cubes(scene(block("poppy", size=(2, 1, 2))), limit=3)
+        drawn_scene(scene(block("poppy", size=(2, 1, 2))), limit=3)

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import scenelang as sl
-from scenelang.backends.exports.scene_json import read_scene, write_scene
+from scenelang.files.scene_json import read_scene, write_scene
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Scene, count_words, descendants

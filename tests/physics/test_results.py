@@ -17,7 +17,8 @@ from scenelang.backends.physics import verdicts
 from scenelang.backends.physics.dynamics import TO_MODEL
 from scenelang.backends.physics.grouping import bodies_of
 from scenelang.backends.physics.verdicts import diagnostics_of
-from scenelang.backends.pictures.exhibit import Marks
+from scenelang.backends.pictures import exhibit
+from scenelang.backends.surfaces.marks import Marks
 from scenelang.cli.main import main
 from scenelang.interpreter.scene.flatten import flatten_entity
 
@@ -131,7 +132,7 @@ def test_check_physics(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_picture_of_what_falls(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The picture itself is drawn as that of ``--geometry`` is; here it is what it shows."""
     shown: list[Marks] = []
-    monkeypatch.setattr(verdicts, "save_marked", lambda root, marks, path: shown.append(marks))
+    monkeypatch.setattr(exhibit, "save_marked", lambda root, marks, path: shown.append(marks))
     assert main(["check", "--physics", "--picture", "a.png", "-q", "room.scene"]) == 0
     (marks,) = shown
     assert (sorted(marks.subject), sorted(marks.other)) == ([5], [0, 1, 2, 3, 4])  # the vase on the table

@@ -11,8 +11,9 @@ import pytest
 from later import later
 from support import evaluate
 
+from scenelang.backends.neural.painting.shown import surface_splats
 from scenelang.backends.neural.splats.gaussians import Splats
-from scenelang.backends.viewer.packet import packet_of, splat_columns, surface_splats
+from scenelang.backends.viewer.packet import packet_of, splat_columns
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import LimitError
 

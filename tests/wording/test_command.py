@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from scenelang.cli.main import main
-from scenelang.files.zfile import read_wording, read_z
+from scenelang.files.zfile import read_z
+from scenelang.learning.stored_words import read_wording
 
 PAWNS = """(bind "pawn" (lambda ((:color [.9 .9 .9])) (union (call "cone" :color color) (call "sphere" :color color))))
 (bind "board" (lambda () (union-loop 4 (lambda (i) (transform (call "pawn") (translate [i 0 0]))))))

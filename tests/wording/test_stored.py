@@ -20,9 +20,10 @@ from scenelang.backends.neural.wording import (
     to_json,
     unpack_handles,
 )
-from scenelang.files.zfile import read_wording, read_z, write_wording, write_z
+from scenelang.files.zfile import read_z, write_z
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.runtime import ZEntry
+from scenelang.learning.stored_words import read_wording, write_wording
 
 WORDING = Wording(
     "z1", "a room", (WordingRow("sofa", "ivory", "a {embedding} sofa", ("young", "z2", "z4", "z6", "z8")),)

@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Progress, require
 from scenelang.backends.labels.ground_truth import Truth, truth_of
-from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.neural.clip import Prompt
 from scenelang.backends.neural.diffusion import TransformersPromptEncoder, depth_condition, silence_libraries
 from scenelang.backends.neural.imagine.layout import (
@@ -44,6 +43,7 @@ from scenelang.backends.neural.prompts import (
 from scenelang.backends.neural.weights import INSTALL, ModelHub
 from scenelang.backends.neural.wording import check_template
 from scenelang.backends.pictures.stage import Shot, unit_size
+from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.inspection.numbering import frame_numbers, instance_handles
 from scenelang.interpreter.scene.entity import Scene
@@ -370,7 +370,7 @@ def shot_layout_of(
 
     Raises SceneError; LimitError for more than ``limit`` primitives.
     """
-    scene = as_cubes(scene, limit, warn)
+    scene = drawn_scene(scene, limit, warn)
     truth = truth_of(scene, shot, limit, *unit_size(scene))
     numbers = frame_numbers(scene) if len(scene.frames) > 1 else None
     handles = tuple(instance_handles(scene, truth.ancestry, numbers))

@@ -20,7 +20,6 @@ from scenelang.backends.base import (
     frame_of,
     require,
 )
-from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.neural.splats.files import write_gaussians
 from scenelang.backends.neural.splats.gaussians import Splats, gaussians_from, view_of
 from scenelang.backends.neural.splats.initial import (
@@ -50,6 +49,7 @@ from scenelang.backends.pictures.film import (
 from scenelang.backends.pictures.stage import Shot, Stage, Staging, box_of, check_size
 from scenelang.backends.surfaces.appearance import encode, tone_map
 from scenelang.backends.surfaces.solids import normalized, solids_of
+from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
@@ -165,7 +165,7 @@ def _export(backend: Backend, scene: Scene, path: Path, options: BackendOptions)
     box_of(scene)
     one = Scene(scene.word, [scene.frames[frame_of(scene, options.frame)]], False)
     check_size(one.root, options.limit)
-    made = gaussians_of(as_cubes(one, options.limit, options.warn).root, backend.setting(options, "gaussians"))
+    made = gaussians_of(drawn_scene(one, options.limit, options.warn).root, backend.setting(options, "gaussians"))
     splats = made.splats
     colors = (splats.colors + made.emission).clamp(0.0, 1.0)
     write_gaussians(gaussians_from(Splats(splats.means, splats.covariances, splats.opacities, colors)), path)

@@ -14,9 +14,10 @@ from types import MappingProxyType
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError, did_you_mean, near_names, suggest
+from scenelang.grammar.python_helpers import HELPERS
 from scenelang.interpreter.transpile.analysis.inference import ARRAY, POSE, RECORD, SHAPE
 from scenelang.interpreter.transpile.analysis.known import RESULTS
-from scenelang.interpreter.transpile.analysis.python_text import HELPERS, walk_tree
+from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
     ANNOTATIONS,
     BUILTINS,

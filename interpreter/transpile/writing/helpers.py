@@ -6,12 +6,13 @@ import ast
 from collections.abc import Callable, Sequence
 
 from scenelang.grammar.diagnostics import suggest
+from scenelang.grammar.python_helpers import HELPERS
 from scenelang.grammar.reader import is_keyword_name
 from scenelang.interpreter.checker.other_tools import hint_for_primitive
 from scenelang.interpreter.checker.rules import unread_hint
 from scenelang.interpreter.scene.primitives import block_words, geometry_attributes, solid_words
 from scenelang.interpreter.transpile.analysis.inference import POSE, SEQUENCES, SHAPE
-from scenelang.interpreter.transpile.analysis.python_text import HELPERS, walk_tree
+from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import Function, PythonVariable, is_none
 from scenelang.interpreter.transpile.writing.code import (
     ArgumentName,

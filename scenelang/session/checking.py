@@ -23,6 +23,7 @@ from scenelang.grammar.datum import (
 from scenelang.grammar.diagnostics import ABOUT_SCENES, Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read_pieces
 from scenelang.interpreter.checker.lint import with_fixes
+from scenelang.interpreter.plugins import SERVICES
 from scenelang.session.session import Session, is_python, linted
 
 if TYPE_CHECKING:
@@ -81,9 +82,8 @@ class Examination:
             found = [with_fixes(d) for d in self.session.recovered(source, result.diagnostics)]
             found = with_options(source, found)
             if self.complete and not is_python(source):
-                from scenelang.repairs.alternatives import with_tested
-
-                found = with_tested(source, found, self.session.evaluate)
+                with_tested = SERVICES.get("tested-fixes")
+                found = found if with_tested is None else with_tested(source, found, self.session.evaluate)
             return Examined(found, None, result.subject)
         try:
             if result.scene is not None:
@@ -92,25 +92,21 @@ class Examination:
         except SceneError as error:
             return Examined([*result.diagnostics, error.diagnostic], result.scene, error.subject)
         if self.complete and result.scene is not None and not is_python(source) and not _changes(source, found):
-            from scenelang.repairs.repairing import with_repairs
-
-            found = with_repairs(self.session, source, found, self.stated, geometry=self.geometry)
+            with_repairs = SERVICES.get("scene-fixes")
+            if with_repairs is not None:
+                found = with_repairs(self.session, source, found, self.stated, geometry=self.geometry)
         return Examined(found, result.scene, result.subject)
 
     def _lints(self) -> Iterator[Callable[[Scene], list[Diagnostic]]]:
         if self.stated or self.run:
-            from scenelang.backends.geometry.relations import check_declarations
-
+            check_declarations = SERVICES.find("declarations")
             yield lambda scene: check_declarations(scene, self.stated)
         if self.geometry:
-            from scenelang.backends.geometry.lint import check_geometry
-
-            yield check_geometry
+            yield SERVICES.find("geometry")
         if self.physics is not None:
-            from scenelang.backends.physics.verdicts import SECONDS, check_physics
-
+            physics = SERVICES.find("physics")
             seconds, metres = self.physics
-            yield lambda scene: check_physics(scene, seconds or SECONDS, metres)
+            yield lambda scene: physics.check_physics(scene, seconds or physics.SECONDS, metres)
 
 
 def with_options(source: Source, found: Sequence[Diagnostic]) -> Sequence[Diagnostic]:

@@ -21,8 +21,6 @@ from threading import Timer
 
 from scenelang.backends import base
 from scenelang.backends.base import Backend, Work
-from scenelang.backends.language_models.provider import PROVIDERS, account_of
-from scenelang.backends.pictures.mitsuba import NAMES, trial_command
 from scenelang.console.reports import colored
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
@@ -30,13 +28,14 @@ from scenelang.interpreter.scene.entity import Scene
 from scenelang.session.session import Session
 
 # Each test does a small amount of real work in a separate process, so that a crashing native library ends only that
-# process. ``python -P -m scenelang.console.doctor NAME ...`` prints a line of JSON before each test and one after it.
+# process. ``python -P -m scenelang.doctor.doctor NAME ...`` prints a line of JSON before each test and one after it.
 
 
 _PROGRAM = '(bind "trial" (lambda () (union (call "cube") (call "sphere" :color [1 0 0]))))'
 _SIDE = 16  # pixels
 LANGUAGE, PICTURE, VIEWER = "language", "draft", "viewer"
 FILMS = {"film .gif": ".gif", "film .mp4": ".mp4"}
+_DOMAINS = {PICTURE: "backends.pictures", VIEWER: "backends.viewer", **dict.fromkeys(FILMS, "backends.pictures")}
 
 
 def tests() -> Mapping[str, Callable[[Path], str]]:
@@ -231,21 +230,36 @@ _OWN = ("draft", "gltf", "obj", "ply", "stl", "json", "mitsuba-xml")  # required
 
 def work_checks() -> Iterator[Check]:
     """Check the language, each backend, each variant of Mitsuba, videos and the viewer."""
-    variants = {name: _start(trial_command(name)) for name in NAMES if name != "cuda" or _NVIDIA.exists()}
+    variants = _variant_trials() if is_present("backends.pictures") else {}
     exports = {backend.name: backend for backend in base.all_backends(Work.EXPORT)}
     installs = {name: backend.install for name, backend in exports.items() if not backend.is_installed}
     installs |= {} if _has("av") else {"film .mp4": "'scenelang[video]'"}
+    installs |= {name: "scenelang" for name, domain in _DOMAINS.items() if not is_present(domain)}
     names = [name for name in (LANGUAGE, PICTURE, *exports, *FILMS, VIEWER) if name not in installs]
     results = _tried(names)
-    for name in (LANGUAGE, PICTURE):
-        yield _finding(name, results)
-    yield from _variant_checks(variants)
-    for name in (*exports, *FILMS, VIEWER):
-        if name in installs:
-            remedy = "" if in_pipx() else f"pip install {installs[name]}"  # with pipx, see the remedies of the extras
-            yield Check("works", name, CheckState.MISSING, "not installed", remedy)
-        else:
-            yield _finding(name, results)
+    for name in (LANGUAGE, PICTURE, *exports, *FILMS, VIEWER):
+        yield _not_installed(name, installs[name]) if name in installs else _finding(name, results)
+        if name == PICTURE:
+            yield from _variant_checks(variants)
+
+
+def _not_installed(name: str, package: str) -> Check:
+    remedy = "" if in_pipx() else f"pip install {package}"  # with pipx, see the remedies of the extras
+    return Check("works", name, CheckState.MISSING, "not installed", remedy)
+
+
+def is_present(module: str) -> bool:
+    """Return whether this installation has a module of the package, such as ``backends.viewer``."""
+    from importlib.util import find_spec
+
+    return find_spec(f"scenelang.{module}") is not None
+
+
+def _variant_trials() -> dict[str, subprocess.Popen[str] | None]:
+    """Start a process for each variant of Mitsuba that renders a trial image."""
+    from scenelang.backends.pictures.mitsuba import NAMES, trial_command
+
+    return {name: _start(trial_command(name)) for name in NAMES if name != "cuda" or _NVIDIA.exists()}
 
 
 def _has(package: str) -> bool:
@@ -283,7 +297,7 @@ def _tried(names: Sequence[str]) -> Mapping[str, tuple[bool | None, str]]:
     left = list(names)
     while left:
         current = ""
-        lines = _Lines([sys.executable, "-P", "-m", "scenelang.console.doctor", *left])
+        lines = _Lines([sys.executable, "-P", "-m", "scenelang.doctor.doctor", *left])
         with lines as told:
             for line in told:
                 current = str(line["name"])
@@ -345,7 +359,7 @@ def _finding(name: str, results: Mapping[str, tuple[bool | None, str]]) -> Check
 
 
 def _variant_checks(variants: Mapping[str, subprocess.Popen[str] | None]) -> Iterator[Check]:
-    for name in NAMES:
+    for name in ("scalar", "llvm", "cuda") if variants else ():
         if name not in variants:
             yield Check("works", f"mitsuba {name}", CheckState.NOTE, "no NVIDIA driver")
             continue
@@ -483,6 +497,10 @@ def _gpu() -> Check:
 
 def service_checks() -> Iterator[Check]:
     """Report the address of each provider, and whether an API key is configured."""
+    if not is_present("backends.language_models"):
+        return
+    from scenelang.backends.language_models.provider import PROVIDERS, account_of
+
     for family in PROVIDERS.all():
         try:
             found = account_of(family)

@@ -1,0 +1,132 @@
+"""Trials of edits: the engine of the searches that edit a program, evaluate it, and keep what helps.
+
+``alternatives`` tries fixes of errors, ``repairing`` edits that resolve findings about a scene, ``instance_edits``
+edits of the forms that make chosen instances. A search proposes candidates; ``Trials`` evaluates their texts and counts
+the work; the search judges each result.
+
+The budget is counted work, not time: a deadline would make the result depend on the machine and its load. Counted work
+gives the same result everywhere, and tells about how long a search takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from typing import TYPE_CHECKING, Protocol, TypeVar
+
+from scenelang.grammar.datum import Source, TextEdit, with_edits
+from scenelang.grammar.diagnostics import Edit
+
+if TYPE_CHECKING:
+    from scenelang.session.session import Evaluated
+
+# Microseconds on one core of the test machine, measured over the examples and the rooms of `benchmarks`: a check takes
+# 2 to 5 for each character of the program; the evaluator 1 to 2 for each step. The geometry checks take 30 to 290 ms
+# for rooms of 20 to 90 primitives, and 80 to 800 microseconds for each primitive of the larger examples.
+_CHARACTER = 4
+_STEP = 2
+_BOX = 2  # the corners of one primitive
+_EXAMINATION = 50_000
+_EXAMINED = 300  # one primitive
+_UNIT = 1_000_000
+
+
+class Candidate(Protocol):
+    """What may be tried: edits of a text that do not overlap."""
+
+    @property
+    def edits(self) -> tuple[Edit, ...]: ...
+
+
+class Priced(Candidate, Protocol):
+    """A candidate with the cost that its search expects."""
+
+    @property
+    def cost(self) -> float: ...
+
+
+AnyCandidate = TypeVar("AnyCandidate", bound=Candidate)
+AnyPriced = TypeVar("AnyPriced", bound=Priced)
+Result = TypeVar("Result")
+
+
+class Trials:
+    """Evaluates edited versions of a program while there is budget left.
+
+    Parameters
+    ----------
+    name : str
+        Name of the program in diagnostics.
+    evaluate : callable
+        ``Session.evaluate``, or ``Editing.evaluate``, which evaluates of each version only what differs.
+    effort : float
+        Budget; one unit takes about a second on one core.
+    most : int, optional
+        Maximum number of evaluations.
+
+    Examples
+    --------
+    >>> trials = Trials("a.scene", print, effort=0.1)
+    >>> trials.spend_examination(200)
+    >>> trials.can_go_on
+    False
+    """
+
+    def __init__(
+        self, name: str, evaluate: Callable[[Source], Evaluated], effort: float, most: int | None = None
+    ) -> None:
+        self._name, self._evaluate = name, evaluate
+        self._microseconds = effort * _UNIT
+        self._evaluations_left = most
+
+    @property
+    def can_go_on(self) -> bool:
+        return self._microseconds > 0 and self._evaluations_left != 0
+
+    def evaluate(self, text: str) -> Evaluated:
+        """Evaluate a version of the program, and count the work."""
+        result = self._evaluate(Source(self._name, text))
+        self._microseconds -= _CHARACTER * len(text) + _STEP * result.steps
+        if self._evaluations_left:
+            self._evaluations_left -= 1
+        return result
+
+    def spend_boxes(self, primitives: int) -> None:
+        """Count the boxes of some primitives."""
+        self._microseconds -= _BOX * primitives
+
+    def spend_examination(self, primitives: int) -> None:
+        """Count the geometry checks and the declarations of a scene."""
+        self._microseconds -= _EXAMINATION + _EXAMINED * primitives
+
+    def first(
+        self, candidates: Iterable[AnyCandidate], judge: Callable[[AnyCandidate], Result | None]
+    ) -> Result | None:
+        """Return the first result of ``judge`` that is not None; None if no candidate has one, or the budget is
+        spent."""
+        for candidate in candidates:
+            if not self.can_go_on:
+                return None
+            result = judge(candidate)
+            if result is not None:
+                return result
+        return None
+
+
+def edited(text: str, edits: Iterable[Edit]) -> str:
+    """Return a text after edits that do not overlap, whose spans are those of the text before all of them."""
+    return with_edits(text, [TextEdit(edit.span.start, edit.span.end, edit.text) for edit in edits])
+
+
+def cheapest(
+    candidates: Iterable[AnyPriced], key: Callable[[AnyPriced], Hashable], tried: set[Hashable], most: int
+) -> Iterator[AnyPriced]:
+    """Yield up to ``most`` candidates, the cheapest first, without those whose key is in ``tried``, which grows."""
+    count = 0
+    for candidate in sorted(candidates, key=lambda candidate: candidate.cost):
+        if key(candidate) in tried:
+            continue
+        if count == most:
+            return
+        tried.add(key(candidate))
+        count += 1
+        yield candidate
