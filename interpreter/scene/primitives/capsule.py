@@ -41,10 +41,9 @@ class CapsuleForm(CanonicalForm):
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
         r = np.asarray(ratios[0])
-        point = forms.unit(directions) * r[..., None]
-        point[:, 1] += np.sign(directions[:, 1]) * (1.0 - r)
-        found: FloatArray = point
-        return found
+        points: FloatArray = forms.unit(directions) * r[..., None]
+        points[:, 1] += np.sign(directions[:, 1]) * (1.0 - r)
+        return points
 
     def contains(self, u: FloatArray, v: FloatArray, w: FloatArray, ratios: Ratios) -> BoolArray:
         r = ratios[0]
@@ -74,6 +73,7 @@ class CapsuleForm(CanonicalForm):
         ball = forms.sphere_chart(size * r)
 
         def hemispheres(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+            """Sample a sphere, and pull its halves apart by the straight part."""
             places, normals = ball.place(u, v)
             places[:, 1] += np.where(normals[:, 1] < 0.0, -straight, straight)
             return places, normals
@@ -133,6 +133,7 @@ class Capsule(Primitive):
         return min(start, end) - reach, max(start, end) + reach
 
     def placed(self) -> Placed | None:
+        # The canonical capsule reaches from y = -1 to 1 with its caps: the radius is added to the axis at both ends.
         if self.radius == 0.0:
             return None
         half = math.dist(self.p0, self.p1) / 2.0

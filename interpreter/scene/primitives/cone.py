@@ -40,6 +40,7 @@ class ConeForm(CanonicalForm):
         return [forms.between((enter, leave), forms.slab(o[1], d[1]))]
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
+        # A point belongs to the base if it is closer to its plane than to the side, whose normal rises by 1 : 2.
         normals = np.zeros_like(points)
         radius = np.hypot(points[:, 0], points[:, 2])
         base = np.abs(points[:, 1] + 1.0) < np.abs(0.5 - 0.5 * points[:, 1] - radius)
@@ -104,6 +105,7 @@ def _side_chart(radius: float, half: float) -> Chart:
     slant = math.hypot(radius, 2.0 * half)
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Map the unit square: the area from the apex grows with the square of the distance."""
         down = np.sqrt(u)
         normals = forms.on_circle(2.0 * half / slant + 0.0 * u, v, radius / slant + 0.0 * u)
         return forms.on_circle(radius * down, v, half - 2.0 * half * down), normals

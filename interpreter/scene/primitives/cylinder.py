@@ -15,17 +15,17 @@ from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Chart, M
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.forms import BoolArray, FloatArray, Interval
 
-_SIDES = 48  # sides of the polygon that approximates a round face when overlaps of faces are measured
+_ROUND_FACE_SIDES = 48  # of the polygon that approximates a round face when overlaps of faces are measured
 
 
 def disk_outline(y: float) -> FloatArray:
-    """Return the unit disk at height ``y`` as half axes and centre (3, 3)."""
+    """Return the unit disk at height ``y`` as half axes and center (3, 3)."""
     return np.array([[1.0, 0.0, 0.0], [0.0, 0.0, y], [0.0, 1.0, 0.0]])
 
 
 def round_face(side: float) -> FloatArray:
     """Return the corners (K, 3) of a polygon that approximates the unit disk at height ``side``."""
-    angle = np.linspace(0.0, 2.0 * np.pi, _SIDES, endpoint=False)
+    angle = np.linspace(0.0, 2.0 * np.pi, _ROUND_FACE_SIDES, endpoint=False)
     return np.stack([np.cos(angle), np.full(len(angle), side), np.sin(angle)], axis=1)
 
 
@@ -97,8 +97,8 @@ def disk_interval(
 ) -> tuple[float, float]:
     """Return the interval of the convex hull of two parallel disks along ``direction``.
 
-    The disks have the centres ``p0`` and ``p1`` and the radii ``r0`` and ``r1``, and are perpendicular to the line
-    between the centres.
+    The disks have the centers ``p0`` and ``p1`` and the radii ``r0`` and ``r1``, and are perpendicular to the line
+    between the centers.
     """
     a, b, c = direction
     (x0, y0, z0), (x1, y1, z1) = p0, p1
