@@ -114,13 +114,8 @@ def _brief(value: Any) -> str:
     if type(value) is float:
         return f"{value:.4g}"
     if type(value) is Vector:
-        return (
-            "["
         shown = " ".join(f"{x:.4g}" for x in value[:_MAX_SHOWN_NUMBERS])
         return f"[{shown}{' ...' if len(value) > _MAX_SHOWN_NUMBERS else ''}]"
-            + (" ..." if len(value) > _MAX_SHOWN_NUMBERS else "")
-            + "]"
-        )
     return show(value, 40)
 
 
