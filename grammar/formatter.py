@@ -3,6 +3,13 @@
 The text is parsed into a concrete syntax tree (``concrete``) and laid out (``layout``). Because some line breaks of the
 author are preserved, this is repeated until the text no longer changes, which makes formatting idempotent. Finally,
 tokens and comments are compared with the original; a difference is a bug in the formatter, and nothing is returned.
+
+Line breaks that carry structure are preserved: a body or a clause's body on its own line, each member of a union, a
+pose under its shape, bindings under each other, rows of a table or matrix, a keyword pair per line, and a function as
+the last operand (``layout_styles.stays_broken`` and ``has_rows``). Everything else is joined and wrapped. One program
+written on one line and on several lines can therefore be formatted differently. Several empty lines become one; those
+after an opening bracket, a head or a keyword are removed; one is inserted between multi-line top-level forms, except
+between definitions of values.
 """
 
 from __future__ import annotations

@@ -201,6 +201,7 @@ def _operands(rt: Runtime, name: str, arrays: tuple[Any, ...]) -> list[Numpy]:
                  ("(list (stack-arrays [1 2] [3 4]) (stack-arrays (list [1 2] [3 4]) :axis 1))",
                   "([[1 2] [3 4]] [[1 3] [2 4]])"))  # fmt: skip
 def stack(rt: Runtime, *arrays: Any, axis: int = 0) -> Any:
+    # `stack` itself is a combinator, which places objects on top of each other; given a list of arrays, it calls this.
     return _join(rt, "stack-arrays", np.stack, _operands(rt, "stack-arrays", arrays), axis)
 
 

@@ -222,7 +222,8 @@ def not_an_embedding(word: str, value: Any) -> SceneError:
 def with_attributes(runtime: Runtime, z: Embedding, attributes: Mapping[str, Any]) -> Embedding:
     """Return ``z`` with ``attributes`` merged in, overriding its own.
 
-    Tables are copied, so later mutation has no effect.
+    Tables are copied, so that later mutation has no effect. Mutable lists and arrays are not, so a call that receives
+    one is not shared.
     """
     copied = {name: copy_table(runtime, value) if type(value) is Table else value for name, value in attributes.items()}
     if len(z.attributes) + len(copied) > _MAX_FREE_ATTRIBUTES:

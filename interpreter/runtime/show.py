@@ -212,7 +212,10 @@ def _embedding_parts(item: Embedding) -> Iterator[Any]:
 
 
 def _leaf(item: Any, budget: int) -> str:
-    """Return the text of a value that is printed in one piece; one that cannot be read back is in ``<...>``."""
+    """Return the text of a value that is printed in one piece.
+
+    Values that cannot be read back are in angle brackets, such as ``<procedure name>`` and ``<error code>``.
+    """
     kind = type(item)
     if kind is str:
         return string_text(_cut(item, budget))

@@ -24,7 +24,7 @@ class SolidShape(Primitive):
 
     word = "solid"
     doc = "a computed solid"
-    is_solid = False  # its expression, which is not an attribute, determines it
+    is_solid = False  # its expression determines it, which is not an attribute: attributes stay plain data
     symmetry = Symmetry(unknown=True)
 
     expression: Expression = Expression("union-solid")

@@ -81,7 +81,8 @@ def _caps(contours: Contours) -> IntArray:
 def swept(contours: Contours, path: FloatArray, twist: float, taper: FloatArray) -> Swept:
     """Sweep a profile without overlaps along a path (N, 3), its x and y along those of the rotation-minimizing frames.
 
-    Joints are mitered, so that the cross-section of every straight piece is the profile. A path that comes back to
+    Joints are mitered, so that the cross-section of every straight piece is the profile, and the volume is area times
+    length. A path that comes back to
     itself is swept in runs that do not. Where it bends more tightly than the profile allows, mitered pieces would fold;
     there, a convex profile is swept as convex pieces with beveled joints, and any other one is an error, because the
     surface would cross itself.

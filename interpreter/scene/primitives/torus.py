@@ -42,7 +42,8 @@ class TorusForm(CanonicalForm):
     """All points within 1 - R of the circle with radius R in the plane y = 0; the ratio is R.
 
     If the tube is thicker than the ring is wide there is no hole, and the surface is the part that is visible from
-    outside (a spindle torus without its inner part). The form is not convex; ``support`` is that of its convex hull.
+    outside (a spindle torus without its inner part). The form is not convex; ``support`` is that of its convex hull,
+    which the geometric lint, made for convex bodies, uses for a ring.
     """
 
     name = "torus"
