@@ -1,7 +1,7 @@
 """Paths to the instances of a scene, such as ``chair/leg[2]``: words from the root down, the same everywhere.
 
 A step is a word: it selects the outermost instances of that word below those of the step before; the first step may
-select the root as well. ``leg[2]`` is the third of them in the order of the tree (numbers start at 0, as those of frames
+select the root as well. ``leg[2]`` is the third of them in the order of the tree (numbers start at 0, as for frames
 and lists), ``<z3>`` the instance with a handle, and ``*`` every direct part. Intermediate words may be left out, so a
 word alone is a path. A backslash escapes a character.
 
