@@ -73,6 +73,7 @@ def dataclass(
     """
 
     def decorate(kind: type[T]) -> type[T]:
+        """Add the shared methods, and a constructor that compiles itself when the first instance is created."""
         declared = _own_fields(kind)
         record_class = _with_slots(kind, declared) if slots else kind
         by_name = {entry.name: entry for entry in getattr(kind, "__record__", ())} | {

@@ -704,6 +704,7 @@ class _Builder:
         self.problems: list[Diagnostic] = []
 
     def atom(self, place: Place) -> Atom:
+        """Return an atom; its value is computed once for each spelling."""
         start, end = place
         text = self._text[start:end]
         span = Span(self._source, start, end)
@@ -717,6 +718,7 @@ class _Builder:
             return self._malformed(error, span)
 
     def string(self, place: Place) -> Atom:
+        """Return a string literal without its quotes and escapes."""
         start, end = place
         span = Span(self._source, start, end)
         try:
@@ -735,6 +737,7 @@ class _Builder:
         return ListDatum(_without_skipped(rest[:-1]), None, Span(self._source, opener[0], rest[-1][1]))
 
     def dotted_list(self, opener: Place, *rest: Any) -> ListDatum:
+        """Return an improper list; ``(a . (b))`` reads as ``(a b)``."""
         dot = next(i for i, item in enumerate(rest) if type(item) is tuple)  # a place; the other items are datums
         before, after = _without_skipped(rest[:dot]), _without_skipped(rest[dot + 1 : -1])
         span = Span(self._source, opener[0], rest[-1][1])

@@ -171,7 +171,7 @@ def reshape(rt: Runtime, array: Any, shape: Any) -> Any:
     sides = [shape] if type(shape) is int else [int(side) for side in to_numpy(rt, shape, "reshape").ravel().tolist()]
     if len(sides) > _MAX_DIMENSIONS:
         raise SceneError("value", f"`reshape` supports at most {_MAX_DIMENSIONS} dimensions, got {len(sides)}")
-    known_size = math.prod(side for side in sides if side != -1)
+    known_size = math.prod(side for side in sides if side != -1)  # a single -1 is inferred, as by numpy
     if sides.count(-1) == 1 and known_size and data.size % known_size == 0:
         sides[sides.index(-1)] = data.size // known_size
     check_shape(rt, [max(side, 0) for side in sides], "reshape")

@@ -81,7 +81,7 @@ def rotate(rt: Runtime, angle: Any, axis: Vector, point: Any = _ORIGIN) -> Matri
 def scale(rt: Runtime, factors: Any, origin: Any = _ORIGIN) -> Matrix:
     if origin is not _ORIGIN:
         _point("scale", "`origin`", origin)
-    if type(factors) in (int, float):
+    if type(factors) in (int, float):  # one factor for all axes
         return _finite("scale", lambda: pose.scaling(factors, factors, factors, origin))
     numbers = numbers_of(factors, rt)
     if numbers is None:
@@ -295,7 +295,7 @@ def embedding(rt: Runtime, *arguments: Any) -> Embedding:
         elif type(argument) is Embedding:
             handle, text = argument.handle or handle, argument.text or text
             rt.charge((len(argument.attributes) + len(attributes)) >> 4)
-            attributes = {**argument.attributes, **attributes}
+            attributes = {**argument.attributes, **attributes}  # those written here override an embedding's
         else:
             hint = "write attributes as `(embedding :name value)`"
             message = f"`embedding` expects a handle, a text or attributes, got {type_name(argument)}"

@@ -122,7 +122,7 @@ def set_ref(rt: Runtime, collection: Any, key: Any, *more: Any) -> None:
         hint = "write `(set-ref! xs index value)`"
         raise SceneError("arity", "`set-ref!` expects a value after the index", hint=hint)
     value = more[-1]
-    if type(collection) is MutableArray:
+    if type(collection) is MutableArray:  # one index for each axis
         set_array(rt, collection, (key, *more[:-1]), value)
         return
     for next_key in more[:-1]:
@@ -237,7 +237,7 @@ def extend(rt: Runtime, xs: Any, more: Any) -> None:
         if type(more) is not Table:
             raise wrong_type("extend!", "a table to add to a table", more)
         rt.read(more)
-        added = list(more.entries.values())
+        added = list(more.entries.values())  # a copy, because a table may be extended by itself
         entries = _writable_table(rt, "extend!", xs)
         rt.charge(len(added))
         for key, value in added:
@@ -288,7 +288,7 @@ def remove(rt: Runtime, xs: Any, value: Any) -> None:
     if type(xs) is Table:
         raise wrong_type("remove!", "a mutable list or a set", xs, "`remove-key!` removes an entry of a table")
     members = _writable_list(rt, "remove!", xs)
-    index = position_of(rt, xs, value, "remove!")
+    index = position_of(rt, xs, value, "remove!")  # equality by value, as in `contains?`
     if index is None:
         raise SceneError("value", f"the list does not contain {show(value, 60)}")
     rt.charge(len(members) >> 4)

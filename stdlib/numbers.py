@@ -900,7 +900,7 @@ def string_to_number(rt: Runtime, text: str, radix: int = 10) -> Any:
             return int(text, radix) if valid else False
         except ValueError:
             return False
-    if not _DECIMAL.match(text):
+    if not _DECIMAL.match(text):  # Python's `float` also accepts "nan", underscores and other digits
         return False
     try:
         return int(text)

@@ -96,7 +96,7 @@ def bezier(rt: Runtime, points: Any, segments: int = 32, chained: bool = False) 
         raise SceneError(
             "value", f"`bezier` expects at most {_MAX_DEGREE + 1} control points, got {len(control)}", hint
         )
-    rt.charge(1 + (len(control) ** 2 * steps >> 8))
+    rt.charge(1 + (len(control) ** 2 * steps >> 8))  # de Casteljau's algorithm is quadratic in the degree
     return from_numpy(curves.bezier(control, np.arange(steps + 1) / steps))
 
 
@@ -204,7 +204,7 @@ def _frames(rt: Runtime, name: str, value: Any) -> curves.PathFrames:
 def frame_at(rt: Runtime, path: Any, t: Any, upright: bool = False) -> Any:
     shares, is_one = _shares(rt, "frame-at", t)
     frames, matrices = _frames(rt, "frame-at", path), []
-    for start in range(0, len(shares), _BLOCK_POSES):
+    for start in range(0, len(shares), _BLOCK_POSES):  # so that the limits are checked in between
         block = shares[start : start + _BLOCK_POSES]
         rt.charge(1 + (len(block) >> 1))
         points, axes = frames.posed_at(block)

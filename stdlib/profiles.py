@@ -44,52 +44,52 @@ def segment_count(name: str, value: int, least: int = 3) -> int:
     return value
 
 
-def positive(name: str, what: str, value: Any) -> float:
-    """Return a number above 0; ``what`` names the argument in the error for others."""
+def positive(name: str, role: str, value: Any) -> float:
+    """Return a number above 0; ``role`` names the argument in the error for others."""
     if value >= _MAX_LENGTH:
-        raise _too_large(name, what, value)
+        raise _too_large(name, role, value)
     if not value > 0.0:
-        raise SceneError("value", f"`{name}` expects a positive number for {what}, got {show(value, 40)}")
+        raise SceneError("value", f"`{name}` expects a positive number for {role}, got {show(value, 40)}")
     return float(value)
 
 
-def finite(name: str, what: str, value: Any) -> float:
-    """Return a number that is neither infinite nor nan; ``what`` names the argument in the error for others."""
+def finite(name: str, role: str, value: Any) -> float:
+    """Return a number that is neither infinite nor nan; ``role`` names the argument in the error for others."""
     if math.isfinite(value) and abs(value) >= _MAX_LENGTH:
-        raise _too_large(name, what, value)
+        raise _too_large(name, role, value)
     if not -_MAX_LENGTH < value < _MAX_LENGTH:
-        raise SceneError("value", f"`{name}` expects a finite number for {what}, got {show(value, 40)}")
+        raise SceneError("value", f"`{name}` expects a finite number for {role}, got {show(value, 40)}")
     return float(value)
 
 
-def _too_large(name: str, what: str, value: Any) -> SceneError:
-    """Return the error for a length that is too large; ``what`` names the argument."""
-    return SceneError("value", f"`{name}` expects a number below {_MAX_LENGTH:,.0f} for {what}, got {show(value, 40)}")
+def _too_large(name: str, role: str, value: Any) -> SceneError:
+    """Return the error for a length that is too large; ``role`` names the argument."""
+    return SceneError("value", f"`{name}` expects a number below {_MAX_LENGTH:,.0f} for {role}, got {show(value, 40)}")
 
 
-def one_or_two(rt: Runtime, name: str, what: str, value: Any) -> tuple[float, float]:
-    """Return one number or two as two."""
+def one_or_two(rt: Runtime, name: str, role: str, value: Any) -> tuple[float, float]:
+    """Return one number or two as two; ``role`` names the argument in errors."""
     if type(value) in (int, float):
-        return finite(name, what, value), float(value)
+        return finite(name, role, value), float(value)
     numbers = to_numpy(rt, value, name)
     if numbers.shape != (2,):
-        raise SceneError("value", f"`{name}` expects a number or two for {what}, got {show(value, 40)}")
-    return finite(name, what, float(numbers[0])), finite(name, what, float(numbers[1]))
+        raise SceneError("value", f"`{name}` expects a number or two for {role}, got {show(value, 40)}")
+    return finite(name, role, float(numbers[0])), finite(name, role, float(numbers[1]))
 
 
-def choice(name: str, what: str, value: Any, choices: dict[str, Any]) -> Any:
+def choice(name: str, role: str, value: Any, choices: dict[str, Any]) -> Any:
     """Return the value that a keyword stands for; raises SceneError("value") for one that is not in ``choices``."""
     if type(value) is not Keyword or str(value) not in choices:
         expected = ", ".join(f"`:{keyword}`" for keyword in choices)
-        raise SceneError("value", f"`{name}` expects {expected} for {what}, got {show(value, 40)}")
+        raise SceneError("value", f"`{name}` expects {expected} for {role}, got {show(value, 40)}")
     return choices[str(value)]
 
 
-def points_of(rt: Runtime, name: str, value: Any, what: str, widths: Sequence[int], least: int) -> Numpy:
-    """Return an array (N, D) of at least ``least`` finite points, D one of ``widths``; ``what`` is for messages."""
+def points_of(rt: Runtime, name: str, value: Any, expected: str, widths: Sequence[int], least: int) -> Numpy:
+    """Return an array (N, D) of at least ``least`` finite points, D one of ``widths``; ``expected`` is for messages."""
     points = np.asarray(to_numpy(rt, value, name), np.float64)
     if points.ndim != 2 or points.shape[1] not in widths or len(points) < least:
-        raise SceneError("value", f"`{name}` expects {what}, got {show(value, 60)}")
+        raise SceneError("value", f"`{name}` expects {expected}, got {show(value, 60)}")
     if len(points) > MAX_POINTS:
         raise SceneError("value", f"`{name}` expects at most {MAX_POINTS:,} points, got {len(points):,}")
     if not (np.abs(points) < _MAX_LENGTH).all():
@@ -162,8 +162,8 @@ def _contours_in(rt: Runtime, name: str, value: Any) -> list[Any] | None:
 
 def _contour(rt: Runtime, name: str, value: Any) -> Numpy:
     """Return one contour (K, 2)."""
-    what = "a profile: at least three points [x y], or a list of such contours"
-    return points_of(rt, name, value, what, (2,), 3)
+    expected = "a profile: at least three points [x y], or a list of such contours"
+    return points_of(rt, name, value, expected, (2,), 3)
 
 
 def profile_value(rt: Runtime, contours: Contours) -> Any:
@@ -263,11 +263,11 @@ def arc(rt: Runtime, radius: Any, start: Any, end: Any, segments: int | None = N
     picture='(extrude (spline [[0 0] [2 -.5] [3 1] [1.5 .8] [.5 2]]) .5 :color (color "gold"))',
 )  # fmt: skip
 def spline(rt: Runtime, points: Any, segments: int = 16) -> Any:
-    what = "at least three different points [x y]"
-    corners = curves.without_repeats(points_of(rt, "spline", points, what, (2,), 3))
+    expected = "at least three different points [x y]"
+    corners = curves.without_repeats(points_of(rt, "spline", points, expected, (2,), 3))
     corners = corners[:-1] if curves.is_closed(corners) else corners
     if len(corners) < 3:
-        raise SceneError("value", f"`spline` expects {what}, got {show(points, 60)}")
+        raise SceneError("value", f"`spline` expects {expected}, got {show(points, 60)}")
     steps = segment_count("spline", segments, 1)
     rt.meter.check_size(2 * steps * len(corners), "an array")
     curve = curves.catmull_rom(corners, True, steps)[:-1]

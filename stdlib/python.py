@@ -597,7 +597,7 @@ def plus(rt: Runtime, a: Any, b: Any) -> Any:
         return a + b
     if is_array(a) or is_array(b):
         return numbers.add(rt, _as_array(rt, a), _as_array(rt, b))
-    if _is_part(a) or _is_part(b):
+    if _is_part(a) or _is_part(b):  # shapes are lists in the reference implementation
         return make_list([*parts.parts_of(rt, a), *parts.parts_of(rt, b)])
     if type(a) in _LISTS and type(b) in _LISTS:
         return _concatenate(rt, a, b)
@@ -694,7 +694,7 @@ def is_in(rt: Runtime, x: Any, xs: Any) -> bool:
         _check_hashable(rt, x)
         rt.read(xs)
         return not is_missing(find_entry(rt, xs, x))
-    if type(x) in (int, float, bool) and len(shape_of(xs)) > 1:
+    if type(x) in (int, float, bool) and len(shape_of(xs)) > 1:  # numpy looks through all axes
         return python_member(rt, x, flat_items(rt, xs))
     return python_member(rt, x, _members(rt, xs, "py-in"))
 

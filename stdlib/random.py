@@ -258,6 +258,7 @@ def choice(rt: Runtime, xs: Any, *, size: Any = None, replace: bool = True, p: A
     if probabilities is not None or not replace:
         rt.meter.check_size(len(pool), "an array")
         rt.charge(len(pool) >> 3)
+    # Indices are drawn rather than items, so that the draws are numpy's whatever the items are.
     source = numpy_source(rt, "choice", stream)
     sample = _sample("choice", lambda: source.choice(len(pool), shape, replace, probabilities))
     if type(sample) is int:
@@ -378,6 +379,7 @@ def py_choices(rt: Runtime, xs: Any, *, weights: Any = None, k: int = 1, stream:
         total = cumulative[-1] if cumulative else 0.0
         if len(cumulative) != len(members) or not math.isfinite(total) or total <= 0:
             raise SceneError("value", "`py-choices` expects a weight for every item, with a sum above 0")
+    # Python draws one number for each item, so blocks give the same draws as a single call.
     source = _python_source(rt, "py-choices", stream)
     chosen: list[Any] = []
     for start in range(0, k, _BLOCK_DRAWS):

@@ -214,7 +214,7 @@ def flatten(rt: Runtime, xs: Any) -> Any:
         rt.charge(data.size >> 5)
         return from_numpy(data.ravel())
     out: list[Any] = []
-    stack: list[Any] = items(rt, xs, "flatten")[::-1]
+    stack: list[Any] = items(rt, xs, "flatten")[::-1]  # iterative, because lists may be nested to any depth
     while stack:
         item = stack.pop()
         rt.charge(1)
@@ -289,7 +289,7 @@ def index_of(rt: Runtime, xs: Any, x: Any) -> Any:
                  ("(list (count '(1 2 1) 1) (count odd? '(1 2 3)))", "(2 2)"))  # fmt: skip
 def count(rt: Runtime, xs: Any, x: Any) -> int:
     total = 0
-    if isinstance(xs, Procedure):
+    if isinstance(xs, Procedure):  # `(count f xs)`
         for item in iterate(rt, x, "count"):
             result = rt.call1(xs, item)
             total += result is not False and result is not None
@@ -356,7 +356,7 @@ def vector_to_list(rt: Runtime, vector: Any) -> Any:
                  "a mutable list.",
                  ("(let ((xs (mutable '(1 2)))) (push! xs 3) xs)", "(mutable-list 1 2 3)"))  # fmt: skip
 def mutable(rt: Runtime, xs: Any) -> Any:
-    if isinstance(xs, (Vector, Matrix, Array, MutableArray)):
+    if isinstance(xs, (Vector, Matrix, Array, MutableArray)):  # an array stays an array, so that arithmetic works on it
         return MutableArray(to_numpy(rt, xs).copy(), rt.clock)
     if isinstance(xs, Mutable):
         rt.read(xs)
@@ -523,7 +523,7 @@ def ref(rt: Runtime, collection: Any, key: Any, *more: Any) -> Any:
     kind = type(collection)
     if is_array(collection):
         return array_ref(rt, collection, (key, *more))
-    if kind is Table or kind is Embedding:
+    if kind is Table or kind is Embedding:  # the third argument is a default, not a further index
         if len(more) > 1:
             message = f"`ref` of a table or an embedding expects at most 3 arguments, got {2 + len(more)}"
             raise SceneError("arity", message)

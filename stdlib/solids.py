@@ -583,7 +583,7 @@ def surface_poses(rt: Runtime, x: Any, count: int, stream: Any = None) -> Any:
         raise SceneError("value", f"`surface-poses` expects 0 to {_MAX_PLACES:,} places, got {count:,}")
     from scenelang.interpreter.scene.modelling.computing import leaf_mesh
 
-    surfaces = []
+    surfaces = []  # corners (F, 3, 3) of all primitives, so that one sample is uniform over all of them
     for part in parts.primitives_of(rt, x):
         if part.car.shape.has_geometry:
             matrix = np.array(part.cdr, np.float64).reshape(1, 3, 4)
@@ -598,7 +598,7 @@ def surface_poses(rt: Runtime, x: Any, count: int, stream: Any = None) -> Any:
 
 
 def _standing(point: Sequence[float], normal: Sequence[float]) -> Matrix:
-    """Return the pose at a point with +y along a unit normal and +z as far towards +z as possible."""
+    """Return the pose at a point with +y along a unit normal and +z as close to the +z of the scene as possible."""
     y = np.array(normal)
     z = np.array([0.0, 0.0, 1.0]) if abs(y[2]) < 0.999 else np.array([0.0, -1.0, 0.0])
     x = np.cross(y, z)

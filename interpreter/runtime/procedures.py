@@ -172,8 +172,8 @@ class EscapeSignal(Exception):
         self.value = value
 
 
-def arity_error(code: ClosureCode, given: int) -> SceneError:
-    """Return the error for a call of a function with ``given`` positional arguments."""
+def arity_error(code: ClosureCode, count: int) -> SceneError:
+    """Return the error for a call of a function with ``count`` positional arguments."""
     required, positional = code.required, code.positional
     if code.rest is not None:
         expected = f"at least {required}"
@@ -182,7 +182,7 @@ def arity_error(code: ClosureCode, given: int) -> SceneError:
     else:
         expected = f"{required} to {positional}"
     plural = "" if expected.split()[-1] == "1" else "s"
-    message = f"`{code.name}` expects {expected} argument{plural}, got {given}"
+    message = f"`{code.name}` expects {expected} argument{plural}, got {count}"
     return SceneError("arity", message, hint=f"parameters: {code.usage}")
 
 
@@ -316,8 +316,8 @@ def _checked(runtime: Runtime, code: ClosureCode, parameter: CodeParameter, valu
 # Calls of builtins and record procedures with evaluated arguments: checks of arity, keywords and types.
 
 
-def builtin_arity_error(builtin: Builtin, given: int) -> SceneError:
-    """Return the error for a call of a builtin with ``given`` positional arguments."""
+def builtin_arity_error(builtin: Builtin, count: int) -> SceneError:
+    """Return the error for a call of a builtin with ``count`` positional arguments."""
     signature = builtin.signature
     required = len(signature.required)
     maximum = required + len(signature.optional)
@@ -326,7 +326,7 @@ def builtin_arity_error(builtin: Builtin, given: int) -> SceneError:
     else:
         expected = str(required) if required == maximum else f"{required} to {maximum}"
     plural = "" if expected.split()[-1] == "1" else "s"
-    message = f"`{builtin.name}` expects {expected} argument{plural}, got {given}"
+    message = f"`{builtin.name}` expects {expected} argument{plural}, got {count}"
     return SceneError("arity", message, hint=f"signature: {builtin.usage}")
 
 

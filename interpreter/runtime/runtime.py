@@ -266,7 +266,7 @@ class Runtime:
         self.site: Span | None = None  # location of the last call of a builtin with keywords
         self.version = 0  # version of the program, counted by ``restart``
         self.output = 0  # printed lines, warnings, and primitives that cannot outlive a version
-        self.made: list[Entity] = []  # primitives of this version
+        self.live_primitives: list[Entity] = []  # of this version and those kept from earlier ones
         self.trace: list[Any] | None = None  # see ``MemoEntry``; None in a run of a single version
         self._unkept: dict[int, Any] = {}  # keys of those primitives, by the identity of the entity
         self._memoise = memoise
@@ -311,8 +311,8 @@ class Runtime:
         for key in self._unkept.values():
             del self._primitives[key]
         self._unkept.clear()
-        self.made, self.trace = list(self._primitives.values()), []
-        for entity in self.made:
+        self.live_primitives, self.trace = list(self._primitives.values()), []
+        for entity in self.live_primitives:
             entity.call_sites = ()
 
     def forget_output(self) -> None:
@@ -735,7 +735,7 @@ class Runtime:
             self.warn("no-extent", f'the primitive "{word}" has zero extent along some axis', span)
         entity = Entity(word, z, (), shape, tainted, () if span is None else (span,))
         if self.trace is not None:
-            self.made.append(entity)
+            self.live_primitives.append(entity)
         return entity
 
     def solid(self, word: str, z: Embedding, expression: Expression) -> Entity:
@@ -750,7 +750,7 @@ class Runtime:
             if key is not False:
                 self._primitives[expression, key] = entity
             if self.trace is not None:
-                self.made.append(entity)
+                self.live_primitives.append(entity)
         elif expression.site is not None:
             _record_call_site(entity, expression.site)
         if self.trace is not None:

@@ -237,21 +237,24 @@ class Meter:
         if resident_bytes() + size > self._memory:
             raise memory_error(self.limits.memory)
 
-    def check_growth(self, size: int, what: str) -> None:
-        """Check that ``what``, which has grown to ``size`` items, does not exceed the size limit."""
+    def check_growth(self, size: int, noun: str) -> None:
+        """Check that a value of ``size`` items does not exceed the size limit; ``noun`` names it in the error."""
         if size > self.limits.size:
             raise LimitError(
                 "size",
-                f"{what} of {show_size(size)} items exceeds the limit of {self.limits.size:,}",
+                f"{noun} of {show_size(size)} items exceeds the limit of {self.limits.size:,}",
                 hint="raise the limit with --max-size",
             )
 
-    def check_size(self, size: int, what: str) -> None:
-        """Check that ``what`` (a list, a string, an array) may have ``size`` items, and charge for creating it."""
+    def check_size(self, size: int, noun: str) -> None:
+        """Check that a value may have ``size`` items, and charge for creating it.
+
+        ``noun`` is "a list", "a string", "an array" or another name for it; it decides how much memory an item takes.
+        """
         if size > self.limits.size:
-            self.check_growth(size, what)
+            self.check_growth(size, noun)
         if size >= _MIN_RESERVED_ITEMS:
-            self.reserve(size * _BYTES_PER_ITEM.get(what, _BYTES_PER_LIST_ITEM))
+            self.reserve(size * _BYTES_PER_ITEM.get(noun, _BYTES_PER_LIST_ITEM))
         if size >= 8:
             self.charge(size >> 3)
 

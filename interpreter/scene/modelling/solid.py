@@ -58,6 +58,7 @@ class SolidShape(Primitive):
         return 64
 
     def interval(self, a: float, b: float, c: float) -> tuple[float, float]:
+        # exact, since the vertices of the hull determine every extreme
         hull = self.computed.hull
         along = hull[:, 0] * a + hull[:, 1] * b + hull[:, 2] * c
         return float(along.min()), float(along.max())

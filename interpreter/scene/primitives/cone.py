@@ -26,6 +26,7 @@ class ConeForm(CanonicalForm):
     name = "cone"
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
+        # The quadratic of the double cone, cut to the slab between base and apex.
         # Radius of the cone at the height of o, and its derivative along the ray.
         radius, growth = 0.5 - 0.5 * o[1], -0.5 * d[1]
         a = d[0] * d[0] + d[2] * d[2] - growth * growth
@@ -50,6 +51,7 @@ class ConeForm(CanonicalForm):
         return normals
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
+        # a point of the rim of the base, or the apex if that is farther
         point = np.empty_like(directions)
         across = np.hypot(directions[:, 0], directions[:, 2])
         safe = np.where(across > 0.0, across, 1.0)

@@ -38,6 +38,7 @@ class CylinderForm(CanonicalForm):
         return [forms.between(forms.in_tube((o[0], o[2]), (d[0], d[2])), forms.slab(o[1], d[1]))]
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
+        # a point belongs to a cap if it is closer to its plane than to the side
         normals = np.zeros_like(points)
         cap = np.abs(points[:, 1]) > np.hypot(points[:, 0], points[:, 2])
         normals[:, 0], normals[:, 2] = np.where(cap, 0.0, points[:, 0]), np.where(cap, 0.0, points[:, 2])
@@ -45,6 +46,7 @@ class CylinderForm(CanonicalForm):
         return normals
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
+        # a point of the rim of a cap; along the axis, its center would do as well
         point = np.empty_like(directions)
         across = np.hypot(directions[:, 0], directions[:, 2])
         safe = np.where(across > 0.0, across, 1.0)

@@ -59,11 +59,13 @@ class RoundedForm(CanonicalForm):
         return [(enter, leave)]
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
+        # away from the nearest point of the inner box
         half = np.stack(np.broadcast_arrays(*ratios[:3]), axis=-1)
         normals: FloatArray = points - np.clip(points, -half, half)
         return normals
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
+        # of a Minkowski sum: the sum of the supports of box and ball
         half = np.stack(np.broadcast_arrays(*ratios[:3]), axis=-1)
         points: FloatArray = np.sign(directions) * half + forms.unit(directions) * np.asarray(ratios[3])[..., None]
         return points
@@ -225,6 +227,7 @@ class RoundedCube(Primitive):
         return -half, half
 
     def placed(self) -> Placed | None:
+        # scaled to a largest half side of 1; extreme roundings are a cube or a ball
         r, s = self.radius, max(self.size) / 2.0
         if r <= 1e-9 * s:  # invisible in single precision: sharp edges
             return placed_block(self.size)

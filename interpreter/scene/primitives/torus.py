@@ -69,11 +69,13 @@ class TorusForm(CanonicalForm):
         return [(enter[k], leave[k]) for k in range(2)]
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
+        # away from the nearest point of the ring
         across = np.hypot(points[:, 0], points[:, 2])
         share = 1.0 - ratios[0] / np.maximum(across, 1e-12)
         return np.stack([points[:, 0] * share, points[:, 1], points[:, 2] * share], axis=1)
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
+        # the farthest point of the ring, and from there that of the tube
         ring = np.asarray(ratios[0])
         point = forms.unit(directions) * (1.0 - ring)[..., None]
         flat = directions.copy()
@@ -111,6 +113,7 @@ class TorusForm(CanonicalForm):
         return np.maximum(6, np.ceil(segments * np.sqrt(1.0 - ring))).astype(np.int64)
 
     def charts(self, half: Sequence[float], ratios: Ratios) -> list[Chart]:
+        # The area grows unevenly around the tube, so u is mapped through a table of its cumulative sum.
         ring, size = float(ratios[0]), half[0]
         tube, end = 1.0 - ring, _max_tube_angle(ring)
         angles = np.linspace(-end, end, _TABLE_SIZE)
@@ -252,6 +255,7 @@ class Torus(Primitive):
         return -half, half
 
     def placed(self) -> Placed | None:
+        # scaled to an outer radius of 1; without a ring it is a ball
         if self.tube == 0.0:
             return None
         s = self.radius + self.tube
