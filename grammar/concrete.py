@@ -145,10 +145,21 @@ _CLOSE, _BLANK = Gap(), Gap(blank=True)
 
 
 def gap_of(text: str, start: int, end: int, comments: Sequence[Comment], *, note: bool, lead: bool) -> Gap:
-    """Classify the comments of the gap between the offsets ``start`` and ``end``.
+    """Classify the comments of the gap between two datums.
 
-    ``note`` allows end-of-line comments after the previous datum. ``lead`` allows comments on the line of the next
-    datum or, before a closing bracket, on the line of the previous one.
+    Parameters
+    ----------
+    text
+        Source text.
+    start, end
+        Offsets of the gap.
+    comments
+        Its comments, in order.
+    note
+        Whether the previous datum can have end-of-line comments.
+    lead
+        Whether the next datum can have comments before it on its line or, before a closing bracket, the previous datum
+        comments after it.
     """
     if not comments:
         return _BLANK if text.count("\n", start, end) > 1 else _CLOSE

@@ -284,9 +284,26 @@ def format_range(
     name: str = "<text>",
     width: int = WIDTH,
 ) -> str:
-    """Format only the top-level forms that overlap the lines ``first_line`` to ``last_line`` (from 1, inclusive).
+    """Format only the top-level forms that overlap a range of lines, with their comments.
 
-    Comments of the forms are included. Returns the whole text; raises the same errors as ``format_text``.
+    Parameters
+    ----------
+    text
+        Source text.
+    first_line, last_line
+        Range of lines, from 1 and inclusive.
+    indents, name, width
+        As for ``format_text``.
+
+    Returns
+    -------
+    str
+        The whole text.
+
+    Raises
+    ------
+    UnreadableError, FormatFault
+        As ``format_text`` does.
     """
     mark = _BYTE_ORDER_MARK if text.startswith(_BYTE_ORDER_MARK) else ""
     source = Source(name, text[len(mark) :])

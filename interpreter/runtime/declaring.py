@@ -32,6 +32,17 @@ _ONE_AXIS = frozenset({"moves"})  # relations whose `:along` is one axis
 def declared(name: str, operands: Sequence[Any], options: Mapping[str, Any], span: Span | None) -> Declaration:
     """Return a declaration from values of a program.
 
+    Parameters
+    ----------
+    name
+        Relation.
+    operands
+        Words, handles, numbers and colors.
+    options
+        Options by name; None and false ones are left out.
+    span
+        Where the program states it.
+
     Raises
     ------
     SceneError

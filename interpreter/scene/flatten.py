@@ -146,7 +146,21 @@ def graph_of(root: Entity, opaque: Set[int]) -> Graph:
 
 
 def compose_many(parents: Poses, parent: IntArray, children: Poses, child: IntArray) -> Poses:
-    """Return the products ``parents[:, parent] @ children[:, child]``, (12, N), in chunks that fit the cache."""
+    """Multiply N pairs of poses.
+
+    Parameters
+    ----------
+    parents, children : (12, P), (12, C)
+        Poses, one in a column.
+    parent, child : (N,)
+        Columns to multiply.
+
+    Returns
+    -------
+    array (12, N)
+        The products ``parents[:, parent] @ children[:, child]``, computed in chunks that fit the cache; infinite where
+        they overflow, which the caller reports.
+    """
     out = np.empty((12, len(parent)))
     with np.errstate(over="ignore", invalid="ignore"):  # the caller reports overflow
         _compose_chunks(parents, parent, children, child, out)

@@ -257,8 +257,16 @@ class KeyReader(Protocol):
 def equal(reader: KeyReader, a: Any, b: Any, typed: bool = True) -> bool:
     """Return whether two values are structurally equal.
 
-    If ``typed``, 1 and 1.0 differ (``equal?``); otherwise numbers are compared by value (``contains?``). Pairs of
-    objects are compared only once, so the comparison of shared and circular data terminates.
+    Pairs of objects are compared only once, so the comparison of shared and circular data terminates.
+
+    Parameters
+    ----------
+    reader
+        Callbacks for reads of mutable values and for work.
+    a, b
+        Values of the language.
+    typed
+        Whether 1 and 1.0 differ, as for ``equal?``; otherwise numbers are compared by value, as for ``contains?``.
     """
     stack = [(a, b)]
     compared: set[tuple[int, int]] = set()

@@ -43,7 +43,7 @@ _ON_AXIS = 1e-15  # sines and cosines that small are rounding errors of 0
 
 
 def on_circle(radius: float, angles: FloatArray) -> FloatArray:
-    """Return points (K, 2) at angles from the x axis towards the y axis; those on an axis are exactly on it."""
+    """Return points (K, 2) at angles from the x axis toward the y axis; those on an axis are exactly on it."""
     unit = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     return np.asarray(radius * np.where(np.abs(unit) < _ON_AXIS, 0.0, unit), np.float64)
 
@@ -78,7 +78,10 @@ def _distinct(points: FloatArray) -> FloatArray:
 
 
 def arc(radius: float, start: float, end: float, segments: int | None) -> FloatArray:
-    """Return the points of an arc with both of its ends, by default as fine as a full circle."""
+    """Return the points of an arc with both of its ends, by default as fine as a full circle.
+
+    ``start`` and ``end`` are angles in radians from the x axis toward the y axis.
+    """
     count = segments or max(1, math.ceil(abs(end - start) / math.tau * SEGMENTS))
     return on_circle(radius, np.linspace(start, end, count + 1))
 
@@ -129,7 +132,19 @@ def untouching(contours: Contours) -> list[Contours]:
 
 
 def combined(name: str, kind: str, profiles: Sequence[Contours], rule: str = NON_ZERO) -> Contours:
-    """Return a boolean of profiles, each filled by the rule; ``kind`` is an operation of Manifold."""
+    """Return a boolean of profiles.
+
+    Parameters
+    ----------
+    name
+        Builtin that is named in errors.
+    kind
+        Operation of Manifold: Add, Subtract or Intersect.
+    profiles
+        Operands; all others are subtracted from the first.
+    rule
+        Fill rule of each profile, ``NON_ZERO`` or ``EVEN_ODD``.
+    """
     import manifold3d
 
     check_crossings(name, [contour for profile in profiles for contour in profile])

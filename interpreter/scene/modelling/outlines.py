@@ -429,12 +429,25 @@ class TextStyle:
 
 
 def text_outline(face: Typeface, text: str, style: TextStyle, charge: Callable[[int], None]) -> Contours:
-    """Return the outlines of text, the baseline of its first line at y = 0.
+    """Return the outlines of text, with the baseline of its first line at y = 0.
+
+    Parameters
+    ----------
+    face
+        Font.
+    text
+        Text of one or several lines.
+    style
+        Size, alignment and spacing.
+    charge
+        Function that counts steps of work.
 
     Raises
     ------
     SceneError
-        "value" for characters that the font lacks; LimitError "size" for too long a text.
+        "value" for characters that the font lacks.
+    LimitError
+        "size" for too long a text.
     """
     if len(text) > MAX_TEXT:
         raise LimitError("size", f"a text of {len(text):,} characters exceeds the limit of {MAX_TEXT:,}")

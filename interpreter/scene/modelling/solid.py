@@ -91,10 +91,25 @@ def compute_all(roots: Iterable[Entity], note: Callable[[Span], None] | None = N
 
 
 def operand_of(name: str, entity: Entity, pose: Sequence[float], word: str, segments: int = SEGMENTS) -> Operand:
-    """Return a primitive entity as an operand of ``name``.
+    """Return a primitive entity as an operand.
 
-    ``word`` is the word of its faces in masks, ``segments`` the number of sides of its full circles. Raises
-    SceneError("solid") for a primitive that is not a solid, with the place where it is created.
+    Parameters
+    ----------
+    name
+        Builtin that is named in errors.
+    entity
+        Primitive.
+    pose : (12,)
+        Pose of the operand, row by row.
+    word
+        Word of its faces in masks.
+    segments
+        Number of sides of its full circles.
+
+    Raises
+    ------
+    SceneError
+        "solid" for a primitive that is not a solid, with the place where it is created.
     """
     shape = entity.shape
     assert shape is not None

@@ -79,13 +79,28 @@ def _caps(contours: Contours) -> IntArray:
 
 
 def swept(contours: Contours, path: FloatArray, twist: float, taper: FloatArray) -> Swept:
-    """Sweep a profile without overlaps along a path (N, 3), its x and y along those of the rotation-minimizing frames.
+    """Sweep a profile along a path.
 
     Joints are mitered, so that the cross-section of every straight piece is the profile, and the volume is area times
-    length. A path that comes back to
-    itself is swept in runs that do not. Where it bends more tightly than the profile allows, mitered pieces would fold;
-    there, a convex profile is swept as convex pieces with beveled joints, and any other one is an error, because the
-    surface would cross itself.
+    length. A path that comes back to itself is swept in runs that do not, which booleans join. Where it bends more
+    tightly than the profile allows, mitered pieces would fold; there, a convex profile is swept as convex pieces with
+    beveled joints, and any other one is an error, because the surface would cross itself.
+
+    Parameters
+    ----------
+    contours
+        Profile without overlaps; its x and y axes are those of the rotation-minimizing frames.
+    path : (N, 3)
+        Points; closed if the last is the first.
+    twist
+        Angle in radians by which the profile turns about the path, from start to end.
+    taper : (2,)
+        Scale factors of the profile at the end.
+
+    Returns
+    -------
+    Swept
+        Closed surfaces and points of convex hulls, whose union is the solid.
 
     Raises
     ------
@@ -261,13 +276,24 @@ def _runs(frames: PathFrames, reach: float, folded: npt.NDArray[np.bool_]) -> li
 
 
 def twisted(contours: Contours, height: float, twist: float, taper: FloatArray, layers: int) -> Surface:
-    """Return the surface of a profile without overlaps, extruded along z.
-
-    It is turned by ``twist`` radians and scaled by ``taper`` (2,) at the top.
+    """Return the surface of a profile that is extruded along z, turned and scaled on the way.
 
     The sides between layers are split along their shorter diagonals: the solid is then the mirror image of that of the
-    opposite twist, and its volume the closest to that of the smooth one. One fixed diagonal, as in Manifold, has
-    other volumes for left and right turns, by 13 % for a square turned by 90 degrees in eight layers.
+    opposite twist, and its volume the closest to that of the smooth one. One fixed diagonal, as in Manifold, has other
+    volumes for left and right turns, by 13 % for a square turned by 90 degrees in eight layers.
+
+    Parameters
+    ----------
+    contours
+        Profile without overlaps, at z = 0.
+    height
+        Height in scene units.
+    twist
+        Angle of the top in radians.
+    taper : (2,)
+        Scale factors of the top.
+    layers
+        Number of layers between bottom and top.
     """
     if not contours:
         raise SceneError("solid", "`extrude` got a profile with nothing inside")

@@ -97,10 +97,16 @@ CYLINDER = CylinderForm()
 def disk_interval(
     p0: Point, p1: Point, r0: float, r1: float, direction: tuple[float, float, float]
 ) -> tuple[float, float]:
-    """Return the interval of the convex hull of two parallel disks along ``direction``.
+    """Return the extent of the convex hull of two parallel disks along a direction, as minimum and maximum.
 
-    The disks have the centers ``p0`` and ``p1`` and the radii ``r0`` and ``r1``, and are perpendicular to the line
-    between the centers.
+    Parameters
+    ----------
+    p0, p1
+        Centers; the disks are perpendicular to the line between them.
+    r0, r1
+        Radii; 0 for the apex of a cone.
+    direction
+        Vector, not necessarily of length 1.
     """
     a, b, c = direction
     (x0, y0, z0), (x1, y1, z1) = p0, p1

@@ -163,11 +163,31 @@ def triangle_normals(corners: FloatArray) -> FloatArray:
 def smoothed(
     vertices: FloatArray, faces: IntArray, surface: IntArray, degrees: float
 ) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return normals (N, 3) of a closed mesh, the normal of each corner (F, 3), and the vertex of each normal (N,).
+    """Compute normals of a closed mesh that are smooth within a surface and split at sharp edges.
 
     Corners at a vertex share a normal if a path of faces joins them, all of one ``surface`` (F,), that turns by at most
     ``degrees`` at each edge. A normal is the mean of its faces' normals, weighted by their angles and areas, so that
     large flat faces stay flat next to narrow round ones, such as fillets.
+
+    Parameters
+    ----------
+    vertices : (V, 3)
+        Positions.
+    faces : (F, 3)
+        Vertex indices.
+    surface : (F,)
+        Number of the surface of each face; normals are never shared across surfaces.
+    degrees
+        Largest angle between adjacent faces that share normals.
+
+    Returns
+    -------
+    normals : (N, 3)
+        Unit normals.
+    corners : (F, 3)
+        Index of the normal of each corner.
+    vertex : (N,)
+        Index of the vertex of each normal.
     """
     corners = vertices[faces]
     flat = triangle_normals(corners)
