@@ -545,9 +545,9 @@ def _excerpt(span: Span, marker: str) -> list[str]:
     line = span.source.line(line_number)
     first = column - 1
     last = max(min(first + span.end - span.start, len(line)), first + 1)
-    offset = max(0, first - _MAX_WIDTH // 2) if len(line) > _MAX_WIDTH else 0
+    offset = max(0, first - _MAX_WIDTH // 2) if len(line) > _MAX_WIDTH else 0  # start of the window
     shown = line[offset : offset + _MAX_WIDTH]
-    before = line[offset:first].replace("\t", _TAB)
+    before = line[offset:first].replace("\t", _TAB)  # tabs are expanded everywhere, so that the marker lines up
     width = max(1, len(line[first : min(last, offset + _MAX_WIDTH)].replace("\t", _TAB)))
     shown = "".join(c if c.isprintable() else "�" for c in shown.replace("\t", _TAB))
     gutter = " " * len(str(line_number))

@@ -234,6 +234,7 @@ class Page:
         if around is not None and around.closing:
             self._note = joined_notes(self._note, around.closing)
         if self._raw or (around is not None and (around.end or around.closing)):
+            # A comment ends the last line, so the bracket needs one of its own.
             self._end_line()
             self._lines += self.work.comment_lines(around.end if around is not None else (), self._indent, self.depth)
             self._start_line(self.start)
@@ -536,7 +537,7 @@ class Layout:
             if best is None or self._is_better(block, best, prefers_short=prefers_short):
                 best = block
             if best.excess <= 0 and (not prefers_short or len(best.lines) == 2):
-                break
+                break  # no later style can be better
         assert best is not None  # the last style of every shape accepts any datum
         return best
 

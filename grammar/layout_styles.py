@@ -357,7 +357,7 @@ def fill(page: Page, group: Sequence[Unit], indent: int, most: int = 0) -> None:
 
     A unit of several lines does not share them with others.
     """
-    alone = False
+    alone = False  # whether the previous unit takes several lines
     for count, unit in enumerate(group):
         width = unit_width(page, unit)
         fresh = alone or width is None or page.column + 1 + width > page.width
@@ -478,7 +478,7 @@ def _as_written(page: Page) -> bool:
         return False
     if head_of(page.datum) in EVEN_HEADS and not below:
         return False
-    begins = page.start + 2 + (page.flat_width(0) or 0)
+    begins = page.start + 2 + (page.flat_width(0) or 0)  # column of the first operand on the line of the head
     keyed = page.fits(1, begins) and any(is_keyword(part) for part in page.parts)
     return _on_lines(page, breaks, is_shallow=below or keyed)
 

@@ -468,13 +468,18 @@ def _gradient_noise(points: Numpy, seed: int) -> Numpy:
         second = np.where(bits < 4, dy, np.where((bits == 12) | (bits == 14), dx, dz))
         return np.asarray(np.where(bits & 1, -first, first) + np.where(bits & 2, -second, second))
 
+    # trilinear interpolation with the fade curve u, v, w
     rows = [corner(0, b, c) + u * (corner(1, b, c) - corner(0, b, c)) for c in (0, 1) for b in (0, 1)]
     low, high = rows[0] + v * (rows[1] - rows[0]), rows[2] + v * (rows[3] - rows[2])
     return np.asarray(low + w * (high - low))
 
 
 def _summed(rt: Runtime, points: Numpy, seed: int, octaves: int, gain: float, lacunarity: float) -> Numpy:
-    """Return the weighted mean (N,) of noises at points (N, 3)."""
+    """Return the weighted mean (N,) of ``octaves`` noises at points (N, 3).
+
+    Each octave is ``lacunarity`` times as fine as the one before and has ``gain`` times its weight; each has a seed of
+    its own, so that the lattices do not coincide.
+    """
     sums = np.empty(len(points))
     for start in range(0, len(points), _BLOCK_DRAWS):
         block, total = points[start : start + _BLOCK_DRAWS], np.zeros(len(points[start : start + _BLOCK_DRAWS]))

@@ -555,7 +555,7 @@ class _Pairing:
 
         ``searches[0]`` is the remaining number of visited rows.
         """
-        came_from: dict[int, int] = {}
+        came_from: dict[int, int] = {}  # row of a from which each row of b was reached
         queue = deque([row])
         while queue and searches[0] > 0:
             searches[0] -= 1
@@ -671,7 +671,7 @@ def _pair_nearest(a: Floats, b: Floats) -> tuple[Ints, Ints]:
     """Pair points greedily by increasing distance."""
     if len(a) == len(b) == 1:
         return _ZERO, _ZERO
-    distance = np.abs(a[:, None, :] - b[None, :, :]).max(axis=2)
+    distance = np.abs(a[:, None, :] - b[None, :, :]).max(axis=2)  # the largest difference of a coordinate
     free_a, free_b = [True] * len(a), [True] * len(b)
     pairs: list[tuple[int, int]] = []
     for flat in np.argsort(distance, axis=None, kind="stable").tolist():

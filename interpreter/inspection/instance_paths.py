@@ -145,8 +145,8 @@ class Locator:
         """Prepare a frame; the indexes are built when they are needed."""
         self.scene = scene
         self.root = scene.frames[frame]
-        self._below: dict[str, dict[int, int]] = {}
-        self._before: dict[tuple[int, str], list[int]] = {}
+        self._below: dict[str, dict[int, int]] = {}  # outermost instances of a word in each entity, by ``id``
+        self._before: dict[tuple[int, str], list[int]] = {}  # their running sums over the parts of an entity
         self._entities: list[Entity] | None = None
         self._numbering: Numbering | None = None
         self._numbers: dict[tuple[int, ...], int] | None = None

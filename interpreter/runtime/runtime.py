@@ -240,6 +240,7 @@ class Runtime:
         hot: int | None = HOT,
         font: Callable[[str, Callable[[int], None]], Typeface] | None = None,
     ) -> None:
+        """Start a run in which nothing is bound or memoized; see the class for the arguments."""
         self.hot = hot
         self.units: list[dict[str, Any]] = []  # namespaces of generated functions
         self.library = library

@@ -125,6 +125,7 @@ def graph_of(root: Entity, opaque: Set[int]) -> Graph:
     parts = [part for entity in nodes for part in entity.children]
     child = np.fromiter((number[id(part.car)] for part in parts), np.int64, len(parts))
     pose = np.ascontiguousarray(stacked([part.cdr for part in parts]).T)
+    # Nodes come children first, so one pass sums what is below each node and before each edge.
     leaves = [0] * len(nodes)
     unhandled = [0] * len(nodes)
     leaf_offset = np.zeros(len(parts), np.int64)

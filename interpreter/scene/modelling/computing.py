@@ -472,7 +472,7 @@ def _hull(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
 
 
 def _minkowski(parameters: Parameters, operands: Sequence[Manifold]) -> Manifold:
-    """Minkowski sum with a convex tool; a concave one would take the time of all pairs of faces."""
+    """Minkowski sum with a convex tool; sums with other tools are unions of such sums."""
     base, tool = operands
     if tool.volume() < (1.0 - _MAX_CONCAVITY) * tool.hull().volume():
         raise SceneError(

@@ -182,7 +182,7 @@ def _check_offset(contours: Contours, segments: int) -> None:
     A joint has the share of ``segments`` that its angle has of a full turn.
     """
     total = 0.0
-    for contour in contours:
+    for contour in contours:  # the angles by which it turns at its corners, in full turns, give the points of arcs
         side = np.roll(contour, -1, axis=0) - contour
         angle = np.arctan2(side[:, 1], side[:, 0])
         turn = np.abs((np.roll(angle, -1) - angle + math.pi) % math.tau - math.pi)

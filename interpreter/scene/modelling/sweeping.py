@@ -57,6 +57,8 @@ def _ring_faces(contours: Contours, rings: int, caps: tuple[IntArray, IntArray] 
     """Return the faces between equal cross-sections, one after another; without ``caps``, of a closed chain."""
     corners = sum(map(len, contours))
     starts = np.cumsum([0, *map(len, contours)])
+    # Vertices are numbered ring by ring. A side is two triangles between a corner, the following one, and both in the
+    # next ring.
     corner = np.arange(corners)
     following = np.concatenate([np.roll(corner[a:b], -1) for a, b in pairwise(starts)])
     base = corners * np.arange(rings - 1 if caps else rings)[:, None]
@@ -193,6 +195,7 @@ def _mitered(
     sharp = np.linalg.norm(normal, axis=1) < 2.0 / _MAX_MITER
     normal = np.where(sharp[:, None], directions[after], normal)
     flat = sections[:stations] @ np.swapaxes(frames.axes[after], 1, 2)
+    # Each corner slides along the segment after the joint to the plane that halves the angle.
     slide = np.einsum("skx,sx->sk", flat, normal) / np.sum(directions[after] * normal, axis=1)[:, None]
     rings = frames.points[:stations, None] + flat - slide[:, :, None] * directions[after][:, None]
     return np.asarray(rings, np.float64), sharp
@@ -315,6 +318,7 @@ def twisted(contours: Contours, height: float, twist: float, taper: FloatArray, 
     excess = np.linalg.norm(points[low] - points[high_after], axis=-1) - falling  # of the rising diagonal
     tie = _TIE_SHARE * float(np.abs(corners).max())
     first = (excess < -tie) | ((np.abs(excess) <= tie) & (twist < 0.0))  # whether the rising one is taken
+    # the two triangles of each side, by the diagonal that splits it
     one = np.where(first[..., None], np.stack([low, low_after, high_after], -1), np.stack([low, low_after, high], -1))
     two = np.where(first[..., None], np.stack([low, high_after, high], -1), np.stack([low_after, high_after, high], -1))
     caps = _caps(contours)
@@ -398,6 +402,7 @@ def _matched(contours: Sequence[FloatArray]) -> FloatArray:
     for contour in contours[1:]:
         turned.append(_turned_to(contour, turned[-1]))
     closed = [np.concatenate([contour, contour[:1]]) for contour in turned]
+    # all shares of the length at which any contour has a corner
     shares = np.concatenate([lengths_to(contour)[:-1] / lengths_to(contour)[-1] for contour in closed])
     shares = np.unique(np.round(shares, 9))
     return np.stack([points_at(contour, shares) for contour in closed])
@@ -436,6 +441,7 @@ def height_field(heights: FloatArray, size: FloatArray, base: float) -> Surface:
     along_x, along_z = (side * (np.arange(n) / (n - 1) - 0.5) for side, n in zip(size, (columns, rows), strict=True))
     z, x = np.meshgrid(along_z, along_x, indexing="ij")
     top = np.stack([x, heights, z], axis=-1).reshape(-1, 3)
+    # Vertices: the grid of the top, then its rim at the height of the bottom, then the middle of the bottom.
     number = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
     upper = np.concatenate([np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)])

@@ -340,7 +340,7 @@ def _intersections(
         batch = max(1, _BATCH_PAIRS // len(corners))
         for start in range(0, len(near), batch):
             rays = near[start : start + batch]
-            d, s = directions[rays, None], origins[rays, None] - a
+            d, s = directions[rays, None], origins[rays, None] - a  # names of the paper
             p, q = np.cross(d, other), np.cross(s, edge)
             det = np.einsum("kfi,fi->kf", p, edge)
             u = np.einsum("kfi,kfi->kf", s, p) / det
