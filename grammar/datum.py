@@ -33,8 +33,8 @@ def rare_collection() -> Iterator[None]:
 # Data classes. Those of the standard library write and compile up to eight methods of each class when it is defined: 83
 # classes took a third of the time of ``check``. Here the constructor is written for the first instance, and the other
 # methods are shared. They are data classes to type checkers and to the functions of ``dataclasses``. Every class that
-# declares settings (``grammar/settings``) must be one of them. A module imports either these or ``dataclasses``, never
-# both, because the two kinds of ``field`` do not mix.
+# declares settings (``grammar/settings``) must be one of them. A module takes ``dataclass``, ``field``, ``fields`` and
+# ``replace`` either from here or from ``dataclasses``, never from both, because the two kinds of fields do not mix.
 
 T = TypeVar("T")
 _MISSING: Any = object()

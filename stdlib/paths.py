@@ -51,7 +51,7 @@ def _shares(rt: Runtime, name: str, value: Any) -> tuple[Numpy, bool]:
     return shares.reshape(-1), shares.ndim == 0
 
 
-def _checked(rt: Runtime, points: int) -> None:
+def _check_points(rt: Runtime, points: int) -> None:
     """Raise SceneError if a path would have too many points."""
     if points > MAX_POINTS:
         raise SceneError("value", f"a path has at most {MAX_POINTS:,} points, not {points:,}", "use fewer :segments")
@@ -88,7 +88,7 @@ def bezier(rt: Runtime, points: Any, segments: int = 32, chained: bool = False) 
         if len(control) % 3 != 1:
             message = f"`bezier` expects 4, 7, 10, ... control points with :chained, got {len(control)}"
             raise SceneError("value", message, "the end of each cubic curve is the start of the next one")
-        _checked(rt, len(control) // 3 * steps)
+        _check_points(rt, len(control) // 3 * steps)
         rt.charge(len(control))
         return from_numpy(curves.chained_bezier(control, steps))
     if len(control) > _MAX_DEGREE + 1:
@@ -115,7 +115,7 @@ def catmull_rom(rt: Runtime, points: Any, closed: bool = False, segments: int = 
     if is_closed and len(corners) < 3:
         raise SceneError("value", f"`catmull-rom` expects at least three points of a closed path, got {len(corners)}")
     steps = segment_count("catmull-rom", segments, 1)
-    _checked(rt, steps * len(corners))
+    _check_points(rt, steps * len(corners))
     return from_numpy(curves.catmull_rom(corners, is_closed, steps))
 
 
@@ -131,7 +131,7 @@ def helix(rt: Runtime, radius: Any, height: Any, turns: Any, segments: int = SEG
     count = finite("helix", "the turns", turns)
     if count == 0.0:
         raise SceneError("value", "`helix` expects turns that are not 0")
-    _checked(rt, int(abs(count) * steps) + 2)
+    _check_points(rt, int(abs(count) * steps) + 2)
     width, rise = positive("helix", "the radius", radius), finite("helix", "the height", height)
     return from_numpy(curves.helix(width, rise, count, steps))
 
@@ -145,7 +145,7 @@ def resample_path(rt: Runtime, path: Any, count: int) -> Any:
     points = _points(rt, "resample-path", path)
     if count < 2:
         raise SceneError("value", f"`resample-path` expects at least two points, got {count}")
-    _checked(rt, count)
+    _check_points(rt, count)
     return from_numpy(curves.points_at(points, np.linspace(0.0, 1.0, count)))
 
 
